@@ -1,0 +1,48 @@
+"""Installs by pip (extras by need) and by colcon (ament_python)."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'squeal_ros'
+SHARE = f'share/{PACKAGE}'
+CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'config/vehicles')
+
+ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
+FE = ['scikit-fem>=10']
+BAGS = ['rosbags>=0.10']
+VIEW = ['matplotlib>=3.6', 'rich>=13']
+TEST = ['pytest>=7', 'pytest-timeout', 'hypothesis', 'threadpoolctl', 'ruff', 'mypy',
+        'types-PyYAML', 'scipy-stubs']
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Online eigen-stability of disc brakes: squeal risk on ROS 2 topics',
+    long_description=open('README.md', encoding='utf-8').read(),
+    long_description_content_type='text/markdown',
+    license='Apache-2.0',
+    maintainer='squeal_ros developers',
+    maintainer_email='squeal-ros@example.org',
+    python_requires='>=3.11',
+    packages=find_packages(include=['squeal_core*', 'squeal_ros*']),
+    package_data={'squeal_core': ['py.typed'], 'squeal_ros': ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (SHARE, ['package.xml']),
+        (f'{SHARE}/launch', glob('launch/*.launch.py')),
+        *((f'{SHARE}/{folder}', [f for f in glob(f'{folder}/*') if '.' in f.rpartition('/')[2]])
+          for folder in CONFIG),
+    ],
+    zip_safe=True,
+    install_requires=['setuptools', 'numpy>=1.26', 'scipy>=1.11', 'PyYAML'],
+    extras_require={
+        'ros': ROS, 'fe': FE, 'bags': BAGS, 'view': VIEW, 'test': TEST,
+        'demo': ROS + BAGS + VIEW,
+        'all': ROS + FE + BAGS + VIEW + TEST,
+    },
+    entry_points={'console_scripts': [
+        'squeal = squeal_ros.cli:main',
+        'squeal_monitor = squeal_ros.node:main',
+    ]},
+)

@@ -1,0 +1,8 @@
+"""Online eigen-stability of disc brakes: the model, its stability and the monitor; no ROS."""
+
+from squeal_core import stability
+from squeal_core.brake_model import BrakeModel
+from squeal_core.errors import SquealError
+from squeal_core.operating_point import OperatingPoint
+
+__all__ = ['BrakeModel', 'OperatingPoint', 'SquealError', 'stability']

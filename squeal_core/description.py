@@ -1,0 +1,169 @@
+"""Strict reading of descriptions: mappings whose keys carry their unit as a suffix.
+
+A value is a number, or `{value: number, source: text}` where it came from somewhere worth naming.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from squeal_core.errors import BrakeDescriptionError
+
+UNITS: dict[str, dict[str, float]] = {
+    'length': {'m': 1.0, 'mm': 1e-3},
+    'angle': {'rad': 1.0, 'deg': math.pi / 180.0},
+    'modulus': {'pa': 1.0, 'mpa': 1e6, 'gpa': 1e9},
+    'density': {'kg_m3': 1.0},
+    'stiffness': {'n_m3': 1.0},
+    'inverse_speed': {'s_m': 1.0},
+    'number': {'': 1.0},
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a description may say under one key: its dimension and its open or closed range."""
+
+    dimension: str
+    above: float = -math.inf
+    below: float = math.inf
+    closed: bool = False
+    default: float | None = None
+
+    def admits(self, value: float) -> bool:
+        if self.closed:
+            return self.above <= value <= self.below
+        return self.above < value < self.below
+
+    @property
+    def range_text(self) -> str:
+        low, high = ('[', ']') if self.closed else ('(', ')')
+        return f'{low}{self.above:g}, {self.below:g}{high}'
+
+
+@dataclass
+class Section:
+    """One mapping of a description, read key by key; `finish` refuses what was not asked for."""
+
+    where: str
+    content: Mapping[str, Any]
+    sources: dict[str, str] = field(default_factory=dict)
+    _used: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.content, Mapping):
+            raise BrakeDescriptionError(
+                self.where, f'is {self.content!r}', 'write a mapping of keys and values')
+
+    def path(self, key: str) -> str:
+        return f'{self.where}.{key}'
+
+    def section(self, key: str, *, required: bool = True) -> 'Section | None':
+        """Return the mapping under `key`, or None where it is absent and not required."""
+        self._used.add(key)
+        if key in self.content:
+            return Section(self.path(key), self.content[key], self.sources)
+        if required:
+            raise BrakeDescriptionError(self.path(key), 'is missing', 'add this section')
+        return None
+
+    def required_section(self, key: str) -> 'Section':
+        found = self.section(key)
+        assert found is not None
+        return found
+
+    def text(self, key: str, default: str | None = None) -> str:
+        self._used.add(key)
+        value = self.content.get(key, default)
+        if value is None:
+            raise BrakeDescriptionError(self.path(key), 'is missing', 'add it')
+        if not isinstance(value, str):
+            raise BrakeDescriptionError(self.path(key), f'is {value!r}', 'write a text')
+        return value
+
+    def count(self, key: str, *, least: int = 1) -> int:
+        value = self.number(key, Quantity('number', above=least, closed=True))
+        if value != int(value):
+            raise BrakeDescriptionError(self.path(key), f'is {value!r}', 'write a whole number')
+        return int(value)
+
+    def number(self, name: str, quantity: Quantity) -> float:
+        """Return the quantity `name` in SI units, whichever of its units the key names."""
+        key, factor = self._find(name, quantity)
+        if key is None:
+            assert quantity.default is not None
+            return quantity.default
+        value = self._scalar(key)
+        if not quantity.admits(value * factor):
+            raise BrakeDescriptionError(
+                self.path(key), f'is {value!r} ({value * factor:g} in SI units)',
+                f'give a value in {quantity.range_text} (SI units)')
+        return value * factor
+
+    def numbers(self, key: str) -> tuple[float, ...]:
+        """Return a list of finite numbers."""
+        self._used.add(key)
+        values = self.content.get(key)
+        if not isinstance(values, list) or not values:
+            raise BrakeDescriptionError(
+                self.path(key), f'is {values!r}', 'write a list of numbers')
+        return tuple(_finite(self.path(f'{key}[{i}]'), v) for i, v in enumerate(values))
+
+    def finish(self) -> None:
+        """Refuse keys nobody asked for: a misspelt key must not pass for a default."""
+        for key in self.content:
+            if key not in self._used:
+                raise BrakeDescriptionError(
+                    self.path(str(key)), f'unknown key (value {self.content[key]!r})',
+                    f'remove it, or use one of: {", ".join(sorted(self._used))}')
+
+    def _find(self, name: str, quantity: Quantity) -> tuple[str | None, float]:
+        allowed = {f'{name}_{u}' if u else name: f for u, f in UNITS[quantity.dimension].items()}
+        self._used.update(allowed)
+        found = [key for key in allowed if key in self.content]
+        if len(found) > 1:
+            raise BrakeDescriptionError(
+                self.path(found[1]), f'says again what {found[0]} says', 'keep one of them')
+        if found:
+            return found[0], allowed[found[0]]
+        self._refuse_other_unit(name, allowed)
+        if quantity.default is None:
+            raise BrakeDescriptionError(
+                self.path(next(iter(allowed))), 'is missing', f'add {_either(allowed)}')
+        return None, 1.0
+
+    def _refuse_other_unit(self, name: str, allowed: Iterable[str]) -> None:
+        for key in self.content:
+            if key not in self._used and (key == name or str(key).startswith(f'{name}_')):
+                raise BrakeDescriptionError(
+                    self.path(key), f'has a wrong unit suffix (value {self.content[key]!r})',
+                    f'use {_either(allowed)}')
+
+    def _scalar(self, key: str) -> float:
+        value = self.content[key]
+        if isinstance(value, Mapping):
+            inner = Section(self.path(key), value)
+            inner._used.update(('value', 'source'))
+            inner.finish()
+            if 'value' not in value:
+                raise BrakeDescriptionError(self.path(f'{key}.value'), 'is missing', 'add it')
+            self.sources[self.path(key)] = inner.text('source')
+            value = value['value']
+        return _finite(self.path(key), value)
+
+
+def _finite(where: str, value: Any) -> float:
+    try:
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
+            raise ValueError
+        number = float(value)  # YAML 1.1 reads 1e9 as a text: a number to everyone else
+    except ValueError:
+        raise BrakeDescriptionError(where, f'is {value!r}', 'write a number') from None
+    if not math.isfinite(number):
+        raise BrakeDescriptionError(where, f'is {value!r}', 'write a finite number')
+    return number
+
+
+def _either(keys: Iterable[str]) -> str:
+    return ' or '.join(keys)

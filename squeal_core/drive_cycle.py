@@ -1,0 +1,168 @@
+"""Drive cycles: a vehicle's speed over time, read from a table and resampled smoothly."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from squeal_core.arrays import FloatArray, readonly
+from squeal_core.errors import SquealError
+
+_COLUMNS = ('time_s', 'speed_m_s')
+
+
+class DriveCycleError(SquealError):
+    """A drive cycle that cannot be used: says where, which value, and the remedy."""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveCycle:
+    """A vehicle's speed over time.
+
+    Parameters
+    ----------
+    name : str
+        Short name, for reports.
+    time : array (n,)
+        Increasing times [s], n >= 2; the steps need not be equal.
+    speed : array (n,)
+        Vehicle speed at these times [m/s], never negative.
+    source : str
+        Where the trace comes from.
+
+    Raises
+    ------
+    DriveCycleError
+        If the arrays differ in length, are too short, or hold a value that cannot be.
+    """
+
+    name: str
+    time: FloatArray
+    speed: FloatArray
+    source: str = ''
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'time', readonly(self.time))
+        object.__setattr__(self, 'speed', readonly(self.speed))
+        if self.time.ndim != 1 or self.time.shape != self.speed.shape:
+            raise DriveCycleError(
+                f'drive cycle {self.name!r}: time has shape {self.time.shape} and speed '
+                f'{self.speed.shape}; give two one-dimensional arrays of the same length')
+        fault = _first_fault(self.time, self.speed)
+        if fault is not None:
+            raise DriveCycleError(f'drive cycle {self.name!r}, sample {fault[0]}: {fault[1]}')
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    def sample(self, rate: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Interpolate the trace at a constant rate.
+
+        The interpolation is the monotone cubic of Fritsch and Carlson (PCHIP): it overshoots no
+        sample, so speed stays non-negative, and its slope, the acceleration, is continuous.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second [1/s], more than zero.
+
+        Returns
+        -------
+        time, speed, acceleration : arrays (m,)
+            [s], [m/s] and [m/s^2]; the first sample is the trace's own, the last lies within
+            one step of its end.
+
+        Raises
+        ------
+        DriveCycleError
+            If `rate` is not a positive number.
+        """
+        from scipy.interpolate import PchipInterpolator
+        if not (np.isfinite(rate) and rate > 0.0):
+            raise DriveCycleError(f'drive cycle {self.name!r}: cannot sample at rate = {rate} '
+                                  'per second; give a positive number, such as 100.0')
+        steps = np.arange(int(self.duration * rate + 1e-9) + 1)  # 1e-9: keep an exact last step
+        time = np.minimum(self.time[0] + steps / rate, self.time[-1])
+        curve = PchipInterpolator(self.time, self.speed)
+        return time, np.maximum(curve(time), 0.0), curve(time, 1)  # max: rounding below zero
+
+
+def read_drive_cycle(path: str | Path) -> DriveCycle:
+    """Read a drive cycle from a CSV table with the columns `time_s` and `speed_m_s`.
+
+    Other columns and empty lines are passed over. The file's stem becomes the name.
+
+    Parameters
+    ----------
+    path : str or Path
+        The table.
+
+    Returns
+    -------
+    DriveCycle
+
+    Raises
+    ------
+    DriveCycleError
+        With file, line, value and remedy: a column is missing, a value is no number, not finite
+        or negative, time does not increase, or there are fewer than two rows.
+    OSError
+        If the file cannot be read.
+    """
+    path = Path(path)
+    # A byte that is no UTF-8 becomes a value that is no number, and is reported with its line.
+    with path.open(newline='', encoding='utf-8-sig', errors='replace') as file:
+        rows = csv.reader(file)
+        columns = _columns(path, next(rows, []))
+        lines, values = [], []
+        for row in rows:
+            if any(cell.strip() for cell in row):
+                lines.append(rows.line_num)
+                values.append([_number(path, rows.line_num, row, columns, name)
+                               for name in _COLUMNS])
+    time, speed = np.array(values, dtype=np.float64).reshape(-1, 2).T
+    fault = _first_fault(time, speed)
+    if fault is not None:
+        line = f', line {lines[fault[0]]}' if fault[0] < len(lines) else ''
+        raise DriveCycleError(f'{path}{line}: {fault[1]}')
+    return DriveCycle(name=path.stem, time=time, speed=speed, source=path.name)
+
+
+def _columns(path: Path, header: list[str]) -> dict[str, int]:
+    names = [cell.strip() for cell in header]
+    for name in _COLUMNS:
+        if name not in names:
+            raise DriveCycleError(f'{path}, line 1: no column {name!r} in {names}; the first line '
+                                  f'must name the columns, such as {",".join(_COLUMNS)}')
+    return {name: names.index(name) for name in _COLUMNS}
+
+
+def _number(path: Path, line: int, row: list[str], columns: dict[str, int], name: str) -> float:
+    text = row[columns[name]].strip() if columns[name] < len(row) else ''
+    try:
+        return float(text)
+    except ValueError:
+        raise DriveCycleError(f'{path}, line {line}: {name} = {text!r} is no number; '
+                              'write a decimal number or remove the line') from None
+
+
+def _first_fault(time: FloatArray, speed: FloatArray) -> tuple[int, str] | None:
+    """Return index and description of the first impossible sample, or None."""
+    if len(time) < 2:
+        return len(time), f'{len(time)} rows of data; give at least two'
+    finite = np.isfinite(time) & np.isfinite(speed)
+    later = np.append(True, time[1:] > time[:-1])
+    wrong = np.flatnonzero(~(finite & (speed >= 0.0) & later))
+    if wrong.size == 0:
+        return None
+    i = int(wrong[0])
+    for name, value in zip(_COLUMNS, (time[i], speed[i]), strict=True):
+        if not np.isfinite(value):
+            return i, f'{name} = {value} is not finite; remove the line, gaps are interpolated'
+    if speed[i] < 0.0:
+        return i, f'speed_m_s = {speed[i]} is negative; give the magnitude of the speed'
+    return i, (f'time_s = {time[i]} does not come after {time[i - 1]}; '
+               'sort the lines by time and remove repeated ones')

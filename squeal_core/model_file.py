@@ -1,0 +1,159 @@
+"""The model file: a .npz of plain arrays and a JSON header; never a pickle.
+
+The header holds schema version, units, provenance, scalars and a SHA-256 over all contents. A
+file that is truncated, altered, of a future schema or not finite is refused in one line.
+"""
+
+import dataclasses
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal_core import resources
+from squeal_core.arrays import FloatArray
+from squeal_core.brake import Caliper
+from squeal_core.brake_model import MAX_MODES, OPERATORS, BrakeModel
+from squeal_core.errors import ModelFileError, SquealError
+from squeal_core.friction import FrictionLaw, FrictionTable
+
+FORMAT = 'squeal_ros brake model'
+SCHEMA = 1
+MAX_BYTES = 8 * MAX_MODES**2 * (len(OPERATORS) + 1)
+
+UNITS = {
+    'angular_frequencies': 'rad/s', 'damping_ratios': '-', 'gyroscopic': '-',
+    'contact_stiffness': 'm^2/kg', 'friction_couple': 'm^2/kg', 'radial_dissipation': 'm/kg',
+    'negative_slope': 'm^2/kg', 'follower': 'm/kg', 'contact_area': 'm^2', 'contact_radius': 'm',
+    'nominal_contact_stiffness': 'N/m^3', 'piston_area': 'm^2', 'temperature': 'K',
+}
+_ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS)
+_SCALARS = ('contact_area', 'contact_radius', 'nominal_contact_stiffness')
+
+
+def save_model(model: BrakeModel, path: str | Path) -> None:
+    """Write a model; an existing file is replaced only by a whole one."""
+    path = Path(path)
+    arrays = {name: getattr(model, name) for name in _ARRAYS if getattr(model, name) is not None}
+    header: dict[str, Any] = {
+        'format': FORMAT, 'schema': SCHEMA, 'units': UNITS, 'names': list(model.names),
+        'provenance': model.provenance, **{name: getattr(model, name) for name in _SCALARS},
+        'caliper': dataclasses.asdict(model.caliper) if model.caliper else None,
+        'friction_law': dataclasses.asdict(model.friction_law) if model.friction_law else None,
+        'friction_table': _table_to_json(model.friction_table)}
+    header['hash'] = content_hash(header, arrays)
+    partial = path.with_name(f'{path.name}.{os.getpid()}.part')
+    try:
+        with partial.open('wb') as file:
+            np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise ModelFileError(path, f'cannot be written ({error.strerror})',
+                             'check folder and rights') from None
+
+
+def load_model(path: str | Path) -> BrakeModel:
+    """Read a model by path, or by the name of a shipped one.
+
+    Raises
+    ------
+    ModelFileError
+        One line: which file, what is wrong with it, and what to do.
+    """
+    path = resources.find('models', str(path), '.npz')
+    header, arrays = _read(path)
+    try:
+        return _model(header, arrays)
+    except (SquealError, KeyError, TypeError) as error:
+        raise ModelFileError(path, f'holds no usable model ({error})', _BUILD_AGAIN) from None
+
+
+def read_header(path: str | Path) -> dict[str, Any]:
+    """Return the header of a model file, checked against its contents."""
+    return _read(resources.find('models', str(path), '.npz'))[0]
+
+
+def content_hash(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> str:
+    """Return SHA-256 over the header without its hash, and over every array."""
+    digest = hashlib.sha256()
+    plain = {key: value for key, value in header.items() if key != 'hash'}
+    digest.update(json.dumps(plain, sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name], dtype='<f8')
+        digest.update(f'{name}{array.shape}'.encode() + array.tobytes())
+    return digest.hexdigest()
+
+
+_BUILD_AGAIN = 'copy it again or build it with `squeal build`'
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, FloatArray]]:
+    try:
+        _check_size(path)
+        with np.load(path, allow_pickle=False) as file:
+            if 'header' not in file.files:
+                raise ModelFileError(path, 'has no header, so it is no model file', _BUILD_AGAIN)
+            header = json.loads(str(file['header']))
+            _check_header(path, header)
+            arrays = {name: file[name] for name in _ARRAYS if name in file.files}
+    except FileNotFoundError:
+        raise ModelFileError(
+            path, 'does not exist', 'give the path of a model file or the name of a shipped '
+            f'model ({", ".join(resources.names("models", ".npz"))})') from None
+    except OSError as error:
+        raise ModelFileError(path, f'cannot be read ({error})', 'check path and rights') from None
+    except ModelFileError:
+        raise
+    except Exception as error:  # whatever a damaged archive makes zipfile, zlib or numpy say
+        text = ' '.join(str(error).split())[:120]
+        raise ModelFileError(
+            path, f'is damaged or no model file ({type(error).__name__}: {text})',
+            _BUILD_AGAIN) from None
+    if content_hash(header, arrays) != header['hash']:
+        raise ModelFileError(path, 'was altered: its contents do not match its hash', _BUILD_AGAIN)
+    return header, arrays
+
+
+def _check_size(path: Path) -> None:
+    """Bound what unpacking may allocate before anything is unpacked."""
+    with zipfile.ZipFile(path) as archive:
+        total = sum(item.file_size for item in archive.infolist())
+    if total > MAX_BYTES:
+        raise ModelFileError(
+            path, f'would unpack to {total / 1e6:.0f} MB (limit {MAX_BYTES / 1e6:.0f} MB)',
+            f'a model has at most {MAX_MODES} modes')
+
+
+def _check_header(path: Path, header: Any) -> None:
+    if not isinstance(header, dict) or header.get('format') != FORMAT:
+        raise ModelFileError(path, 'is not a brake model', _BUILD_AGAIN)
+    schema = header.get('schema')
+    if not isinstance(schema, int) or not 1 <= schema <= SCHEMA:
+        raise ModelFileError(
+            path, f'has schema {schema!r}; this version reads up to {SCHEMA}',
+            'update squeal_ros or build the model again')
+    if not isinstance(header.get('hash'), str):
+        raise ModelFileError(path, 'has no hash', _BUILD_AGAIN)
+
+
+def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
+    table = header['friction_table']
+    return BrakeModel(
+        **arrays, **{name: header[name] for name in _SCALARS},
+        caliper=Caliper(**header['caliper']) if header['caliper'] else None,
+        friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
+        friction_table=FrictionTable(**table) if table else None,
+        names=tuple(header['names']),
+        provenance={**header['provenance'], 'hash': header['hash']})
+
+
+def _table_to_json(table: FrictionTable | None) -> dict[str, list[float]] | None:
+    if table is None:
+        return None
+    return {'temperature': table.temperature.tolist(), 'friction': table.friction.tolist()}

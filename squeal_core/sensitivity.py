@@ -1,0 +1,51 @@
+"""How a root moves with the coefficients of the affine family."""
+
+import numpy as np
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.operating_point import Coefficients, OperatingPoint
+from squeal_core.stability import mode_vectors
+
+_DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
+
+
+def root_sensitivity(model: BrakeModel, point: OperatingPoint,
+                     eigenvalue: complex) -> dict[str, complex]:
+    """Return d lambda / d c for each coefficient c of `OperatingPoint.coefficients`.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    point : OperatingPoint
+    eigenvalue : complex
+        A simple root of the model at the point [1/s].
+
+    Returns
+    -------
+    dict
+        By coefficient name; in 1/s per unit of the coefficient.
+
+    Notes
+    -----
+    d lambda / d c = -y^H (lambda dD/dc + dK/dc) x / (y^H (2 lambda + D) x) with right and left
+    vectors x and y (Lancaster 1964). Near a merging of two roots it grows without bound.
+    """
+    vectors = mode_vectors(model, point, eigenvalue)
+    x, y = vectors.right, vectors.left.conj()
+    scale = y @ (2.0 * eigenvalue * x + model.damping(point) @ x)
+    found = {}
+    for name in Coefficients._fields:
+        array = getattr(model, name)
+        if array is not None:
+            factor = eigenvalue if name in _DAMPING else 1.0
+            found[name] = complex(-factor * (y @ (array @ x)) / scale)
+    return found
+
+
+def growth_change(sensitivity: dict[str, complex], before: Coefficients,
+                  after: Coefficients) -> float:
+    """Return the change of Re(lambda) [1/s], to first order, between two sets of coefficients."""
+    change = np.subtract(after, before)
+    return float(sum(sensitivity[name].real * step
+                     for name, step in zip(Coefficients._fields, change, strict=True)
+                     if name in sensitivity))

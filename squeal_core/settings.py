@@ -1,0 +1,233 @@
+"""Settings of the monitor: one table of keys, read from ROS parameters or from their YAML file."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from squeal_core.errors import ConfigurationError
+
+Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
+SIGNALS: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction', 'temperature')
+Value: TypeAlias = bool | float | str | tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Key:
+    """One setting: its name, default, range and unit, and what it means."""
+
+    name: str
+    default: Value
+    unit: str
+    meaning: str
+    minimum: float = -math.inf
+    maximum: float = math.inf
+
+    def read(self, value: Any) -> Value:
+        """Return a value of the default's type, or raise ConfigurationError."""
+        if isinstance(self.default, tuple):
+            if isinstance(value, list | tuple) and all(isinstance(v, str) for v in value):
+                return tuple(value)
+            raise self.error(value, 'give a list of names')
+        if isinstance(self.default, bool | str):
+            if isinstance(value, type(self.default)):
+                return value
+            raise self.error(value, f'give a {type(self.default).__name__}')
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.error(value, 'give a number')
+        if not (math.isfinite(value) and self.minimum <= value <= self.maximum):
+            raise self.error(value, f'give a number from {self.minimum:g} to {self.maximum:g}')
+        return float(value)
+
+    def error(self, value: Any, remedy: str) -> ConfigurationError:
+        return ConfigurationError(self.name, f'is {value!r} [{self.unit}]', remedy)
+
+
+MONITOR_KEYS = (
+    Key('brakes', ('front_left', 'front_right', 'rear_left', 'rear_right'), '-',
+        'names of the brakes; each becomes a part of topic and parameter names'),
+    Key('model', 'kang2009', '-', 'path of a model file, or the name of a shipped model'),
+    Key('autostart', True, '-', 'configure and activate by itself'),
+    Key('rate', 10.0, 'Hz', 'assessments a second; one braking brake costs about 10 ms each',
+        0.1, 1000.0),
+    Key('diagnostics_rate', 1.0, 'Hz', 'diagnostics a second, besides those on a change of state',
+        0.01, 1000.0),
+    Key('release_pressure', 0.5e5, 'Pa', 'below it a brake counts as released: risk 0', 0.0, 1e7),
+    Key('minimum_rotor_speed', 0.5, 'rad/s',
+        'below it the disc counts as not sliding: no number', 1e-3, 100.0),
+    Key('squeal_band_low_hz', 1250.0, 'Hz', 'least frequency that counts as squeal', 0.0, 1e5),
+    Key('squeal_band_high_hz', 16000.0, 'Hz', 'largest frequency that counts as squeal', 1.0, 1e5),
+    Key('risk_warning', 0.5, '-', 'risk from which the diagnostic says WARN', 0.0, 1.0),
+    Key('friction_deviation', 0.02, '-', 'standard deviation of the friction coefficient',
+        0.0, 1.0),
+    Key('pressure_deviation', 0.03, '-', 'standard deviation of the pressure, relative', 0.0, 1.0),
+    Key('rotor_speed_deviation', 0.01, '-', 'standard deviation of the rotor speed, relative',
+        0.0, 1.0),
+    Key('contact_stiffness_deviation', 0.1, '-',
+        'standard deviation of the contact stiffness, relative', 0.0, 1.0),
+)
+
+_INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
+    'rotor_speed': ('joint_states', 'sensor_msgs/msg/JointState',
+                    'velocity[name={brake}_wheel_joint]', -400.0, 400.0, 'rad/s'),
+    'pressure': ('{brake}/brake_pressure', 'sensor_msgs/msg/FluidPressure', 'fluid_pressure',
+                 -5e4, 3e7, 'Pa'),
+    'friction': ('{brake}/friction', 'std_msgs/msg/Float64', 'data', 0.01, 1.5, '-'),
+    'temperature': ('', 'sensor_msgs/msg/Temperature', 'temperature', 200.0, 1500.0, 'K'),
+}
+
+
+def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
+    """Return the settings of one input of one brake."""
+    topic, type_name, path, low, high, unit = _INPUTS[signal]
+    offset = 273.15 if signal == 'temperature' else 0.0
+    at = f'{brake}.{signal}'
+    return (
+        Key(f'{at}.topic', topic.format(brake=brake), '-', 'topic; empty: this input is not used'),
+        Key(f'{at}.type', type_name, '-', 'message type'),
+        Key(f'{at}.field', path.format(brake=brake), '-', 'where in the message the value is'),
+        Key(f'{at}.scale', 1.0, f'{unit} per message unit', 'value = scale * field + offset'),
+        Key(f'{at}.offset', offset, unit, 'value = scale * field + offset'),
+        Key(f'{at}.max_age', 0.5, 's', 'older than this an input is stale', 1e-3, 3600.0),
+        Key(f'{at}.minimum', low, unit, 'a smaller value is invalid'),
+        Key(f'{at}.maximum', high, unit, 'a larger value is invalid'),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputSettings:
+    """Where a signal comes from, and which values of it are believed."""
+
+    topic: str
+    type: str
+    field: str
+    scale: float
+    offset: float
+    max_age: float
+    minimum: float
+    maximum: float
+
+
+@dataclass(frozen=True)
+class BrakeSettings:
+    """One brake: its name and its inputs; an input without a topic is absent."""
+
+    name: str
+    inputs: Mapping[Signal, InputSettings]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MonitorSettings:
+    """Everything the monitor is told, checked; fields as `MONITOR_KEYS`, SI units."""
+
+    brakes: tuple[BrakeSettings, ...]
+    model: str
+    autostart: bool
+    rate: float
+    diagnostics_rate: float
+    release_pressure: float
+    minimum_rotor_speed: float
+    squeal_band_low_hz: float
+    squeal_band_high_hz: float
+    risk_warning: float
+    friction_deviation: float
+    pressure_deviation: float
+    rotor_speed_deviation: float
+    contact_stiffness_deviation: float
+
+    @property
+    def period(self) -> int:
+        """Time between assessments [ns]."""
+        return round(1e9 / self.rate)
+
+
+def settings_keys(brakes: tuple[str, ...]) -> Iterator[Key]:
+    """Yield every key that the settings of these brakes have."""
+    yield from MONITOR_KEYS
+    for brake in brakes:
+        for signal in SIGNALS:
+            yield from input_keys(brake, signal)
+
+
+def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
+    """Check flat parameters (`front_left.pressure.topic`) and fill in defaults.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the key, its value and the remedy.
+    """
+    top = {key.name: key.read(parameters.get(key.name, key.default)) for key in MONITOR_KEYS}
+    names = top.pop('brakes')
+    assert isinstance(names, tuple)
+    _check_names(names)
+    known = {key.name for key in settings_keys(names)}
+    for name, value in parameters.items():
+        if name not in known:
+            raise ConfigurationError(
+                name, f'unknown key (value {value!r})', 'see config/monitor.yaml for the keys')
+    low, high = top['squeal_band_low_hz'], top['squeal_band_high_hz']
+    if not low < high:  # type: ignore[operator]
+        raise ConfigurationError('squeal_band_high_hz', f'is {high} and the low end {low} Hz',
+                                 'make it the larger')
+    brakes = tuple(_read_brake(name, parameters) for name in names)
+    return MonitorSettings(brakes=brakes, **top)  # type: ignore[arg-type]
+
+
+def flatten(nested: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return {'a.b': value} of {'a': {'b': value}}, as ROS parameters are named."""
+    flat: dict[str, Any] = {}
+    for key, value in nested.items():
+        if isinstance(value, Mapping):
+            flat.update(flatten(value, f'{prefix}{key}.'))
+        else:
+            flat[f'{prefix}{key}'] = value
+    return flat
+
+
+def load_settings(path: Any) -> MonitorSettings:
+    """Read the settings in a ROS parameter file (`/**: ros__parameters: ...`)."""
+    import yaml
+
+    try:
+        with open(path, encoding='utf-8') as file:
+            content = yaml.safe_load(file)
+    except OSError as error:
+        raise ConfigurationError(str(path), f'cannot be read ({error.strerror})',
+                                 'check the path') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        text = ' '.join(str(error).split())
+        raise ConfigurationError(str(path), f'is not YAML ({text})', 'mend it') from None
+    parameters: dict[str, Any] = {}
+    for node in content.values() if isinstance(content, Mapping) else ():
+        if isinstance(node, Mapping) and isinstance(node.get('ros__parameters'), Mapping):
+            parameters.update(flatten(node['ros__parameters']))
+    if not parameters:
+        raise ConfigurationError(str(path), 'has no ros__parameters', 'see config/monitor.yaml')
+    parameters.pop('use_sim_time', None)
+    return read_settings(parameters)
+
+
+def _check_names(names: tuple[str, ...]) -> None:
+    for name in names:
+        if not (name.isidentifier() and name.isascii()):
+            raise ConfigurationError('brakes', f'has {name!r}', 'use letters, digits and _')
+    if len(set(names)) != len(names) or not names:
+        raise ConfigurationError('brakes', f'is {list(names)}', 'name each brake once')
+
+
+def _read_brake(brake: str, parameters: Mapping[str, Any]) -> BrakeSettings:
+    inputs: dict[Signal, InputSettings] = {}
+    for signal in SIGNALS:
+        keys = input_keys(brake, signal)
+        values = {key.name.rpartition('.')[2]: key.read(parameters.get(key.name, key.default))
+                  for key in keys}
+        if values['topic']:
+            inputs[signal] = InputSettings(**values)  # type: ignore[arg-type]
+    for signal in ('rotor_speed', 'pressure'):
+        if signal not in inputs:
+            raise ConfigurationError(f'{brake}.{signal}.topic', "is ''", 'name a topic')
+    if not {'friction', 'temperature'} & set(inputs):
+        raise ConfigurationError(
+            f'{brake}.friction.topic', "is '' and so is temperature.topic", 'name one of them')
+    return BrakeSettings(brake, inputs)

@@ -1,0 +1,179 @@
+"""Complex modes of the brake at an operating point, and what kind each of them is."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
+
+from squeal_core.arrays import ComplexArray, FloatArray, readonly
+from squeal_core.brake_model import BrakeModel
+from squeal_core.operating_point import OperatingPoint
+
+Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """What counts as an oscillation, and what as growth.
+
+    Parameters
+    ----------
+    oscillation : float
+        |Im(lambda)| above which a root is a vibration [rad/s].
+    growth : float
+        |Re(lambda)| above which a root grows, or is no zero root [1/s].
+    """
+
+    oscillation: float = 1.0
+    growth: float = 1e-2
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode of the coupled system: the root with Im >= 0 of its pair.
+
+    Parameters
+    ----------
+    index : int
+        Place in order of frequency, 1 to N, non-oscillating modes first; K09's numbering.
+    eigenvalue : complex
+        lambda [1/s].
+    kind : str
+        'flutter' and 'stable' modes oscillate (an overdamped mode is 'stable' too);
+        'divergence' grows without oscillating; 'rigid' is a root at zero.
+    """
+
+    index: int
+    eigenvalue: complex
+    kind: Kind
+
+    @property
+    def frequency_hz(self) -> float:
+        return abs(self.eigenvalue.imag) / (2.0 * np.pi)
+
+    @property
+    def growth_rate(self) -> float:
+        """Re(lambda) [1/s]; positive grows."""
+        return self.eigenvalue.real
+
+    @property
+    def damping_ratio(self) -> float:
+        """-Re(lambda)/|lambda| [-]; negative grows; 0 for a root at zero."""
+        size = abs(self.eigenvalue)
+        return -self.eigenvalue.real / size if size > 0.0 else 0.0
+
+    @property
+    def unstable(self) -> bool:
+        return self.kind in ('flutter', 'divergence')
+
+
+@dataclass(frozen=True)
+class ComplexModes:
+    """All roots (2N,) [1/s], pairs next to each other, and the N modes in order of index."""
+
+    eigenvalues: ComplexArray
+    modes: tuple[Mode, ...]
+
+    @property
+    def unstable(self) -> tuple[Mode, ...]:
+        """Growing modes, worst first."""
+        return tuple(sorted((m for m in self.modes if m.unstable), key=lambda m: -m.growth_rate))
+
+    def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
+        """Flutter modes with frequencies in a band, worst first."""
+        return tuple(m for m in self.unstable
+                     if m.kind == 'flutter' and low_hz <= m.frequency_hz <= high_hz)
+
+
+def complex_modes(model: BrakeModel, point: OperatingPoint, *,
+                  tolerances: Tolerances | None = None) -> ComplexModes:
+    """Return the complex modes at an operating point, from one full eigensolution.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    point : OperatingPoint
+    tolerances : Tolerances, optional
+
+    Notes
+    -----
+    Coordinates without stiffness are taken out of the state first. Each would add a root at zero
+    that is defective together with its velocity's, and that rounding turns into a small complex
+    pair; without it the root is known exactly.
+    """
+    return classify(eigenvalues(model, point), tolerances or Tolerances())
+
+
+def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
+    """Return all 2N roots [1/s], in no particular order; K09 eq. (36) with a = a0 exp(lambda t)."""
+    moving = ~model.free_coordinates
+    held = int(np.count_nonzero(moving))
+    state = np.zeros((held + model.size, held + model.size))
+    state[:held, held:] = np.eye(model.size)[moving]
+    state[held:, :held] = -model.stiffness(point)[:, moving]
+    state[held:, held:] = -model.damping(point)
+    return np.concatenate([np.zeros(model.size - held), np.linalg.eigvals(state)])
+
+
+def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:
+    """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode."""
+    oscillating = np.sort(roots[roots.imag > tolerances.oscillation])
+    oscillating = oscillating[np.argsort(oscillating.imag, kind='stable')]
+    real = roots[np.abs(roots.imag) <= tolerances.oscillation]
+    real = real[np.argsort(-real.real, kind='stable')]
+    # of two roots that do not oscillate the less stable one speaks for the mode
+    first = real[:real.size // 2]
+    ordered = np.concatenate([first, oscillating])
+    modes = tuple(Mode(i + 1, complex(root), _kind(complex(root), tolerances))
+                  for i, root in enumerate(ordered))
+    pairs = np.column_stack([oscillating, oscillating.conj()]).ravel()
+    return ComplexModes(readonly(np.concatenate([real, pairs]), complex), modes)
+
+
+def _kind(root: complex, tolerances: Tolerances) -> Kind:
+    grows = root.real > tolerances.growth
+    if abs(root.imag) > tolerances.oscillation:
+        return 'flutter' if grows else 'stable'
+    if grows:
+        return 'divergence'
+    return 'rigid' if root.real >= -tolerances.growth else 'stable'
+
+
+@dataclass(frozen=True)
+class ModeVectors:
+    """Right and left vectors (N,) of one root: Q(lambda) x = 0, y^H Q(lambda) = 0."""
+
+    eigenvalue: complex
+    right: ComplexArray
+    left: ComplexArray
+    backward_error: float
+
+
+def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) -> ModeVectors:
+    """Return the vectors of a simple root by inverse iteration on Q = lambda^2 + lambda D + K."""
+    import warnings
+
+    d, k = model.damping(point), model.stiffness(point)
+    pencil = eigenvalue**2 * np.eye(model.size) + eigenvalue * d + k
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
+        factors = lu_factor(pencil, check_finite=False)
+    start = np.ones(model.size, complex)
+    right, left = (_inverse_iteration(factors, start, trans) for trans in (0, 2))
+    return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
+
+
+def _inverse_iteration(factors: tuple[FloatArray, FloatArray], vector: ComplexArray,
+                       trans: int) -> ComplexArray:
+    for _ in range(3):
+        vector = lu_solve(factors, vector, trans=trans, check_finite=False)
+        vector = vector / np.linalg.norm(vector)
+    return vector
+
+
+def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
+    """Relative change of the matrices that would make the root exact (Tisseur 2000), in the
+    Frobenius norm, which costs nothing beside the factorisation."""
+    size = abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k)
+    return float(np.linalg.norm(residual) / size)

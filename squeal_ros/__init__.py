@@ -1,0 +1,1 @@
+"""The ROS 2 side: node, replay, drive player and command line around `squeal_core`."""

@@ -1,0 +1,97 @@
+"""Assessment -> ROS messages, for any library that provides the message types."""
+
+from collections.abc import Iterator, Sequence
+import math
+from typing import Any, Protocol
+
+from squeal_core.monitor import Assessment
+
+NAMES = ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')
+TYPES = {'squeal_risk': 'std_msgs/msg/Float64', 'growth_rate': 'std_msgs/msg/Float64',
+         'friction_margin': 'std_msgs/msg/Float64',
+         'unstable_frequencies': 'std_msgs/msg/Float64MultiArray'}
+DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+
+OK, WARN, ERROR, STALE = range(4)
+
+
+class MessageLibrary(Protocol):
+    """What differs between rclpy's and rosbags' message classes."""
+
+    def type(self, name: str) -> Any:
+        """Return the class of `package/msg/Name`."""
+
+    def floats(self, values: Sequence[float]) -> Any:
+        """Return what a float64[] field holds."""
+
+    def byte(self, value: int) -> Any:
+        """Return what a byte field holds."""
+
+
+def brake_messages(library: MessageLibrary,
+                   assessment: Assessment) -> Iterator[tuple[str, Any]]:
+    """Yield (name, message) for each name of `NAMES`; what is not known is NaN."""
+    float64 = library.type('std_msgs/msg/Float64')
+    for name, value in (('squeal_risk', assessment.risk), ('growth_rate', assessment.growth_rate),
+                        ('friction_margin', assessment.friction_margin)):
+        yield name, float64(data=float(value))
+    yield 'unstable_frequencies', _frequencies(library, assessment)
+
+
+def _frequencies(library: MessageLibrary, assessment: Assessment) -> Any:
+    """All flutter modes [Hz], worst first; empty: none; one NaN: not known."""
+    frequencies = [m.frequency_hz for m in assessment.flutter]
+    if not assessment.known:
+        frequencies = [math.nan]
+    count = len(frequencies)
+    dimension = library.type('std_msgs/msg/MultiArrayDimension')(
+        label='frequency_hz', size=count, stride=count)
+    layout = library.type('std_msgs/msg/MultiArrayLayout')(dim=[dimension], data_offset=0)
+    return library.type('std_msgs/msg/Float64MultiArray')(
+        layout=layout, data=library.floats(frequencies))
+
+
+def level(assessment: Assessment, risk_warning: float) -> int:
+    """Return the diagnostic level of an assessment (REP-107)."""
+    if assessment.state == 'invalid':
+        return ERROR
+    if assessment.state == 'stale':
+        return STALE
+    return WARN if assessment.risk >= risk_warning else OK
+
+
+def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assessment],
+                risk_warning: float, node_values: dict[str, object]) -> Any:
+    """Return the DiagnosticArray of one tick: a status for each brake, then one for the node."""
+    statuses = [
+        _status(library, level(a, risk_warning), f'{node}: {a.brake}', a.reason, a.brake,
+                {'state': a.state, **_figures(a)})
+        for a in assessments]
+    statuses.append(_status(library, OK, f'{node}: node', 'running', node, node_values))
+    seconds, nanoseconds = divmod(assessments[0].time, 1_000_000_000)
+    stamp = library.type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
+    header = library.type('std_msgs/msg/Header')(stamp=stamp, frame_id='')
+    return library.type(DIAGNOSTICS_TYPE)(header=header, status=statuses)
+
+
+def _status(library: MessageLibrary, level: int, name: str, message: str, hardware: str,
+            values: dict[str, object]) -> Any:
+    key_value = library.type('diagnostic_msgs/msg/KeyValue')
+    return library.type('diagnostic_msgs/msg/DiagnosticStatus')(
+        level=library.byte(level), name=name, message=message, hardware_id=hardware,
+        values=[key_value(key=key, value=str(value)) for key, value in values.items()])
+
+
+def _figures(assessment: Assessment) -> dict[str, object]:
+    figures: dict[str, object] = {
+        'squeal_risk': assessment.risk, 'growth_rate_1_s': assessment.growth_rate,
+        'worst_frequency_hz': assessment.worst_frequency_hz,
+        'friction_margin': assessment.friction_margin,
+        'unstable_frequencies_hz': ' '.join(f'{m.frequency_hz:.1f}' for m in assessment.flutter),
+        'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
+        'friction': assessment.friction, 'friction_source': assessment.friction_source}
+    for signal, reading in assessment.inputs.items():
+        figures[f'{signal}_input'] = reading.value
+        figures[f'{signal}_age_s'] = round(reading.age, 6)
+        figures[f'{signal}_status'] = reading.status
+    return figures

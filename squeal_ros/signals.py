@@ -1,0 +1,144 @@
+"""Fields of messages -> samples. Works on any message object: rclpy's and rosbags' alike."""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+import re
+from typing import Any
+
+from squeal_core.errors import ConfigurationError
+from squeal_core.monitor import Sample
+from squeal_core.settings import InputSettings, MonitorSettings, Signal
+
+_STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d+)\]|\[([A-Za-z_]\w*)=([^\]]+)\]')
+
+
+class FieldError(ValueError):
+    """A message that does not hold what a field path names."""
+
+
+@dataclass(frozen=True)
+class FieldPath:
+    """Where in a message a number is: `a.b`, `[2]`, `velocity[name=front_left_wheel_joint]`.
+
+    The last form takes the index at which the list `name`, beside `velocity`, holds the text.
+    """
+
+    text: str
+    steps: tuple[tuple[str, str | int, str], ...]
+
+    @classmethod
+    def parse(cls, text: str) -> 'FieldPath':
+        """Raise ConfigurationError, naming the place, for a text that is no path."""
+        steps: list[tuple[str, str | int, str]] = []
+        at = 0
+        while at < len(text):
+            match = _STEP.match(text, at)
+            if match is None or (match[1] and bool(steps) != text.startswith('.', at)):
+                raise ConfigurationError(
+                    'field', f'{text!r} is no field path (from {text[at:]!r})',
+                    'write a.b, a[2] or a[name=text]')
+            if match[1]:
+                steps.append(('attribute', match[1], ''))
+            elif match[2]:
+                steps.append(('index', int(match[2]), ''))
+            else:
+                steps.append(('lookup', match[3], match[4]))
+            at = match.end()
+        if not steps or steps[0][0] != 'attribute':
+            raise ConfigurationError('field', f'{text!r} is no field path', 'name a field first')
+        return cls(text, tuple(steps))
+
+    def read(self, message: Any) -> float:
+        """Return the number; raise FieldError with the reason where there is none."""
+        owner, value = message, message
+        for kind, name, key in self.steps:
+            try:
+                if kind == 'attribute':
+                    owner, value = value, getattr(value, str(name))
+                elif kind == 'index':
+                    value = value[name]
+                else:
+                    value = value[list(getattr(owner, str(name))).index(key)]
+            except AttributeError:
+                raise FieldError(f'{self.text}: the message has no field {name!r}') from None
+            except ValueError:
+                raise FieldError(f'{self.text}: no {key!r} in the list {name!r}') from None
+            except (IndexError, TypeError):
+                raise FieldError(f'{self.text}: the list is too short') from None
+        try:
+            return float(value)
+        except (TypeError, ValueError):
+            raise FieldError(f'{self.text}: is no number but {type(value).__name__}') from None
+
+
+def stamp_of(message: Any, received: int) -> int:
+    """Return the time a message holds for [ns]: its header's stamp, or that of its receipt."""
+    stamp = getattr(getattr(message, 'header', None), 'stamp', None)
+    if stamp is None or (stamp.sec == 0 and stamp.nanosec == 0):
+        return received
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+@dataclass(frozen=True)
+class _Input:
+    brake: str
+    signal: Signal
+    settings: InputSettings
+    path: FieldPath
+
+    def sample(self, message: Any, received: int) -> Sample:
+        value = self.settings.scale * self.path.read(message) + self.settings.offset
+        return Sample(stamp_of(message, received), value)
+
+
+@dataclass
+class Router:
+    """Which topic feeds which inputs of which brakes.
+
+    Parameters
+    ----------
+    types : mapping
+        Message type of each topic.
+    """
+
+    types: dict[str, str]
+    _inputs: Mapping[str, list[_Input]]
+    problems: Counter[str] = field(default_factory=Counter)
+
+    @classmethod
+    def of(cls, settings: MonitorSettings) -> 'Router':
+        """Raise ConfigurationError for a bad field path or a topic of two types."""
+        types: dict[str, str] = {}
+        inputs: defaultdict[str, list[_Input]] = defaultdict(list)
+        for brake in settings.brakes:
+            for signal, source in brake.inputs.items():
+                where = f'{brake.name}.{signal}'
+                if types.setdefault(source.topic, source.type) != source.type:
+                    raise ConfigurationError(
+                        f'{where}.type', f'{source.topic} is {types[source.topic]} elsewhere and '
+                        f'{source.type} here', 'give a topic one type')
+                try:
+                    path = FieldPath.parse(source.field)
+                except ConfigurationError as error:
+                    raise ConfigurationError(where, *str(error).split('; ', 1)) from None
+                inputs[source.topic].append(_Input(brake.name, signal, source, path))
+        return cls(types, inputs)
+
+    def samples(self, topic: str, message: Any,
+                received: int) -> Iterator[tuple[str, Signal, Sample]]:
+        """Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
+
+        Parameters
+        ----------
+        topic : str
+            As the settings name it.
+        message : object
+        received : int
+            Time of receipt [ns].
+        """
+        for source in self._inputs[topic]:
+            try:
+                yield source.brake, source.signal, source.sample(message, received)
+            except FieldError as error:
+                self.problems[f'{topic}: {error}'] += 1
