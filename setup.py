@@ -1,9 +1,11 @@
 """Installs by pip (extras by need) and by colcon (ament_python)."""
 
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
+HERE = Path(__file__).parent
 PACKAGE = 'squeal_ros'
 SHARE = f'share/{PACKAGE}'
 CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'config/vehicles')
@@ -13,13 +15,13 @@ FE = ['scikit-fem>=10']
 BAGS = ['rosbags>=0.10']
 VIEW = ['matplotlib>=3.6', 'rich>=13']
 TEST = ['pytest>=7', 'pytest-timeout', 'hypothesis', 'threadpoolctl', 'ruff', 'mypy',
-        'types-PyYAML', 'scipy-stubs']
+        'types-PyYAML']
 
 setup(
     name=PACKAGE,
     version='0.1.0',
     description='Online eigen-stability of disc brakes: squeal risk on ROS 2 topics',
-    long_description=open('README.md', encoding='utf-8').read(),
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     license='Apache-2.0',
     maintainer='squeal_ros developers',

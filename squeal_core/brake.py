@@ -1,10 +1,12 @@
 """What a brake is: hat disc, pads, contact, caliper, friction; read from a YAML description."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import math
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from squeal_core.description import Quantity, Section
 from squeal_core.errors import BrakeDescriptionError, SquealError
@@ -221,7 +223,7 @@ def _friction_table(section: Section) -> FrictionTable | None:
     celsius, friction = table.numbers('temperature_degc'), table.numbers('friction')
     table.finish()
     try:
-        return FrictionTable([t + ZERO_CELSIUS for t in celsius], friction)  # type: ignore[arg-type]
+        return FrictionTable(np.add(celsius, ZERO_CELSIUS), np.asarray(friction))
     except SquealError as error:
         raise BrakeDescriptionError(table.where, str(error), 'mend the lists') from None
 

@@ -73,12 +73,14 @@ class BrakeModel:
     def __post_init__(self) -> None:
         w = _finite('angular_frequencies', self.angular_frequencies)
         if w.ndim != 1 or not 1 <= w.size <= MAX_MODES or np.any(w < 0):
-            raise ModelError(f'angular_frequencies: shape {w.shape}, least {w.min(initial=0.0):g}; '
-                             f'give 1 to {MAX_MODES} frequencies, none negative')
+            raise ModelError(f'angular_frequencies: shape {w.shape}, least '
+                             f'{w.min(initial=0.0):g}; give 1 to {MAX_MODES} frequencies, none '
+                             'negative')
         self._keep('angular_frequencies', w)
         damping = _finite('damping_ratios', self.damping_ratios)
         if damping.shape not in ((), w.shape):
-            raise ModelError(f'damping_ratios: shape {damping.shape}; give {w.shape} or one number')
+            raise ModelError(
+                f'damping_ratios: shape {damping.shape}; give {w.shape} or one number')
         self._keep('damping_ratios', np.broadcast_to(damping, w.shape))
         for name in OPERATORS:
             self._check_operator(name)
@@ -98,7 +100,8 @@ class BrakeModel:
         error = np.abs(array - sign * array.T).max() if sign else 0.0
         if error > 1e-6 * np.abs(array).max():
             kind = 'skew' if sign < 0 else 'symmetric'
-            raise ModelError(f'{name}: not {kind} (off by {error:.3g}); check how it was assembled')
+            raise ModelError(
+                f'{name}: not {kind} (off by {error:.3g}); check how it was assembled')
         self._keep(name, array)
 
     def _keep(self, name: str, values: ArrayLike) -> None:

@@ -1,9 +1,9 @@
 """From a brake description to its modal model: modes, contact faces, six arrays."""
 
-import platform
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
+import platform
 from typing import Any
 
 import numpy as np

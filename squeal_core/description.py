@@ -3,9 +3,9 @@
 A value is a number, or `{value: number, source: text}` where it came from somewhere worth naming.
 """
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+import math
 from typing import Any
 
 from squeal_core.errors import BrakeDescriptionError

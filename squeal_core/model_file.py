@@ -4,21 +4,21 @@ The header holds schema version, units, provenance, scalars and a SHA-256 over a
 file that is truncated, altered, of a future schema or not finite is refused in one line.
 """
 
+from collections.abc import Mapping
 import dataclasses
 import hashlib
 import json
 import os
-import zipfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+import zipfile
 
 import numpy as np
 
 from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Caliper
-from squeal_core.brake_model import MAX_MODES, OPERATORS, BrakeModel
+from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS
 from squeal_core.errors import ModelFileError, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
 
@@ -145,7 +145,7 @@ def _check_header(path: Path, header: Any) -> None:
 def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
     table = header['friction_table']
     return BrakeModel(
-        **arrays, **{name: header[name] for name in _SCALARS},
+        **dict[str, Any](arrays), **{name: header[name] for name in _SCALARS},
         caliper=Caliper(**header['caliper']) if header['caliper'] else None,
         friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
         friction_table=FrictionTable(**table) if table else None,

@@ -6,19 +6,19 @@ the node and the replay of a bag run this same code and get the same numbers.
 The monitor is advisory. It is no safety function.
 """
 
-import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+import math
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.risk import Deviations, Inputs, first_order_risk
+from squeal_core.risk import Deviations, first_order_risk, Inputs
 from squeal_core.settings import BrakeSettings, InputSettings, MonitorSettings, Signal
-from squeal_core.stability import ComplexModes, Mode, complex_modes
+from squeal_core.stability import complex_modes, ComplexModes, Mode
 
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid']
 Status: TypeAlias = Literal['good', 'never received', 'stale', 'invalid']
@@ -63,9 +63,9 @@ class Assessment:
     inputs : mapping
         `Reading` of each input.
     friction : float
-        mu the assessment used [-].
+        mu [-], measured or by the temperature table.
     friction_source : str
-        'measured' or 'temperature'; empty where friction was not needed or not known.
+        'measured' or 'temperature'; empty where friction is not known.
     point : OperatingPoint or None
     modes : tuple of Mode
         All unstable modes, worst first: flutter in and below the squeal band, divergence.
@@ -139,14 +139,14 @@ class BrakeMonitor:
             if bad:
                 reasons = '; '.join(_describe(name, needed[name]) for name in bad)
                 return replace(found, state=state, reason=reasons)  # type: ignore[arg-type]
+        found = replace(found, friction=self._coefficient(friction), friction_source=source)
         if inputs['pressure'].value < self._settings.release_pressure:
             return replace(found, state='released', risk=0.0, reason=(
                 f'pressure {inputs["pressure"].value / 1e5:.2f} bar: brake released'))
         if abs(inputs['rotor_speed'].value) < self._settings.minimum_rotor_speed:
             return replace(found, state='not sliding', reason=(
                 f'rotor speed {inputs["rotor_speed"].value:.2f} rad/s: not sliding'))
-        mu = self._coefficient(friction)
-        return self._assess_sliding(replace(found, friction=mu, friction_source=source))
+        return self._assess_sliding(found)
 
     def _read(self, signal: Signal, time: int) -> Reading:
         samples = self._samples[signal]

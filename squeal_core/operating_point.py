@@ -1,7 +1,7 @@
 """The operating point, and the scalars with which it multiplies the model's matrices."""
 
-import math
 from dataclasses import dataclass, fields
+import math
 from typing import NamedTuple
 
 from squeal_core.errors import OperatingPointError

@@ -6,7 +6,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def config_folder() -> Path:
-    """Return the folder `config/`: of the checkout, or of whichever prefix this is installed in."""
+    """Return the folder `config/` of the checkout, or of the prefix this is installed in."""
     checkout = _PACKAGE.parent / 'config'
     if (checkout / 'models').is_dir():
         return checkout

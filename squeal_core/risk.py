@@ -4,9 +4,9 @@ A first-order estimate answers from the tangent at one point; it is exact for gr
 are linear over the inputs' spread, and blunt next to a merging of two modes.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+import math
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint

@@ -1,8 +1,8 @@
 """Settings of the monitor: one table of keys, read from ROS parameters or from their YAML file."""
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+import math
 from typing import Any, Literal, TypeAlias
 
 from squeal_core.errors import ConfigurationError
@@ -160,7 +160,7 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
     top = {key.name: key.read(parameters.get(key.name, key.default)) for key in MONITOR_KEYS}
     names = top.pop('brakes')
     assert isinstance(names, tuple)
-    _check_names(names)
+    check_names(names)
     known = {key.name for key in settings_keys(names)}
     for name, value in parameters.items():
         if name not in known:
@@ -208,7 +208,7 @@ def load_settings(path: Any) -> MonitorSettings:
     return read_settings(parameters)
 
 
-def _check_names(names: tuple[str, ...]) -> None:
+def check_names(names: tuple[str, ...]) -> None:
     for name in names:
         if not (name.isidentifier() and name.isascii()):
             raise ConfigurationError('brakes', f'has {name!r}', 'use letters, digits and _')

@@ -1,7 +1,8 @@
 """Complex modes of the brake at an operating point, and what kind each of them is."""
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
+import warnings
 
 import numpy as np
 from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
@@ -60,8 +61,9 @@ class Mode:
     @property
     def damping_ratio(self) -> float:
         """-Re(lambda)/|lambda| [-]; negative grows; 0 for a root at zero."""
-        size = abs(self.eigenvalue)
-        return -self.eigenvalue.real / size if size > 0.0 else 0.0
+        if self.kind == 'rigid':
+            return 0.0
+        return -self.eigenvalue.real / abs(self.eigenvalue)
 
     @property
     def unstable(self) -> bool:
@@ -106,8 +108,8 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 
 
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
-    """Return all 2N roots [1/s], in no particular order; K09 eq. (36) with a = a0 exp(lambda t)."""
-    moving = ~model.free_coordinates
+    """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
+    moving = np.logical_not(model.free_coordinates)
     held = int(np.count_nonzero(moving))
     state = np.zeros((held + model.size, held + model.size))
     state[:held, held:] = np.eye(model.size)[moving]
@@ -152,8 +154,6 @@ class ModeVectors:
 
 def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) -> ModeVectors:
     """Return the vectors of a simple root by inverse iteration on Q = lambda^2 + lambda D + K."""
-    import warnings
-
     d, k = model.damping(point), model.stiffness(point)
     pencil = eigenvalue**2 * np.eye(model.size) + eigenvalue * d + k
     with warnings.catch_warnings():
@@ -164,7 +164,7 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
 
 
-def _inverse_iteration(factors: tuple[FloatArray, FloatArray], vector: ComplexArray,
+def _inverse_iteration(factors: Any, vector: ComplexArray,
                        trans: int) -> ComplexArray:
     for _ in range(3):
         vector = lu_solve(factors, vector, trans=trans, check_finite=False)
@@ -173,7 +173,7 @@ def _inverse_iteration(factors: tuple[FloatArray, FloatArray], vector: ComplexAr
 
 
 def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
-    """Relative change of the matrices that would make the root exact (Tisseur 2000), in the
-    Frobenius norm, which costs nothing beside the factorisation."""
+    """Relative change of the matrices that would make the root exact (Tisseur 2000)."""
+    # Frobenius norms: the spectral ones would cost more than the factorisation
     size = abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k)
     return float(np.linalg.norm(residual) / size)

@@ -87,7 +87,8 @@ def _figures(assessment: Assessment) -> dict[str, object]:
         'squeal_risk': assessment.risk, 'growth_rate_1_s': assessment.growth_rate,
         'worst_frequency_hz': assessment.worst_frequency_hz,
         'friction_margin': assessment.friction_margin,
-        'unstable_frequencies_hz': ' '.join(f'{m.frequency_hz:.1f}' for m in assessment.flutter),
+        'unstable_frequencies_hz': ' '.join(repr(m.frequency_hz) for m in assessment.flutter),
+        'unstable_growth_rates_1_s': ' '.join(repr(m.growth_rate) for m in assessment.flutter),
         'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
         'friction': assessment.friction, 'friction_source': assessment.friction_source}
     for signal, reading in assessment.inputs.items():

@@ -69,6 +69,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self._outputs: dict[tuple[str, str], Any] = {}
         self._diagnostics: Any = None
         self._configure_error: SquealError | None = None
+        self._starting = False
         self._last_levels: list[int] = []
         self._last_diagnostics = 0
         self._last_tick: int | None = None
@@ -80,7 +81,10 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         """Configure and activate, if the parameter `autostart` says so."""
         if not self.settings.autostart:
             return
-        if self.trigger_configure() != TransitionCallbackReturn.SUCCESS:
+        self._starting = True
+        configured = self.trigger_configure()
+        self._starting = False
+        if configured != TransitionCallbackReturn.SUCCESS:
             raise self._configure_error or SquealError('configuration failed; see the log')
         self.trigger_activate()
 
@@ -89,7 +93,8 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             self._configure()
         except SquealError as error:
             self._configure_error = error
-            self.get_logger().error(f'cannot configure: {error}')
+            if not self._starting:  # while starting, whoever starts it says so
+                self.get_logger().error(f'cannot configure: {error}')
             self._release()
             return TransitionCallbackReturn.FAILURE
         return super().on_configure(state)

@@ -9,8 +9,9 @@ so a doublet is exact, and so are derivatives in theta. For n = 0, U and W (umbr
 in half c alone, and V (torsion) in half s alone.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,7 @@ except ImportError as error:
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import HatDisc, Material
-from squeal_core.modal_basis import Quadrature, SampledShapes, keep_whole_doublets
-
+from squeal_core.modal_basis import keep_whole_doublets, Quadrature, SampledShapes
 
 _GRADING = 0.15  # ratio of neighbouring elements towards a re-entrant corner: hp theory's choice
 
@@ -38,13 +38,13 @@ class _SectionMode:
     shape: FloatArray
 
 
-@skfem.BilinearForm
-def _mass(u, v, w):  # type: ignore[no-untyped-def]
+@skfem.BilinearForm  # type: ignore[untyped-decorator]
+def _mass(u: Any, v: Any, w: Any) -> Any:
     return dot(u, v) * w.x[0]
 
 
-@skfem.BilinearForm
-def _stiffness(u, v, w):  # type: ignore[no-untyped-def]
+@skfem.BilinearForm  # type: ignore[untyped-decorator]
+def _stiffness(u: Any, v: Any, w: Any) -> Any:
     e, f = _strain(u, w.n, w.x[0]), _strain(v, w.n, w.x[0])
     volumetric = (e[0] + e[1] + e[2]) * (f[0] + f[1] + f[2])
     direct = e[0] * f[0] + e[1] * f[1] + e[2] * f[2]
@@ -52,7 +52,7 @@ def _stiffness(u, v, w):  # type: ignore[no-untyped-def]
     return (w.lame * volumetric + w.shear * (2.0 * direct + shear)) * w.x[0]
 
 
-def _strain(u, n, r):  # type: ignore[no-untyped-def]
+def _strain(u: Any, n: float, r: FloatArray) -> tuple[FloatArray, ...]:
     """Amplitudes of e_rr, e_tt, e_zz, g_rz (with cos n theta) and g_rt, g_tz (with sin)."""
     (radial, tangential, axial), (u_grad, v_grad, w_grad) = u, u.grad
     return (u_grad[0], (n * tangential + radial) / r, w_grad[1], u_grad[1] + w_grad[0],
@@ -129,8 +129,8 @@ def disc_modes(disc: HatDisc, count: int, *, order: int = 5,
         Geometric layers of elements towards the hat's re-entrant corners.
     """
     basis = skfem.CellBasis(
-        hat_section(disc, element_size, corner_layers), skfem.ElementVector(skfem.ElementQuadP(order), 3),
-        intorder=2 * order)
+        hat_section(disc, element_size, corner_layers),
+        skfem.ElementVector(skfem.ElementQuadP(order), 3), intorder=2 * order)
     clamped = basis.get_dofs(lambda x: np.isclose(x[0], disc.clamp_radius)).all()
     found = _lowest(basis, disc.material, clamped, count)
     frequencies = np.array([m.frequency for m in found])
@@ -148,8 +148,8 @@ def hat_section(disc: HatDisc, element_size: float, layers: int = 2) -> skfem.Me
         _graded((disc.clamp_radius, inner, outer, disc.rotor_outer_radius), element_size, layers),
         _graded((-half, half, plate, top), element_size, layers))
     r, z = mesh.p[:, mesh.t].mean(axis=1)
-    solid = (((r > inner) & (z < half)) | ((r > inner) & (r < outer)) | ((r < outer) & (z > plate)))
-    return mesh.restrict(np.flatnonzero(solid))
+    rotor, wall, top_plate = z < half, (r > inner) & (r < outer), (z > plate) & (r < outer)
+    return mesh.restrict(np.flatnonzero((rotor & (r > inner)) | wall | top_plate))
 
 
 def _graded(corners: tuple[float, ...], element_size: float, layers: int) -> FloatArray:
@@ -176,7 +176,7 @@ def _lowest(basis: skfem.CellBasis, material: Material, clamped: FloatArray,
     return modes
 
 
-def _stiffness_family(basis, material):  # type: ignore[no-untyped-def]
+def _stiffness_family(basis: skfem.CellBasis, material: Material) -> Callable[[int], Any]:
     """Return n -> K(n) = K0 + n K1 + n^2 K2, for three assemblies instead of one a harmonic."""
     e, nu = material.young_modulus, material.poisson_ratio
     minus, zero, plus = (_stiffness.assemble(
@@ -186,7 +186,8 @@ def _stiffness_family(basis, material):  # type: ignore[no-untyped-def]
     return lambda n: zero + n * linear + n**2 * square
 
 
-def _harmonic(basis, stiffness, mass, clamped, n, count):  # type: ignore[no-untyped-def]
+def _harmonic(basis: skfem.CellBasis, stiffness: Any, mass: Any, clamped: FloatArray,
+              n: int, count: int) -> list[_SectionMode]:
     """Solve one harmonic; both halves of each mode, mass normalised over the volume."""
     squares, shapes = skfem.solve(
         *skfem.condense(stiffness, mass, D=clamped),
@@ -194,7 +195,7 @@ def _harmonic(basis, stiffness, mass, clamped, n, count):  # type: ignore[no-unt
             mass.shape[0] - clamped.size)))
     around = np.pi if n else 2.0 * np.pi
     modes, families = [], dict.fromkeys('cs', 0)
-    tangential = basis.split_indices()[1] if n == 0 else None
+    tangential = basis.split_indices()[1]
     for square, x in sorted(zip(squares, shapes.T, strict=True), key=lambda pair: pair[0]):
         halves = 'cs' if n else ('s' if _dominates(x, tangential) else 'c')
         for half in halves:

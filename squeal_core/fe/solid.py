@@ -1,6 +1,7 @@
 """Pad modes from a three-dimensional solid: free, quadratic hexahedra, six exact rigid modes."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ try:
 except ImportError as error:
     raise ImportError(
         "finite element modes need scikit-fem: pip install 'squeal_ros[fe]'") from error
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import eigsh, LinearOperator, splu
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, Material, Pad
@@ -19,13 +20,13 @@ from squeal_core.modal_basis import Quadrature, SampledShapes
 RIGID_NAMES = ('slide radial', 'slide tangential', 'spin', 'lift', 'roll', 'pitch')
 
 
-@skfem.BilinearForm
-def _mass(u, v, _):  # type: ignore[no-untyped-def]
+@skfem.BilinearForm  # type: ignore[untyped-decorator]
+def _mass(u: Any, v: Any, _: Any) -> Any:
     return dot(u, v)
 
 
-@skfem.BilinearForm
-def _stiffness(u, v, w):  # type: ignore[no-untyped-def]
+@skfem.BilinearForm  # type: ignore[untyped-decorator]
+def _stiffness(u: Any, v: Any, w: Any) -> Any:
     e, f = sym_grad(u), sym_grad(v)
     return ddot(w.lame * eye(trace(e), 3) + 2.0 * w.shear * e, f)
 
@@ -105,7 +106,7 @@ def sector_mesh(contact: Contact, bottom: float, top: float,
     return skfem.MeshHex2(np.vstack([r * np.cos(t), r * np.sin(t), z]), box.t)
 
 
-def _rigid_shapes(basis: skfem.CellBasis, mass) -> FloatArray:  # type: ignore[no-untyped-def]
+def _rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
     """Mass-normalised translations and rotations about the mass centre, in `RIGID_NAMES` order.
 
     They are linear in the coordinates, so their values at the nodes hold them exactly.
@@ -127,7 +128,8 @@ def _rigid_shapes(basis: skfem.CellBasis, mass) -> FloatArray:  # type: ignore[n
     return np.linalg.solve(np.linalg.cholesky(shapes @ (mass @ shapes.T)), shapes)
 
 
-def _flexible(stiffness, mass, rigid, count):  # type: ignore[no-untyped-def]
+def _flexible(stiffness: Any, mass: Any, rigid: FloatArray,
+              count: int) -> tuple[FloatArray, FloatArray]:
     """Shift-invert below zero on the complement of the rigid modes: they cannot leak in."""
     scale = stiffness.diagonal().mean() / mass.diagonal().mean()
     shift = -1e-4 * scale
@@ -135,8 +137,8 @@ def _flexible(stiffness, mass, rigid, count):  # type: ignore[no-untyped-def]
                   diag_pivot_thresh=0.0, options={'SymmetricMode': True})
 
     def solve(b: FloatArray) -> FloatArray:
-        x = factor.solve(b - mass @ (rigid.T @ (rigid @ b)))
-        return x - rigid.T @ (rigid @ (mass @ x))
+        x: FloatArray = factor.solve(b - mass @ (rigid.T @ (rigid @ b)))
+        return np.asarray(x - rigid.T @ (rigid @ (mass @ x)))
 
     inverse = LinearOperator(mass.shape, matvec=solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(mass.shape[0])

@@ -1,0 +1,99 @@
+"""The live table of a drive, and the summary of its squeal events."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+import math
+from typing import Any
+
+try:
+    from rich.console import Console
+    from rich.live import Live
+    from rich.table import Table
+except ImportError as error:
+    raise ImportError("tables need rich: pip install 'squeal_ros[view]'") from error
+
+from squeal_core.history import Row, SquealEvent
+
+_UNKNOWN = '-'
+
+
+class DriveDisplay:
+    """Shows the present rows: redrawn in place on a terminal, else a block now and then.
+
+    Parameters
+    ----------
+    console : rich.console.Console
+    title : str
+    block_period : float
+        Time of the drive between two blocks where there is no terminal [s].
+    """
+
+    def __init__(self, console: Console, title: str, *, block_period: float = 30.0) -> None:
+        self._console = console
+        self._title = title
+        self._block_period = block_period
+        self._next_block = -math.inf
+        self._live: Live | None = None
+
+    def update(self, time: float, vehicle_speed: float, rows: Sequence[Row],
+               ticks_done: int, ticks_lost: int) -> None:
+        """Show one tick; time in s, vehicle speed in m/s."""
+        caption = f'ticks done {ticks_done}, lost {ticks_lost}'
+        if self._live is not None:
+            self._live.update(self._table(time, vehicle_speed, rows, caption))
+        elif time >= self._next_block:
+            self._next_block = time + self._block_period
+            self._console.print(self._table(time, vehicle_speed, rows, caption))
+
+    @contextmanager
+    def running(self) -> Iterator['DriveDisplay']:
+        """Take the terminal for as long as the drive lasts."""
+        if not self._console.is_terminal:
+            yield self
+            return
+        with Live(console=self._console, refresh_per_second=8) as self._live:
+            yield self
+        self._live = None
+
+    def _table(self, time: float, vehicle_speed: float, rows: Sequence[Row],
+               caption: str) -> Table:
+        table = Table(title=f'{self._title}   t = {time:6.1f} s   {vehicle_speed * 3.6:5.1f} km/h',
+                      title_justify='left', caption=caption, caption_justify='left')
+        table.add_column('brake', min_width=11)
+        for name in ('pressure bar', 'mu', 'risk', 'worst mode Hz', 'growth 1/s'):
+            table.add_column(name, justify='right', min_width=len(name))
+        table.add_column('state', min_width=11)
+        for row in rows:
+            table.add_row(*_cells(row), style=_style(row))
+        return table
+
+
+def events_table(events: Sequence[SquealEvent], *, most: int = 12) -> Table:
+    """Return the longest events as a table, in order of time."""
+    shown = sorted(sorted(events, key=lambda e: e.start - e.end)[:most],
+                   key=lambda e: (e.start, e.brake))
+    table = Table(title=f'Squeal events: {len(events)}'
+                  + (f', the {most} longest' if len(events) > most else ''),
+                  title_justify='left')
+    for name in ('from s', 'to s', 'brake', 'peak risk', 'mode Hz', 'growth 1/s'):
+        table.add_column(name, justify='left' if name == 'brake' else 'right')
+    for e in shown:
+        table.add_row(f'{e.start:.1f}', f'{e.end:.1f}', e.brake, f'{e.peak_risk:.2f}',
+                      f'{e.frequency_hz:.0f}', f'{e.growth_rate:+.1f}')
+    return table
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    return (row.brake, _number(row.pressure_pa / 1e5, '.1f'), _number(row.friction, '.3f'),
+            _number(row.squeal_risk, '.2f'), _number(row.worst_frequency_hz, '.0f'),
+            _number(row.growth_rate_1_s, '+.1f'), row.state)
+
+
+def _number(value: float, form: str) -> str:
+    return _UNKNOWN if math.isnan(value) else format(value, form)
+
+
+def _style(row: Row) -> Any:
+    if row.state in ('stale', 'invalid'):
+        return 'magenta'
+    return 'bold red' if row.squeal_risk >= 0.5 else ''

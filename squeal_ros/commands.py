@@ -1,0 +1,226 @@
+"""What each command of `squeal` does: results on stdout, progress on stderr."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+import json
+import math
+from pathlib import Path
+import sys
+from typing import Any
+
+import numpy as np
+
+from squeal_core import resources
+from squeal_core.brake import read_brake
+from squeal_core.brake_model import BrakeModel, OPERATORS
+from squeal_core.drive_cycle import read_drive_cycle
+from squeal_core.errors import SquealError
+from squeal_core.history import Row, squeal_events
+from squeal_core.model_file import read_header
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.settings import load_settings
+from squeal_core.settings_document import settings_document
+from squeal_core.stability import complex_modes, Mode
+from squeal_core.vehicle import read_vehicle
+
+DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
+
+
+def build(options: argparse.Namespace) -> int:
+    """Build a modal brake model from a brake description."""
+    from squeal_core.build import build_model
+
+    brake = read_brake(resources.find('brakes', options.brake, '.yaml'))
+    model = build_model(brake, progress=_progress)
+    model.save(options.output)
+    print(f'{options.output}: {brake.name}, {model.size} modes')
+    return 0
+
+
+def info(options: argparse.Namespace) -> int:
+    """Show what a model file holds."""
+    header, model = read_header(options.model), BrakeModel.load(options.model)
+    if options.json:
+        frequencies = (model.angular_frequencies / 2.0 / np.pi).tolist()
+        print(json.dumps({**header, 'frequencies_hz': frequencies}))
+        return 0
+    provenance = header['provenance']
+    print(f'model            {provenance.get("brake", options.model)}')
+    print(f'modes            {model.size}, {int(model.free_coordinates.sum())} without stiffness')
+    print(f'contact          area {model.contact_area * 1e4:.2f} cm^2, mean radius '
+          f'{model.contact_radius * 1e3:.1f} mm, stiffness '
+          f'{model.nominal_contact_stiffness:.3g} N/m^3')
+    print(f'arrays           {", ".join(n for n in OPERATORS if getattr(model, n) is not None)}')
+    print(f'schema           {header["schema"]}')
+    print(f'hash             {header["hash"]}')
+    for group in ('settings', 'software'):
+        for name, value in provenance.get(group, {}).items():
+            print(f'{name:16} {value}')
+    print('component modes  Hz')
+    for name, frequency in zip(model.names, model.angular_frequencies / 2.0 / np.pi, strict=False):
+        print(f'  {name:22} {frequency:10.2f}')
+    return 0
+
+
+def modes(options: argparse.Namespace) -> int:
+    """Show the complex modes at an operating point."""
+    model = BrakeModel.load(options.model)
+    point = _point(model, options)
+    found = complex_modes(model, point)
+    if options.json:
+        print(json.dumps({'model': options.model, 'point': point.__dict__,
+                          'modes': [_mode_json(mode) for mode in found.modes]}))
+        return 0
+    print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
+          f'{point.friction_slope:.4g} s/m, contact pressure {point.contact_pressure / 1e5:.3f} '
+          f'bar, contact stiffness {point.contact_stiffness:.4g} N/m^3')
+    shown = found.modes if options.all else found.unstable
+    print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable')
+    print(f'{"index":>5} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} {"damping ratio":>14}')
+    for m in shown:
+        print(f'{m.index:5d} {m.kind:>10} {m.frequency_hz:10.2f} {m.growth_rate:+11.3f} '
+              f'{m.damping_ratio:+14.6f}')
+    return 0
+
+
+def settings(options: argparse.Namespace) -> int:
+    """Print a settings file with every key explained."""
+    print(settings_document(tuple(options.brakes)), end='')
+    return 0
+
+
+def replay(options: argparse.Namespace) -> int:
+    """Run the monitor over a recorded bag."""
+    from squeal_ros import replay as replaying
+    from squeal_ros.signals import Router
+
+    chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
+    if options.model:
+        chosen = replace(chosen, model=options.model)
+    if options.rate is not None:
+        chosen = replace(chosen, rate=_positive('--rate', options.rate))
+    model, router = BrakeModel.load(chosen.model), Router.of(chosen)
+    outputs = replaying.Outputs(Path(options.output), chosen)
+    outputs.write(replaying.replay(
+        options.bag, chosen, model, namespace=options.namespace, router=router))
+    for problem, count in router.problems.items():
+        print(f'squeal: {count} messages unread: {problem}', file=sys.stderr)
+    return _report_replay(options, outputs.rows, outputs.csv_path)
+
+
+def drive(options: argparse.Namespace) -> int:
+    """Play a drive cycle as brake signals."""
+    from squeal_ros.bag import BagWriter
+    from squeal_ros.demo import signals_of
+    from squeal_ros.drive import BrakePlayer
+
+    cycle, vehicle = _cycle_and_vehicle(options)
+    signals = signals_of(cycle, vehicle, BrakeModel.load(options.model), rate=10.0,
+                         duration=options.duration)
+    simulated = not options.wall_time
+    speed_up = 1.0 if options.wall_time else _positive('--speed-up', options.speed_up)
+    with BrakePlayer(signals, namespace=options.namespace) as player:
+        _progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real time')
+        if options.record:
+            with BagWriter(options.record) as bag:
+                list(player.play(speed_up=speed_up, simulated=simulated, record=bag.write))
+        else:
+            list(player.play(speed_up=speed_up, simulated=simulated))
+    return 0
+
+
+def demo(options: argparse.Namespace) -> int:
+    """Run node, player and replay together."""
+    from rich.console import Console
+
+    from squeal_core.view.drive_plot import plot_drive
+    from squeal_core.view.table import DriveDisplay, events_table
+    from squeal_ros import demo as demos
+
+    rate, speed_up = _positive('--rate', options.rate), _positive('--speed-up', options.speed_up)
+    cycle, vehicle = _cycle_and_vehicle(options)
+    config = Path(options.config or demos.default_config())
+    chosen = demos.demo_settings(config, rate)
+    model = BrakeModel.load(chosen.model)
+    signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
+    files = demos.DemoFiles(folder=Path(options.output))
+    files.clear()
+    console = Console(width=None if sys.stdout.isatty() else 99, highlight=False)
+    console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
+                  f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
+                  'its own process')
+    live = demos.run_live(signals, config, files.inputs, DriveDisplay(console, cycle.name),
+                          rate=rate, speed_up=speed_up)
+    console.print(f'ticks done {live.ticks_done}, lost {live.ticks_lost}')
+    rows = [demos.on_drive_time(row) for row in demos.replay_inputs(files, chosen, model)]
+    console.print(demos.agreement([demos.on_drive_time(row) for row in live.rows], rows).in_words)
+    console.print(events_table(squeal_events(rows, risk=chosen.risk_warning)))
+    plot_drive(rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
+               wheel_radius=vehicle.wheel_radius, squeal_band_hz=(
+                   chosen.squeal_band_low_hz, chosen.squeal_band_high_hz))
+    for what, path in (('picture of the drive', files.picture), ('recorded inputs', files.inputs),
+                       ('replayed outputs', files.outputs),
+                       ('table', files.outputs.with_suffix('.csv'))):
+        console.print(f'{what}: {path}')
+    return 0 if live.ticks_done else 1
+
+
+def _point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
+    """Make the operating point that the options describe."""
+    law = model.friction_law
+    speed = model.contact_radius * options.rotor_speed
+    friction, slope = options.friction, options.friction_slope
+    if law is None and (friction is None or options.friction_law):
+        raise SquealError('this model has no friction law; give --friction and --friction-slope')
+    if slope is None:
+        slope = 0.0
+        if law is not None and (options.friction_law or friction is None):
+            slope = law.slope_at(speed, law.coefficient(speed) if friction is None else friction)
+    if friction is None and law is not None:
+        friction = law.coefficient(speed)
+    return OperatingPoint(
+        rotor_speed=options.rotor_speed, friction=math.copysign(friction, options.rotor_speed),
+        friction_slope=slope, contact_pressure=_preload(model, options) / model.contact_area,
+        contact_stiffness=model.nominal_contact_stiffness
+        if options.contact_stiffness is None else options.contact_stiffness)
+
+
+def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
+    if options.pressure is None:
+        return DEFAULT_PRELOAD if options.preload is None else float(options.preload)
+    if model.caliper is None:
+        raise SquealError('--pressure: this model has no caliper; give --preload')
+    return model.caliper.preload(options.pressure)
+
+
+def _mode_json(mode: Mode) -> dict[str, Any]:
+    return {'index': mode.index, 'kind': mode.kind, 'frequency_hz': mode.frequency_hz,
+            'growth_rate': mode.growth_rate, 'damping_ratio': mode.damping_ratio}
+
+
+def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
+    return (read_drive_cycle(resources.find('drive_cycles', options.cycle, '.csv')),
+            read_vehicle(resources.find('vehicles', options.vehicle, '.yaml')))
+
+
+def _report_replay(options: argparse.Namespace, rows: Sequence[Row], table: Path) -> int:
+    events = squeal_events(rows)
+    ticks = len({row.time_s for row in rows})
+    if options.json:
+        print(json.dumps({'ticks': ticks, 'output': options.output, 'table': str(table),
+                          'events': [event.__dict__ for event in events]}))
+    else:
+        print(f'{ticks} ticks, {len(events)} squeal events; {options.output}, {table}')
+    return 0
+
+
+def _positive(name: str, value: float) -> float:
+    if not (math.isfinite(value) and value > 0.0):
+        raise SquealError(f'{name}: is {value}; give a positive number')
+    return value
+
+
+def _progress(text: str) -> None:
+    if sys.stderr.isatty():
+        print(f'{text} ...', file=sys.stderr)
