@@ -1,6 +1,6 @@
 """Launch the monitor of one vehicle.
 
-    ros2 launch squeal_ros squeal_monitor.launch.py config:=my.yaml namespace:=car use_sim_time:=true
+    ros2 launch squeal_ros squeal_monitor.launch.py config:=my.yaml use_sim_time:=true
 """
 
 from launch.actions import DeclareLaunchArgument

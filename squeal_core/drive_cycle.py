@@ -8,6 +8,7 @@ import numpy as np
 
 from squeal_core.arrays import FloatArray, readonly
 from squeal_core.errors import SquealError
+from squeal_core.resources import names
 
 _COLUMNS = ('time_s', 'speed_m_s')
 
@@ -108,13 +109,17 @@ def read_drive_cycle(path: str | Path) -> DriveCycle:
     ------
     DriveCycleError
         With file, line, value and remedy: a column is missing, a value is no number, not finite
-        or negative, time does not increase, or there are fewer than two rows.
-    OSError
-        If the file cannot be read.
+        or negative, time does not increase, there are fewer than two rows, or no such file.
     """
     path = Path(path)
-    # A byte that is no UTF-8 becomes a value that is no number, and is reported with its line.
-    with path.open(newline='', encoding='utf-8-sig', errors='replace') as file:
+    try:
+        # a byte that is no UTF-8 becomes a value that is no number, reported with its line
+        file = path.open(newline='', encoding='utf-8-sig', errors='replace')
+    except OSError as error:
+        raise DriveCycleError(f'{path}: cannot be read ({error.strerror}); give a table, or a '
+                              f'shipped cycle: {", ".join(names("drive_cycles", ".csv"))}'
+                              ) from None
+    with file:
         rows = csv.reader(file)
         columns = _columns(path, next(rows, []))
         lines, values = [], []

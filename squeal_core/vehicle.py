@@ -164,9 +164,8 @@ def read_vehicle(path: str | Path) -> Vehicle:
     Raises
     ------
     VehicleError
-        With file, key, value and remedy: key missing or unknown, value no number or out of range.
-    OSError
-        If the file cannot be read.
+        With file, key, value and remedy: no such file, key missing or unknown, value no number
+        or out of range.
     """
     import yaml
     path = Path(path)
@@ -175,6 +174,9 @@ def read_vehicle(path: str | Path) -> Vehicle:
         if not isinstance(content, dict):
             raise VehicleError(f'{content!r} is no vehicle; write one "key: value" on each line')
         return _vehicle(content)
+    except OSError as error:
+        raise VehicleError(
+            f'{path}: cannot be read ({error.strerror}); check the path') from None
     except (VehicleError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise VehicleError(f'{path}: {" ".join(str(error).split())}') from error
 

@@ -4,6 +4,7 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 import argparse
 from collections.abc import Callable, Sequence
+import signal
 import sys
 
 from squeal_core.errors import SquealError
@@ -15,6 +16,8 @@ GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; 0 good, 1 the answer is bad, 2 the input is bad."""
     options = parser().parse_args(arguments)
+    # a command that is told to end ends as by Ctrl-C: processes stopped, half-written files gone
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     run: Callable[[argparse.Namespace], int] = options.run
     try:
         return run(options)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+import ctypes
 from dataclasses import dataclass, replace
 from pathlib import Path
 import signal
@@ -23,6 +24,7 @@ from squeal_ros.drive import BrakePlayer, ORIGIN
 from squeal_ros.replay import Outputs, replay
 
 _START_UP = 30.0  # s that the node may take to subscribe
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,16 +68,23 @@ def monitor_process(config: Path, rate: float) -> Iterator[subprocess.Popen[byte
         [sys.executable, '-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn',
          '--params-file', str(config), '-p', 'use_sim_time:=true', '-p', f'rate:={rate}',
          '-p', f'diagnostics_rate:={2.0 * rate}'],
-        start_new_session=True)  # Ctrl-C reaches the player first, which then ends the node
+        start_new_session=True,  # Ctrl-C reaches the player first, which then ends the node
+        preexec_fn=_end_with_parent)
     try:
         yield process
     finally:
-        process.send_signal(signal.SIGINT)
+        process.terminate()
         try:
             process.wait(10.0)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+def _end_with_parent() -> None:
+    """Have the kernel end this process when its parent is killed (Linux; elsewhere nothing)."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def signals_of(cycle: DriveCycle, vehicle: Vehicle, model: BrakeModel, *, rate: float,
@@ -101,12 +110,16 @@ def run_live(signals: BrakeSignals, config: Path, inputs: Path, display: DriveDi
             raise SquealError(f'the monitor did not subscribe within {_START_UP:.0f} s; see what '
                               'it says above, and check ROS_DOMAIN_ID and the network settings')
         with display.running():
-            for progress in player.play(speed_up=speed_up, record=bag.write):
-                rows.extend(progress.rows)
-                done, lost = progress.ticks_done, progress.ticks_lost
-                at = progress.rows[0].time_s - ORIGIN * 1e-9
-                speed = float(np.interp(at, signals.time, signals.vehicle_speed))
-                display.update(at, speed, progress.rows, done, lost)
+            for heard in player.play(speed_up=speed_up, record=bag.write):
+                if process.poll() is not None:
+                    raise SquealError(f'the monitor ended with code {process.returncode} during '
+                                      'the drive; see what it says above')
+                for progress in heard:
+                    rows.extend(progress.rows)
+                    done, lost = progress.ticks_done, progress.ticks_lost
+                    at = progress.rows[0].time_s - ORIGIN * 1e-9
+                    speed = float(np.interp(at, signals.time, signals.vehicle_speed))
+                    display.update(at, speed, progress.rows, done, lost)
     return LiveDrive(tuple(rows), done, lost)
 
 

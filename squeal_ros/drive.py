@@ -12,7 +12,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
@@ -83,8 +83,8 @@ class BrakePlayer:
         return True
 
     def play(self, *, speed_up: float = 1.0, simulated: bool = True,
-             record: Record = lambda *_: None) -> Iterator[Progress]:
-        """Publish all signals in step with time; yield what the monitor says in between.
+             record: Record = lambda *_: None) -> Iterator[list[Progress]]:
+        """Publish all signals in step with time; yield after each what the monitor said since.
 
         Parameters
         ----------
@@ -97,25 +97,22 @@ class BrakePlayer:
         """
         start = time.monotonic()
         for step, seconds in enumerate(self._signals.time):
-            yield from self._until(start + seconds / speed_up)
+            yield self._until(start + seconds / speed_up)
             now = ORIGIN + round(seconds * 1e9) if simulated else time.time_ns()
             for topic, message in self._messages(step, now):
                 self._publishers[topic].publish(message)
                 record(f'/{topic}', _type_name(message), now, serialize_message(message))
             if simulated:
                 self._clock.publish(Clock(clock=_time(now)))
-        yield from self._until(time.monotonic() + 0.5)
+        yield self._until(time.monotonic() + 0.5)
 
-    def _until(self, deadline: float) -> Iterator[Progress]:
-        while True:
+    def _until(self, deadline: float) -> list[Progress]:
+        rest = 1.0
+        while rest > 0.0:
             rest = deadline - time.monotonic()
             self._executor.spin_once(timeout_sec=max(0.0, rest))
-            yield from self._heard
-            self._heard.clear()
-            if rest <= 0.0:
-                return
-            if not self._context.ok():
-                raise ExternalShutdownException
+        heard, self._heard = self._heard, []
+        return heard
 
     def _messages(self, step: int, now: int) -> Iterator[tuple[str, Any]]:
         s = self._signals

@@ -15,6 +15,7 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from rclpy.timer import Timer
 
 from squeal_core.brake_model import BrakeModel
@@ -271,9 +272,11 @@ def _descriptor(key: Key) -> ParameterDescriptor:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; 2 for a configuration that cannot be used."""
-    context = Context()
+    context, started = Context(), False
     try:
-        rclpy.init(args=arguments, context=context)
+        rclpy.init(args=arguments, context=context,
+                   signal_handler_options=SignalHandlerOptions.ALL)
+        started = True
         executor = SingleThreadedExecutor(context=context)
         node = SquealMonitor(context=context)
         executor.add_node(node)
@@ -284,9 +287,11 @@ def main(arguments: list[str] | None = None) -> int:
     except SquealError as error:
         return _refuse(error)
     except Exception as error:
+        if not started:
+            return _refuse(error)
         if context.ok():
             raise
-        return _refuse(error)
+        # a signal ended the context under a call: rclpy then raises whatever that call raises
     finally:
         context.try_shutdown()
     return 0

@@ -62,10 +62,10 @@ def _risk_strips(figure: Any, axes: Any, rows: Sequence[Row], brakes: Sequence[s
     for row in rows:
         risk[brakes.index(row.brake), np.searchsorted(times, row.time_s)] = row.squeal_risk
     step = np.diff(times).min(initial=np.inf) if times.size > 1 else 1.0
-    axes.set_facecolor('0.85')
+    axes.set_facecolor('0.8')
     strips = axes.pcolormesh(
         np.append(times, times[-1] + step), np.arange(len(brakes) + 1) - 0.5, risk,
-        cmap='YlOrRd', vmin=0.0, vmax=1.0)
+        cmap='Reds', vmin=0.0, vmax=1.0)
     axes.set_yticks(range(len(brakes)), brakes)
     axes.set_ylabel('squeal risk\n(grey: not known)')
     axes.hlines(np.arange(1, len(brakes)) - 0.5, times[0], times[-1] + step, color='1.0')

@@ -1,0 +1,33 @@
+"""Fixtures that tests share: the shipped model, its brake, and the modes the model is made of."""
+
+import pytest
+
+from squeal_core import BrakeModel
+from squeal_core.brake import Brake, read_brake
+from squeal_core.resources import config_folder
+
+
+@pytest.fixture(scope='session')
+def kang() -> BrakeModel:
+    """The shipped model, N = 92."""
+    return BrakeModel.load('kang2009')
+
+
+@pytest.fixture(scope='session')
+def brake() -> Brake:
+    """The description that the shipped model was built from."""
+    return read_brake(config_folder() / 'brakes' / 'kang2009.yaml')
+
+
+@pytest.fixture(scope='session')
+def disc(brake: Brake):  # type: ignore[no-untyped-def]
+    """Modes of the disc, with the settings of the shipped model; takes seconds."""
+    from squeal_core.fe.axisymmetric import disc_modes
+    return disc_modes(brake.disc, brake.disc_modes)
+
+
+@pytest.fixture(scope='session')
+def pad(brake: Brake):  # type: ignore[no-untyped-def]
+    """Modes of a pad, with the settings of the shipped model; takes seconds."""
+    from squeal_core.fe.solid import pad_modes
+    return pad_modes(brake.pad, brake.contact, brake.pad_modes)

@@ -1,0 +1,300 @@
+"""The monitor: what it says in each state, when it recovers, and that nothing else sways it."""
+
+import math
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from squeal_core.brake import Caliper
+from squeal_core.brake_model import BrakeModel
+from squeal_core.errors import SquealError
+from squeal_core.friction import FrictionLaw, FrictionTable
+from squeal_core.monitor import Assessment, BrakeMonitor, Sample, VehicleMonitor
+from squeal_core.settings import read_settings, Signal
+
+TICK, SECOND = 10_000_000_000, 1_000_000_000
+GOOD: dict[Signal, float] = {'rotor_speed': 10.0, 'pressure': 2e6, 'friction': 0.5}
+LIMITS = {'rotor_speed': (-400.0, 400.0), 'pressure': (-5e4, 3e7), 'friction': (0.01, 1.5)}
+WITH_TABLE = {'a.temperature.topic': '/temperature'}
+TABLE_ONLY = {**WITH_TABLE, 'a.friction.topic': ''}
+NAN = math.nan
+
+
+def small_model(**changes: Any) -> BrakeModel:
+    """Four modes; those at 2000 and 2060 Hz merge at mu = 0.24, others are stable."""
+    couple = np.zeros((4, 4))
+    couple[2, 3], couple[3, 2] = 2e-3, -2e-3
+    shape = np.random.default_rng(0).standard_normal((4, 4))
+    return BrakeModel(**{
+        'angular_frequencies': 2 * np.pi * np.array([900.0, 1500.0, 2000.0, 2060.0]),
+        'contact_stiffness': 1e-5 * (shape @ shape.T), 'friction_couple': couple,
+        'gyroscopic': 1e-3 * (shape - shape.T), 'radial_dissipation': 1e-8 * (shape @ shape.T),
+        'negative_slope': 1e-6 * (shape @ shape.T), 'nominal_contact_stiffness': 1e10,
+        'caliper': Caliper(2.5e-3), 'friction_law': FrictionLaw(),
+        'friction_table': FrictionTable(np.array([300.0, 500.0]), np.array([0.5, 0.1])),
+        **changes})
+
+
+MODEL = small_model()
+
+
+def monitor(model: BrakeModel = MODEL, **parameters: Any) -> BrakeMonitor:
+    found = read_settings({'brakes': ['a'], **parameters})
+    return BrakeMonitor(found.brakes[0], found, model)
+
+
+def feed(to: BrakeMonitor, stamp: int = TICK, **values: float) -> BrakeMonitor:
+    for signal in to.brake.inputs:
+        if signal in values:
+            to.receive(signal, Sample(stamp, values[signal]))
+    return to
+
+
+def assess(values: dict[Any, float], model: BrakeModel = MODEL, **parameters: Any) -> Assessment:
+    return feed(monitor(model, **parameters), **values).assess(TICK)
+
+
+def check_unknown(found: Assessment, state: str, reason: str) -> None:
+    assert (found.state, found.reason, found.known) == (state, reason, False)
+    assert (found.modes, found.point) == ((), None)
+    assert np.isnan([found.risk, found.growth_rate, found.worst_frequency_hz,
+                     found.friction_margin]).all()
+
+
+def test_steady_and_squealing() -> None:
+    found = assess(GOOD)
+    assert (found.state, found.known, found.brake, found.time) == ('steady', True, 'a', TICK)
+    assert (found.friction, found.friction_source) == (0.5, 'measured')
+    assert [round(m.frequency_hz, -2) for m in found.flutter] == [2000.0]
+    assert found.flutter[0].growth_rate == found.growth_rate > 0.0 > found.friction_margin
+    assert found.risk > 0.99
+
+
+def test_steady_and_quiet() -> None:
+    found = assess({**GOOD, 'friction': 0.1})
+    assert (found.state, found.modes) == ('steady', ())
+    assert found.growth_rate < 0.0 <= found.risk < 0.01
+
+
+@pytest.mark.parametrize('missing', GOOD)
+def test_never_received(missing: str) -> None:
+    found = assess({signal: value for signal, value in GOOD.items() if signal != missing})
+    check_unknown(found, 'stale', f'{missing} never received')
+
+
+@pytest.mark.parametrize('old', GOOD)
+@pytest.mark.parametrize('max_age', [0.5, 0.1, 2.0])
+def test_stale_just_over_max_age(old: str, max_age: float) -> None:
+    others = {signal: value for signal, value in GOOD.items() if signal != old}
+    watch = feed(monitor(**{f'a.{old}.max_age': max_age}), **others)
+    feed(watch, TICK - round(max_age * SECOND), **{old: GOOD[old]})
+    assert watch.assess(TICK).state == 'steady'
+    check_unknown(watch.assess(TICK + 1), 'stale', f'{old} is {max_age:.2f} s old')
+
+
+@pytest.mark.parametrize(('signal', 'value'), [
+    *((signal, value) for signal in GOOD for value in (NAN, math.inf, -math.inf)),
+    *((signal, math.nextafter(limit, sign * math.inf)) for signal, limits in LIMITS.items()
+      for limit, sign in zip(limits, (-1, 1), strict=True)),
+    ('friction', 0.0), ('friction', -0.42), ('pressure', -1e6)])
+def test_invalid(signal: str, value: float) -> None:
+    for values in ({**GOOD, signal: value}, {**GOOD, 'pressure': 0.0, signal: value}):
+        check_unknown(assess(values), 'invalid', f'{signal} is {value:g}, outside its range')
+
+
+def test_the_limits_themselves_are_believed() -> None:
+    for signal, limits in LIMITS.items():
+        assert all(assess({**GOOD, signal: limit}).known for limit in limits)
+
+
+@pytest.mark.parametrize('pressure', [0.0, 4.9999e4, -4e4])
+@pytest.mark.parametrize('speed', [10.0, -10.0, 0.0])
+def test_released(pressure: float, speed: float) -> None:
+    found = assess({**GOOD, 'pressure': pressure, 'rotor_speed': speed})
+    assert (found.state, found.risk, found.known, found.modes) == ('released', 0.0, True, ())
+
+
+@pytest.mark.parametrize('speed', [0.0, 0.4999, -0.4999, -0.0])
+def test_not_sliding(speed: float) -> None:
+    check_unknown(assess({**GOOD, 'rotor_speed': speed}), 'not sliding',
+                  f'rotor speed {speed:.2f} rad/s: not sliding')
+    assert assess({**GOOD, 'rotor_speed': 0.5}).state == 'steady'
+
+
+@pytest.mark.parametrize('bad', [
+    {}, *({**GOOD, signal: value} for signal in GOOD for value in (NAN, math.inf, -1e9)),
+    {**GOOD, 'pressure': 0.0}, {**GOOD, 'rotor_speed': 0.0}])
+def test_recovery(bad: dict[str, float]) -> None:
+    watch = feed(monitor(), TICK - SECOND // 10, **bad)
+    assert watch.assess(TICK - SECOND // 10).state != 'steady'
+    assert repr(feed(watch, **GOOD).assess(TICK)) == repr(assess(GOOD))
+    assert watch.assess(TICK + SECOND).state == 'stale'
+    assert feed(watch, TICK + SECOND, **GOOD).assess(TICK + SECOND).state == 'steady'
+
+
+def test_samples_of_the_future_wait() -> None:
+    watch = feed(monitor(), **GOOD)
+    for number in range(1, 1001):
+        feed(watch, TICK + number, friction=number * 1e-3)
+    assert repr(watch.assess(TICK)) == repr(assess(GOOD))
+    assert [watch.assess(TICK + n).friction for n in (100, 500, 1000)] == [0.1, 0.5, 1.0]
+
+
+@pytest.mark.xfail(strict=True, reason='BrakeMonitor._read: a late sample replaces a newer one')
+def test_a_late_sample_does_not_replace_a_newer_one() -> None:
+    watch = feed(monitor(), **GOOD)
+    feed(watch, TICK - SECOND, friction=0.1)
+    assert repr(watch.assess(TICK)) == repr(assess(GOOD))
+
+
+@pytest.mark.xfail(strict=True, reason='BrakeMonitor._read: a sample of the future blocks')
+def test_one_sample_of_the_future_does_not_block_an_input() -> None:
+    watch = feed(feed(monitor(), TICK - SECOND, **GOOD), TICK + 1000 * SECOND, friction=0.1)
+    assert repr(feed(watch, **GOOD).assess(TICK)) == repr(assess(GOOD))
+
+
+def test_jump_back_of_the_clock() -> None:
+    watch = feed(monitor(), **GOOD)
+    assert (watch.assess(TICK).state, watch.assess(TICK - SECOND).state) == ('steady', 'stale')
+    watch.reset()
+    check_unknown(watch.assess(TICK), 'stale', '; '.join(f'{s} never received' for s in GOOD))
+    assert feed(watch, TICK - SECOND, **GOOD).assess(TICK - SECOND).state == 'steady'
+
+
+def test_friction_of_the_temperature_alone() -> None:
+    found = assess({**GOOD, 'temperature': 350.0}, **TABLE_ONLY)
+    assert (found.friction, found.friction_source) == (pytest.approx(0.4), 'temperature')
+    assert found.risk == assess({**GOOD, 'friction': found.friction}).risk
+    for value in (NAN, 199.0, 1501.0):
+        check_unknown(assess({**GOOD, 'temperature': value}, **TABLE_ONLY), 'invalid',
+                      f'temperature is {value:g}, outside its range')
+
+
+@pytest.mark.parametrize('friction', [{}, {'friction': NAN}, {'friction': -0.1}])
+def test_the_temperature_stands_in_for_friction(friction: dict[str, float]) -> None:
+    watch = feed(monitor(**WITH_TABLE), **friction, temperature=300.0)
+    found = feed(watch, rotor_speed=10.0, pressure=2e6).assess(TICK)
+    assert (found.state, found.friction, found.friction_source) == ('steady', 0.5, 'temperature')
+    assert found.risk == assess(GOOD).risk
+    found = feed(watch, TICK + 1, friction=0.45).assess(TICK + 1)
+    assert (found.friction, found.friction_source) == (0.45, 'measured')
+
+
+def test_stale_friction_and_temperature() -> None:
+    watch = feed(monitor(**WITH_TABLE), TICK - SECOND, friction=0.5, temperature=NAN)
+    feed(watch, rotor_speed=10.0, pressure=2e6)
+    check_unknown(watch.assess(TICK), 'stale', 'friction is 1.00 s old')
+    assert feed(watch, temperature=300.0).assess(TICK).friction_source == 'temperature'
+    assert feed(watch, friction=0.3, temperature=NAN).assess(TICK).friction == 0.3
+
+
+@pytest.mark.parametrize(('low', 'high', 'frequency'), [
+    (1250.0, 16000.0, 2000.0), (1250.0, 1800.0, 1500.0), (500.0, 1000.0, 900.0)])
+def test_squeal_band(low: float, high: float, frequency: float) -> None:
+    found = assess(GOOD, squeal_band_low_hz=low, squeal_band_high_hz=high)
+    assert round(found.worst_frequency_hz, -2) == frequency
+    assert (found.risk > 0.99) == (found.growth_rate > 0.0) == (frequency == 2000.0)
+    assert [round(m.frequency_hz, -2) for m in found.modes] == [2000.0]
+    none = assess(GOOD, squeal_band_low_hz=5000.0)
+    assert (none.state, none.risk, none.modes) == ('steady', 0.0, found.modes)
+
+
+@pytest.mark.parametrize('speed', [2.0, 10.0, 40.0])
+def test_backwards_as_forwards(kang: BrakeModel, speed: float) -> None:
+    forwards, backwards = (assess({**GOOD, 'rotor_speed': sign * speed}, kang)
+                           for sign in (1, -1))
+    for name in ('risk', 'growth_rate', 'worst_frequency_hz', 'friction_margin'):
+        assert getattr(backwards, name) == pytest.approx(getattr(forwards, name), rel=1e-6)
+    assert len(backwards.modes) == len(forwards.modes) > 0
+
+
+@pytest.mark.xfail(strict=True, raises=(SquealError, AssertionError, ZeroDivisionError),
+                   reason='BrakeMonitor is made, then throws at each tick')
+@pytest.mark.parametrize(('model', 'parameters', 'values'), [
+    (small_model(caliper=None), {}, {}),
+    (small_model(friction_table=None), TABLE_ONLY, {'temperature': 300.0}),
+    (MODEL, {'a.friction.minimum': 0.0}, {'friction': 0.0})])
+def test_refused_at_once_or_never_throws(model: BrakeModel, parameters: Any, values: Any) -> None:
+    try:
+        watch = monitor(model, **parameters)
+    except SquealError:
+        return
+    assert feed(watch, **{**GOOD, **values}).assess(TICK).state in ('steady', 'invalid')
+
+
+@pytest.mark.xfail(strict=True, reason='first_order_risk: max(0.0, nan) is 0.0, no risk')
+def test_a_growing_mode_is_a_risk() -> None:
+    model = BrakeModel(
+        angular_frequencies=np.array([4e3 * np.pi]), damping_ratios=0.0, caliper=Caliper(2.5e-3),
+        negative_slope=np.array([[1e-4]]), friction_law=FrictionLaw())
+    for speed in np.linspace(1.0, 40.0, 100):
+        found = assess({**GOOD, 'rotor_speed': speed}, model)
+        assert (found.growth_rate > 0.0) == (found.risk > 0.5)
+
+
+def test_brakes_of_a_vehicle_do_not_sway_each_other() -> None:
+    vehicle = VehicleMonitor(read_settings({'brakes': ['b', 'a']}), MODEL)
+    for signal, value in GOOD.items():
+        vehicle.receive('a', signal, Sample(TICK, value))
+        vehicle.receive('b', signal, Sample(TICK - SECOND, NAN))
+    first, second = vehicle.assess(TICK)
+    assert (first.brake, first.state) == ('b', 'stale')
+    assert repr(second) == repr(assess(GOOD))
+    vehicle.reset()
+    assert [found.state for found in vehicle.assess(TICK)] == ['stale', 'stale']
+
+
+STEP = st.integers(0, SECOND)
+SAMPLE = st.sampled_from(list(GOOD)).flatmap(lambda name: st.tuples(
+    st.just(name), STEP, st.floats(*LIMITS[name]) | st.floats()))
+Events = list[tuple[Any, int, float]]
+
+
+def play(events: Events, ticks: bool) -> list[str]:
+    """Assessments at the ticks among the events, or only at the end of them."""
+    watch, time, found = feed(monitor(), 0, **GOOD), 0, []
+    for kind, step, value in events:
+        if kind == 'tick':
+            time += step // 4
+            found += [repr(watch.assess(time))] if ticks else []
+        else:
+            feed(watch, time + step - SECOND // 2, **{kind: value})
+    return [*found, repr(watch.assess(time))]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(SAMPLE | st.tuples(st.just('tick'), STEP, st.just(0.0)), max_size=30))
+def test_same_samples_and_ticks_same_assessments(events: Events) -> None:
+    assert play(events, ticks=True) == play(events, ticks=True)
+    assert play(events, ticks=True)[-1:] == play(events, ticks=False)
+
+
+def expected_state(samples: Events, time: int) -> str:
+    newest = {name: (stamp, value) for name, stamp, value in samples if stamp <= time}
+    fresh = {name: value for name, (stamp, value) in newest.items() if time - stamp <= SECOND // 2}
+    if any(not LIMITS[name][0] <= value <= LIMITS[name][1] for name, value in fresh.items()):
+        return 'invalid'
+    if len(fresh) < len(GOOD):
+        return 'stale'
+    if fresh['pressure'] < 5e4:
+        return 'released'
+    return 'steady' if abs(fresh['rotor_speed']) >= 0.5 else 'not sliding'
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.lists(SAMPLE, max_size=9), STEP, st.integers(0, 3))
+def test_no_number_unless_steady_or_released(samples: Events, time: int, before: int) -> None:
+    samples = [*((name, 0, GOOD[name]) for name in list(GOOD)[:before]),
+               *sorted(samples, key=lambda sample: sample[1])]
+    watch = monitor()
+    for name, stamp, value in samples:
+        feed(watch, stamp, **{name: value})
+    found = watch.assess(time)
+    assert found.state == expected_state(samples, time)
+    if found.state in ('steady', 'released'):
+        assert 0.0 <= found.risk <= 1.0
+    else:
+        check_unknown(found, found.state, found.reason)

@@ -1,0 +1,227 @@
+"""The node on real DDS: inputs published, outputs heard. No launch, no mock, no sleep."""
+
+import math
+from typing import Any
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from harness import LATCHED, Vehicle, vehicle  # noqa: E402
+from lifecycle_msgs.msg import Transition  # noqa: E402
+from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from std_msgs.msg import Float64MultiArray  # noqa: E402
+
+from squeal_core import BrakeModel  # noqa: E402
+from squeal_core.errors import SquealError  # noqa: E402
+from squeal_core.stability import complex_modes  # noqa: E402
+
+OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
+
+
+def steady(car: Vehicle) -> None:
+    car.until(lambda: car.risk > 0.99, 'risk near one')
+
+
+def test_braking_gives_the_modes_of_the_full_solution(kang: BrakeModel) -> None:
+    with vehicle() as car:
+        steady(car)
+        car.until(lambda: car.status is not None and car.status.level == WARN)
+        point = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
+        expected = [m.frequency_hz for m in complex_modes(kang, point).unstable
+                    if m.kind == 'flutter']
+        assert car.unstable == expected
+        worst = complex_modes(kang, point).flutter_in(1250.0, 16000.0)[0]
+        assert car.said['growth_rate'].data == worst.growth_rate
+        assert car.said['friction_margin'].data < 0.0
+        layout = car.said['unstable'].layout
+        assert (layout.dim[0].label, layout.dim[0].size) == ('frequency_hz', len(expected))
+        values = {item.key: item.value for item in car.status.values}
+        assert float(values['growth_rate_1_s']) == worst.growth_rate
+        assert values['state'] == 'steady'
+        assert car.said['diagnostics'].header.stamp.sec > 0
+
+
+def test_released_is_risk_zero_and_an_empty_list() -> None:
+    with vehicle() as car:
+        car.pressure = 0.0
+        car.until(lambda: car.risk == 0.0)
+        car.until(lambda: car.status is not None and car.status.level == OK)
+        assert car.unstable == []
+
+
+def test_standing_still_is_not_known() -> None:
+    with vehicle() as car:
+        car.rotor_speed = 0.0
+        car.until(lambda: car.status is not None and 'not sliding' in car.status.message)
+        assert math.isnan(car.risk)
+        assert len(car.unstable) == 1
+        assert math.isnan(car.unstable[0])
+
+
+BAD: dict[str, tuple[str, float]] = {
+    'nan speed': ('rotor_speed', math.nan), 'inf speed': ('rotor_speed', math.inf),
+    'nan pressure': ('pressure', math.nan), 'negative pressure': ('pressure', -5e5),
+    'huge pressure': ('pressure', 1e12), 'nan friction': ('friction', math.nan),
+    'negative friction': ('friction', -0.4)}
+
+
+@pytest.mark.parametrize('fault', BAD)
+def test_invalid_input_gives_no_number_and_recovers(fault: str) -> None:
+    signal, value = BAD[fault]
+    with vehicle() as car:
+        steady(car)
+        good = getattr(car, signal)
+        setattr(car, signal, value)
+        car.until(lambda: math.isnan(car.risk))
+        car.until(lambda: car.status.level == ERROR)
+        assert signal in car.status.message
+        setattr(car, signal, good)
+        steady(car)
+
+
+@pytest.mark.parametrize('signal', ['rotor_speed', 'pressure', 'friction'])
+def test_silent_input_goes_stale_and_recovers(signal: str) -> None:
+    with vehicle(**{f'fl__{signal}__max_age': 0.2}) as car:
+        steady(car)
+        car.silent.add(signal)
+        car.until(lambda: math.isnan(car.risk))
+        car.until(lambda: car.status.level == STALE)
+        assert signal in car.status.message
+        assert math.isnan(car.unstable[0])
+        car.silent.clear()
+        steady(car)
+
+
+def test_nothing_received_is_stale_from_the_first_tick() -> None:
+    with vehicle() as car:
+        car.silent |= {'rotor_speed', 'pressure', 'friction'}
+        car.until(lambda: car.status is not None)
+        assert car.status.level == STALE
+        assert 'never received' in car.status.message
+        assert math.isnan(car.risk)
+
+
+def test_turning_backwards_is_assessed_too() -> None:
+    with vehicle() as car:
+        car.rotor_speed = -20.0
+        steady(car)
+
+
+def test_temperature_stands_in_for_friction() -> None:
+    with vehicle(fl__friction__topic='', fl__temperature__topic='fl/rotor_temperature') as car:
+        car.temperature = 100.0
+        steady(car)
+        values = {item.key: item.value for item in car.status.values}
+        assert values['friction_source'] == 'temperature'
+        assert float(values['friction']) == pytest.approx(0.42)  # the table's own point
+
+
+def test_scale_turns_bar_into_pascal() -> None:
+    with vehicle(fl__pressure__scale=1e5) as car:
+        car.pressure = 7.84
+        steady(car)
+
+
+def test_late_subscriber_gets_the_last_unstable_list() -> None:
+    with vehicle() as car:
+        steady(car)
+        car.monitor.trigger_deactivate()
+        heard: list[Any] = []
+        car.node.create_subscription(
+            Float64MultiArray, '/squeal_monitor/fl/unstable_frequencies', heard.append, LATCHED)
+        car.until(lambda: len(heard) > 0)
+        assert len(heard[0].data) > 1
+
+
+def test_namespace_moves_inputs_and_outputs() -> None:
+    with vehicle(namespace='/car') as car:
+        steady(car)
+
+
+def test_unreadable_messages_are_counted_and_never_a_number() -> None:
+    with vehicle(fl__rotor_speed__field='velocity[name=nobody]') as car:
+        car.until(lambda: car.status is not None and car.status.level == STALE)
+        assert math.isnan(car.risk)
+        car.until(lambda: unreadable(car) > 0)
+
+
+def unreadable(car: Vehicle) -> int:
+    node = car.said['diagnostics'].status[-1]
+    return int({item.key: item.value for item in node.values}['unreadable_messages'])
+
+
+def ask(car: Vehicle, kind: Any, name: str, request: Any) -> Any:
+    client = car.node.create_client(kind, f'/squeal_monitor/{name}')
+    car.until(client.service_is_ready)
+    future = client.call_async(request)
+    car.until(future.done)
+    return future.result()
+
+
+def test_lifecycle_requests_good_and_invalid() -> None:
+    with vehicle() as car:
+        steady(car)
+        change = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
+        assert not ask(car, ChangeState, 'change_state', change).success  # active already
+        change.transition.id = 99  # no transition at all
+        assert not ask(car, ChangeState, 'change_state', change).success
+        change.transition.id = Transition.TRANSITION_DEACTIVATE
+        assert ask(car, ChangeState, 'change_state', change).success
+        state = ask(car, GetState, 'get_state', GetState.Request()).current_state
+        assert state.label == 'inactive'
+        change.transition.id = Transition.TRANSITION_ACTIVATE
+        assert ask(car, ChangeState, 'change_state', change).success
+        car.said.clear()
+        steady(car)
+
+
+def test_inactive_node_is_silent() -> None:
+    with vehicle() as car:
+        steady(car)
+        car.monitor.trigger_deactivate()
+        for _ in range(10):  # what was on its way when it stopped
+            car.spin(0.01)
+        car.said.clear()
+        for _ in range(25):  # half a second: ten ticks of an active node
+            car.publish()
+            car.spin(0.02)
+        assert not {'squeal_risk', 'diagnostics'} & set(car.said)
+
+
+def test_autostart_false_waits_for_a_request() -> None:
+    with vehicle(autostart=False) as car:
+        state = ask(car, GetState, 'get_state', GetState.Request()).current_state
+        assert state.label == 'unconfigured'
+        change = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
+        assert ask(car, ChangeState, 'change_state', change).success
+        change.transition.id = Transition.TRANSITION_ACTIVATE
+        assert ask(car, ChangeState, 'change_state', change).success
+        steady(car)
+
+
+def test_parameters_are_described_and_cannot_change_unnoticed() -> None:
+    with vehicle() as car:
+        assert 'Hz' in car.monitor.describe_parameter('rate').description
+        result = car.monitor.set_parameters([Parameter('rate', value=5.0)])[0]
+        assert not result.successful
+
+
+@pytest.mark.parametrize(('values', 'words'), [
+    ({'rate': -1.0}, 'rate'), ({'rate': math.nan}, 'rate'), ({'brakse': 'x'}, 'brakse'),
+    ({'model': 'nobody'}, 'nobody'), ({'fl__rotor_speed__field': 'a..b'}, 'a..b'),
+    ({'fl__pressure__type': 'no_msgs/msg/None'}, 'no_msgs'),
+    ({'fl__pressure__topic': 'not a topic'}, 'not a topic'),
+    ({'squeal_band_low_hz': 2e4}, 'squeal_band')])
+def test_bad_settings_end_the_start_with_their_name(values: dict[str, Any], words: str) -> None:
+    with pytest.raises(SquealError, match=words), vehicle(**values):
+        pytest.fail('the node started')
+
+
+def test_one_message_feeds_several_brakes() -> None:
+    with vehicle(brakes=['fl', 'fr']) as car:
+        steady(car)
+        statuses = car.said['diagnostics'].status
+        assert [s.hardware_id for s in statuses] == ['fl', 'fr', 'squeal_monitor']
+        assert 'never received' in statuses[1].message

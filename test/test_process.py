@@ -1,0 +1,114 @@
+"""The node and the commands as processes: signals, exit codes, one-line errors, threads."""
+
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+NODE = [sys.executable, '-m', 'squeal_ros.node', '--ros-args']
+SQUEAL = [sys.executable, '-m', 'squeal_ros.cli']
+ENVIRONMENT = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+               'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'ROS_DOMAIN_ID': str(os.getpid() % 90 + 1)}
+
+
+def run(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=cwd,
+                          env=ENVIRONMENT, check=False)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_the_node_cleanly(number: signal.Signals) -> None:
+    # by -c, so that this shell's way of starting jobs cannot have left SIGINT ignored
+    with subprocess.Popen(NODE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
+                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as node:
+        assert node.stderr is not None
+        assert 'watching' in node.stderr.readline()
+        node.send_signal(number)
+        rest = node.stderr.read()
+        assert node.wait(5) == 0
+    assert 'Traceback' not in rest
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['-p', 'rate:=-1.0'], 'rate'), (['-p', 'model:=nobody'], 'nobody'),
+    (['-p', 'brakse:=x'], 'brakse'), (['-p', 'brakes:=[a b]'], 'a b'),
+    (['--params-file', '/nowhere.yaml'], '/nowhere.yaml')])
+def test_bad_settings_end_in_one_line(arguments: list[str], words: str) -> None:
+    done = run([*NODE, *arguments])
+    assert done.returncode == 2
+    own = [line for line in done.stderr.splitlines() if not line.startswith('[')]  # rcl's log
+    assert len(own) == 1
+    assert own[0].startswith('squeal_monitor: ')
+    assert words in own[0]
+
+
+def test_blas_runs_on_one_thread() -> None:
+    pytest.importorskip('threadpoolctl', reason='needs threadpoolctl')
+    done = run([sys.executable, '-c', (
+        'import squeal_ros.node, scipy.linalg, threadpoolctl, json;'
+        'print(json.dumps([p["num_threads"] for p in threadpoolctl.threadpool_info()]))')])
+    threads = json.loads(done.stdout)
+    assert threads
+    assert set(threads) == {1}
+
+
+def modes(*arguments: str) -> Any:
+    done = run([*SQUEAL, 'modes', 'kang2009', *arguments, '--json'])
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_modes_json_is_whole() -> None:
+    answer = modes('--rotor-speed', '20', '--friction', '0.42', '--preload', '2000')
+    assert [m['index'] for m in answer['modes']] == list(range(1, 93))
+    assert set(answer['modes'][0]) == {
+        'index', 'kind', 'frequency_hz', 'growth_rate', 'damping_ratio'}
+    assert [m['kind'] for m in answer['modes'][:6]] == ['rigid'] * 6
+    assert all(m['growth_rate'] * m['damping_ratio'] <= 0.0 for m in answer['modes'])
+    by_pressure = modes('--rotor-speed', '20', '--friction', '0.42', '--pressure', '783773.1')
+    assert by_pressure['point']['contact_pressure'] == pytest.approx(
+        answer['point']['contact_pressure'], rel=1e-5)  # 2000 N on a 57 mm piston
+
+
+def test_modes_take_slope_from_option_or_law() -> None:
+    law = modes('--rotor-speed', '5', '--friction-law')
+    assert law['point']['friction_slope'] < -0.05
+    assert any(m['kind'] == 'divergence' for m in law['modes'])
+    own = modes('--rotor-speed', '5', '--friction', '0.42', '--friction-slope', '-0.1')
+    assert own['point']['friction_slope'] == -0.1
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['modes', 'nobody', '--rotor-speed', '5'], 'nobody'),
+    (['modes', 'kang2009', '--rotor-speed', '0'], 'rotor_speed'),
+    (['modes', 'kang2009', '--rotor-speed', 'nan'], 'rotor_speed'),
+    (['modes', 'kang2009', '--rotor-speed', '5', '--preload', '-1'], 'contact_pressure'),
+    (['build', 'nobody.yaml', '-o', 'x.npz'], 'nobody.yaml'),
+    (['info', 'README.md'], 'README.md'),
+    (['replay', 'nobody.mcap', '-o', 'x.mcap'], 'nobody.mcap'),
+    (['settings', '1st'], '1st'),
+    (['demo', 'nobody'], 'nobody'), (['demo', '--rate', '0'], '--rate')])
+def test_bad_input_is_exit_two_and_one_line(arguments: list[str], words: str,
+                                            tmp_path: Path) -> None:
+    done = run([*SQUEAL, *arguments], cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ''
+    assert len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
+    assert not list(tmp_path.glob('x.*'))
+
+
+def test_info_shows_the_model() -> None:
+    done = run([*SQUEAL, 'info', 'kang2009', '--json'])
+    header = json.loads(done.stdout)
+    assert header['schema'] == 1
+    assert len(header['frequencies_hz']) == 92
+    assert header['provenance']['description']['name'] == 'kang2009'
+    assert 'disc (3,0)c' in run([*SQUEAL, 'info', 'kang2009']).stdout

@@ -1,0 +1,171 @@
+"""Bags: written, read, damaged; and the replay of what a node was given."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rosbags', reason='needs rosbags')
+
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
+from rosbags.typesys import get_typestore, Stores  # noqa: E402
+
+from squeal_core.brake_model import BrakeModel  # noqa: E402
+from squeal_core.history import read_rows, squeal_events  # noqa: E402
+from squeal_core.settings import MonitorSettings, read_settings  # noqa: E402
+from squeal_ros.bag import BagError, BagMessages, BagWriter, read_bag  # noqa: E402
+from squeal_ros.replay import Outputs, replay  # noqa: E402
+from squeal_ros.signals import Router  # noqa: E402
+
+SECOND = 1_000_000_000
+FLOAT = 'std_msgs/msg/Float64'
+STORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+@pytest.fixture
+def settings() -> MonitorSettings:
+    speed = {'fl.rotor_speed.topic': 'speed', 'fl.rotor_speed.type': FLOAT,
+             'fl.rotor_speed.field': 'data'}
+    pressure = {'fl.pressure.topic': 'pressure', 'fl.pressure.type': FLOAT,
+                'fl.pressure.field': 'data'}
+    return read_settings({'brakes': ['fl'], 'rate': 2.0, **speed, **pressure})
+
+
+def messages(seconds: float, step: float = 0.1) -> list[tuple[str, int, float]]:
+    """Braking from 1 s to 3 s at a constant rotor speed."""
+    found = []
+    for time in np.arange(0.0, seconds, step):
+        stamp = 100 * SECOND + round(time * SECOND)
+        for topic, value in (('/speed', 20.0), ('/fl/friction', 0.42),
+                             ('/pressure', 7.84e5 if 1.0 <= time < 3.0 else 0.0)):
+            found.append((topic, stamp, value))
+    return found
+
+
+def write(path: Path, entries: list[tuple[str, int, float]]) -> Path:
+    library = BagMessages()
+    with BagWriter(path) as bag:
+        for topic, time, value in entries:
+            bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
+    return path
+
+
+@pytest.mark.parametrize('name', ['in.mcap', 'in'])
+def test_bag_round_trip(name: str, tmp_path: Path) -> None:
+    entries = messages(1.0)
+    path = write(tmp_path / name, entries)
+    assert path.is_file() == name.endswith('.mcap')
+    topics = {topic for topic, _, _ in entries}
+    assert sorted((t, s, m.data) for t, s, m in read_bag(path, topics)) == sorted(entries)
+    with pytest.raises(BagError, match='exists'), BagWriter(path):
+        pass
+
+
+def test_sqlite_bag_of_another_writer(tmp_path: Path, settings: MonitorSettings,
+                                      kang: BrakeModel) -> None:
+    path = tmp_path / 'other'
+    with Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:
+        connections = {}
+        for topic, time, value in messages(4.0):
+            if topic not in connections:
+                connections[topic] = bag.add_connection(topic, FLOAT, typestore=STORE)
+            data = STORE.serialize_cdr(BagMessages().type(FLOAT)(data=value), FLOAT)
+            bag.write(connections[topic], time, data)
+    for source in (path, next(path.glob('*.db3'))):
+        risks = [tick[0].risk for tick in replay(source, settings, kang)]
+        # ticks at 100.0, 100.5, ... 104.0; braking from 101.0 on, off again at 103.0
+        assert risks == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
+                                  kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', messages(4.0))
+    outputs = Outputs(tmp_path / 'out.mcap', settings)
+    outputs.write(replay(bag, settings, kang))
+    with Reader(tmp_path / 'out.mcap') as reader:
+        counts = {c.topic: c.msgcount for c in reader.connections}
+    assert counts == {**dict.fromkeys([f'/squeal_monitor/fl/{name}' for name in (
+        'squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')], 9),
+        '/diagnostics': 9}
+    # text, so that NaN equals NaN
+    assert repr(list(read_rows(outputs.csv_path))) == repr(outputs.rows)
+    events = squeal_events(outputs.rows)
+    assert [(e.start, e.end) for e in events] == [(101.0, 102.5)]
+    assert not [p for p in tmp_path.iterdir() if p.name.startswith('.') or p.suffix == '.part']
+
+
+def test_replay_is_the_same_every_time(tmp_path: Path, settings: MonitorSettings,
+                                       kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', messages(3.0))
+    first, second = (repr(list(replay(bag, settings, kang))) for _ in range(2))
+    assert first == second
+
+
+def test_clock_back_and_long_silence(tmp_path: Path, settings: MonitorSettings,
+                                     kang: BrakeModel) -> None:
+    entries = messages(2.0)
+    later = [(topic, time + 3600 * SECOND, value) for topic, time, value in entries]
+    ticks = [t[0] for t in replay(write(tmp_path / 'a.mcap', entries + later), settings, kang)]
+    assert len(ticks) < 40  # not one tick for each half second of the silent hour
+    assert ticks[8].state == 'stale'
+    assert ticks[-1].state == 'steady'
+
+
+def fail(kind: str, path: Path) -> None:
+    data = path.read_bytes()
+    if kind == 'truncated':
+        path.write_bytes(data[:len(data) // 2])
+    elif kind == 'empty':
+        path.write_bytes(b'')
+    elif kind == 'text':
+        path.write_text('speed,pressure\n')
+    else:
+        path.unlink()
+
+
+@pytest.mark.parametrize('kind', ['truncated', 'empty', 'text', 'missing'])
+def test_damaged_bag_is_one_clear_error_and_leaves_nothing(
+        kind: str, tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', messages(1.0))
+    fail(kind, bag)
+    outputs = Outputs(tmp_path / 'out.mcap', settings)
+    with pytest.raises(BagError, match=r'in\.mcap: .*; ') as error:
+        outputs.write(replay(bag, settings, kang))
+    assert '\n' not in str(error.value)
+    assert {p.name for p in tmp_path.iterdir()} <= {'in.mcap'}
+
+
+def test_bag_without_the_topics_names_them(tmp_path: Path, settings: MonitorSettings,
+                                           kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', [('/other', SECOND, 1.0)])
+    with pytest.raises(BagError, match='/speed.*/other'):
+        list(replay(bag, settings, kang))
+
+
+def test_tail_of_undefined_bytes_is_left_out(tmp_path: Path) -> None:
+    """As rclpy's serialize_message leaves behind a JointState."""
+    joints: Any = BagMessages().type('sensor_msgs/msg/JointState')(
+        header=STORE.types['std_msgs/msg/Header'](
+            stamp=STORE.types['builtin_interfaces/msg/Time'](sec=1, nanosec=0), frame_id=''),
+        name=['fl_wheel_joint'], position=np.zeros(0), velocity=np.array([math.pi]),
+        effort=np.zeros(0))
+    data = bytes(STORE.serialize_cdr(joints, 'sensor_msgs/msg/JointState')) + b'\xa0' * 12
+    with BagWriter(tmp_path / 'a.mcap') as bag:
+        bag.write('/joint_states', 'sensor_msgs/msg/JointState', SECOND, data)
+    (_, _, message), = read_bag(tmp_path / 'a.mcap', {'/joint_states'})
+    assert message.velocity.tolist() == [math.pi]
+    with Reader(tmp_path / 'a.mcap') as reader:
+        _, _, stored = next(reader.messages())
+    assert len(stored) == len(data) - 12
+
+
+def test_problems_are_counted(tmp_path: Path, settings: MonitorSettings,
+                              kang: BrakeModel) -> None:
+    joints = read_settings({
+        'brakes': ['fl'], 'fl.rotor_speed.topic': 'speed', 'fl.rotor_speed.type': FLOAT})
+    bag = write(tmp_path / 'in.mcap', messages(1.0))
+    router = Router.of(joints)
+    assert {t[0].state for t in replay(bag, joints, kang, router=router)} == {'stale'}
+    assert router.problems.total() == 10

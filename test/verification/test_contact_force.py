@@ -1,0 +1,271 @@
+"""A0, B0, R0, S0 and F0 against the nonlinear contact force, differentiated numerically.
+
+Nothing here uses the linearised contact: points of the disc move through space (K09 eqs 5-10),
+their velocity is a derivative of that motion, the friction force follows its direction (12)-(15),
+and its virtual work gives the generalised force (30), (31). What K09 assumes is assumed:
+
+- the friction material stays over its point of the pad and follows the disc's surface (4), so the
+  part of friction along z (w_theta / r) does no work in (31), and p0 acts along z for good;
+- the integral runs over the undeformed patch;
+- the friction coefficient answers to vibration *velocity* alone. The disc's displacement also
+  changes the sliding speed, by Omega (u + v_theta); the last test says what leaving it out leaves.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from squeal_core import OperatingPoint, operators
+from squeal_core.arrays import FloatArray
+from squeal_core.brake import Contact
+from squeal_core.modal_basis import Quadrature, SampledShapes
+from squeal_core.operators import ContactFace
+from squeal_core.planar_mesh import sector_quadrature
+
+PATCH = Contact(inner_radius=0.1, outer_radius=0.142, angle=np.deg2rad(62.0), stiffness=0.35e11)
+HALF = 0.008
+PADS, DISC = 3, 5
+ORDER = 2 * PADS + DISC
+
+# Fourth-order differences, with steps that turn the sliding direction by up to 3e-3: what they cut
+# off is (3e-3)^4 = 1e-10 at worst, a tenth of it as seen; rounding leaves eps / 1e-4.
+TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Modes c (r / 0.12)^power (1 + tilt z) cos(n theta + phase), numbers each (3, N)."""
+
+    c: FloatArray
+    n: FloatArray
+    phase: FloatArray
+    power: FloatArray
+    tilt: FloatArray
+
+    def __call__(self, r: FloatArray, t: FloatArray, z: FloatArray) -> FloatArray:
+        """u_r, u_t, u_z of each mode, (3, N, Q); t may be complex."""
+        return self._profile(r, z) * np.cos(self._argument(t))
+
+    def dtheta(self, r: FloatArray, t: FloatArray, z: FloatArray) -> FloatArray:
+        return -self.n[..., None] * self._profile(r, z) * np.sin(self._argument(t))
+
+    def sampled(self, q: Quadrature) -> SampledShapes:
+        at = (q.radius, q.angle, q.height)
+        return SampledShapes(*self(*at), *self.dtheta(*at), q)
+
+    def _profile(self, r: FloatArray, z: FloatArray) -> FloatArray:
+        c, p, tilt = (x[..., None] for x in (self.c, self.power, self.tilt))
+        return c * (r / 0.12) ** p * (1.0 + tilt * z)
+
+    def _argument(self, t: FloatArray) -> FloatArray:
+        return self.n[..., None] * t + self.phase[..., None]
+
+
+def random_shapes(seed: int, count: int) -> Shapes:
+    rng, size = np.random.default_rng(seed), (3, count)
+    return Shapes(rng.standard_normal(size), rng.integers(0, 6, size).astype(float),
+                  rng.uniform(0, 6, size), rng.uniform(-1, 3, size), rng.uniform(-80, 80, size))
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """One face under load: its side (+1 top, -1 bottom) and its friction, mu + slope * speed."""
+
+    side: int
+    speed: float = 5.0
+    friction: float = 0.42
+    slope: float = 0.0
+    pressure: float = 6e5
+    stiffness: float = 0.35e11
+    displacement_moves_friction: bool = False
+
+    @property
+    def point(self) -> OperatingPoint:
+        """The same for the operators: backwards, friction is negative and the slope is not."""
+        return OperatingPoint(
+            rotor_speed=self.speed, friction=float(np.copysign(self.friction, self.speed)),
+            friction_slope=self.slope, contact_pressure=self.pressure,
+            contact_stiffness=self.stiffness)
+
+    @property
+    def quadrature(self) -> Quadrature:
+        return sector_quadrature(PATCH, self.side * HALF, radial=5, angular=7)
+
+    @property
+    def shapes(self) -> tuple[Shapes, Shapes]:
+        """Of the pad and of the disc."""
+        return random_shapes(10 + self.side, PADS), random_shapes(20, DISC)
+
+    @property
+    def face(self) -> ContactFace:
+        q, (pad, disc) = self.quadrature, self.shapes
+        build = operators.top_face if self.side > 0 else operators.bottom_face
+        return build(pad.sampled(q), disc.sampled(q), PADS)
+
+    def split(self, a: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Coordinates of this face's pad and of the disc."""
+        disc = a[PADS:PADS + DISC]
+        return (a[:PADS] if self.side > 0 else a[PADS + DISC:]), disc
+
+    def disc_velocity(self, a: FloatArray, rate: FloatArray) -> FloatArray:
+        """Velocity (3, Q), polar, of the disc's points that are just at (r, theta)."""
+        q, (_, shape) = self.quadrature, self.shapes
+        step = 1e-30j
+        angle = q.angle + self.speed * step  # of the points that are at theta for t = 0
+        field = np.tensordot(shape(q.radius, angle, q.height), a + step * rate, (1, 0))
+        out, along = q.radius + field[0], field[1]
+        position = np.array([out * np.cos(angle) - along * np.sin(angle),
+                             out * np.sin(angle) + along * np.cos(angle), q.height + field[2]])
+        x, y, z = position.imag / step.imag
+        c, s = np.cos(q.angle), np.sin(q.angle)
+        return np.array([c * x + s * y, c * y - s * x, z])
+
+    def relative_velocity(self, a: FloatArray, rate: FloatArray) -> FloatArray:
+        """Disc minus friction material, which keeps to the pad in plane and to the disc in z."""
+        q, (pad, disc) = self.quadrature, self.shapes
+        (_, _), (pad_rate, disc_rate) = self.split(a), self.split(rate)
+        material = np.tensordot(pad(q.radius, q.angle, q.height), pad_rate, (1, 0))
+        material[2] = np.tensordot(disc(q.radius, q.angle, q.height)[2], disc_rate, (0, 0))
+        return self.disc_velocity(self.split(a)[1], disc_rate) - material
+
+    def force(self, a: FloatArray, rate: FloatArray) -> FloatArray:
+        """Generalised force (N,) of normal and friction forces on disc and pad."""
+        q, (pad, disc) = self.quadrature, self.shapes
+        pad_shape, disc_shape = (s(q.radius, q.angle, q.height) for s in (pad, disc))
+        pad_a, disc_a = self.split(a)
+        approach = self.side * (np.tensordot(disc_shape[2], disc_a, (0, 0))
+                                - np.tensordot(pad_shape[2], pad_a, (0, 0)))
+        normal = self.pressure + self.stiffness * approach
+        velocity = self.relative_velocity(a, rate)
+        speed = np.linalg.norm(velocity, axis=0)
+        usual = np.linalg.norm(self.relative_velocity(a, 0.0 * rate), axis=0)
+        if self.displacement_moves_friction:
+            usual = abs(self.speed) * q.radius
+        friction = (self.friction + self.slope * (speed - usual)) * normal * velocity / speed
+        on_disc = np.array([-friction[0], -friction[1], -self.side * normal]) * q.weight
+        work = np.zeros(ORDER)
+        pad_work, disc_work = self.split(work)
+        disc_work += np.einsum('iq,inq->n', on_disc, disc_shape)
+        pad_work -= np.einsum('iq,inq->n', on_disc, pad_shape)
+        return work
+
+    def stiffness_matrix(self) -> FloatArray:
+        """-dQ/da about steady sliding."""
+        return -jacobian(lambda a: self.force(a, np.zeros(ORDER)), 1e-5)
+
+    def damping_matrix(self) -> FloatArray:
+        """-dQ/d(rate of a) about steady sliding."""
+        return -jacobian(lambda rate: self.force(np.zeros(ORDER), rate), 1e-4 * abs(self.speed))
+
+
+def jacobian(function: Callable[[FloatArray], FloatArray], step: float) -> FloatArray:
+    """Fourth-order central differences, a column for each coordinate."""
+    def column(unit: FloatArray) -> FloatArray:
+        near, far = (function(h * unit) - function(-h * unit) for h in (step, 2.0 * step))
+        return (8.0 * near - far) / (12.0 * step)
+
+    return np.column_stack([column(unit) for unit in np.eye(ORDER)])
+
+
+def assert_same(found: FloatArray, expected: FloatArray) -> None:
+    size = np.abs(expected).max()
+    assert size > 0.0
+    assert np.abs(found - expected).max() < TOLERANCE * size
+
+
+def predicted_stiffness(case: Sliding) -> FloatArray:
+    c, face = case.point.coefficients(), [case.face]
+    return (c.contact_stiffness * operators.contact_stiffness(face)
+            + c.friction_couple * operators.friction_couple(face)
+            + c.follower * operators.follower(face))
+
+
+def predicted_damping(case: Sliding) -> FloatArray:
+    c, face = case.point.coefficients(), [case.face]
+    return (c.radial_dissipation * operators.radial_dissipation(face)
+            + c.negative_slope * operators.negative_slope(face))
+
+
+EVERY_WAY = pytest.mark.parametrize(
+    ('side', 'speed'), [(1, 5.0), (1, -5.0), (-1, 5.0), (-1, -5.0), (1, 0.3), (-1, 40.0)])
+
+
+@EVERY_WAY
+def test_velocity_is_that_of_k09(side: int, speed: float) -> None:
+    """Eqs (7)-(10) spelled out, so that the derivative in space is known to be the right one."""
+    case, rng = Sliding(side, speed), np.random.default_rng(0)
+    a, rate = 1e-3 * rng.standard_normal((2, DISC))
+    q, shape = case.quadrature, case.shapes[1]
+    at = (q.radius, q.angle, q.height)
+    (u, v, _), turning = (np.tensordot(s(*at), a, (1, 0)) for s in (shape, shape.dtheta))
+    expected = np.tensordot(shape(*at), rate, (1, 0)) + speed * turning
+    expected[0] -= speed * v
+    expected[1] += speed * (q.radius + u)
+    # complex steps are exact to rounding
+    assert np.allclose(case.disc_velocity(a, rate), expected, rtol=0, atol=1e-14 * abs(speed))
+
+
+@EVERY_WAY
+def test_contact_stiffness(side: int, speed: float) -> None:
+    case = Sliding(side, speed, friction=0.0)
+    assert_same(case.stiffness_matrix(), 0.35e11 * operators.contact_stiffness([case.face]))
+
+
+@EVERY_WAY
+def test_friction_couple(side: int, speed: float) -> None:
+    """What friction adds to the stiffness where there is no preload to follow the sliding."""
+    case = Sliding(side, speed, pressure=0.0)
+    added = case.stiffness_matrix() - Sliding(
+        side, speed, pressure=0.0, friction=0.0).stiffness_matrix()
+    expected = case.point.friction * 0.35e11 * operators.friction_couple([case.face])
+    assert_same(added, expected)
+
+
+@EVERY_WAY
+def test_follower(side: int, speed: float) -> None:
+    """Where the contact has no stiffness, the turning of the sliding direction is all there is."""
+    case = Sliding(side, speed, stiffness=0.0)
+    assert_same(case.stiffness_matrix(),
+                case.pressure * case.point.friction * operators.follower([case.face]))
+
+
+@EVERY_WAY
+def test_radial_dissipation(side: int, speed: float) -> None:
+    case = Sliding(side, speed)
+    assert_same(case.damping_matrix(), case.pressure * case.friction / abs(speed)
+                * operators.radial_dissipation([case.face]))
+
+
+@EVERY_WAY
+def test_negative_slope(side: int, speed: float) -> None:
+    case = Sliding(side, speed, friction=0.0, slope=-0.1)
+    assert_same(case.damping_matrix(), -0.1 * 6e5 * operators.negative_slope([case.face]))
+
+
+@EVERY_WAY
+def test_everything_together(side: int, speed: float) -> None:
+    """A contact so soft (kc r = p0) that no term hides behind another."""
+    case = Sliding(side, speed, slope=-0.1, stiffness=5e6)
+    assert_same(case.stiffness_matrix(), predicted_stiffness(case))
+    assert_same(case.damping_matrix(), predicted_damping(case))
+
+
+@EVERY_WAY
+def test_what_k09_leaves_out(side: int, speed: float) -> None:
+    """Displacement moves the sliding speed too: p0 mu_v Omega int t^T (v_theta + u) dA.
+
+    Like F0, which K09 leaves out as well, it is small: less than 1e-3 of k_c A0.
+    """
+    case = Sliding(side, speed, slope=-0.1, stiffness=0.0, displacement_moves_friction=True)
+    q, shape = case.quadrature, case.shapes[1].sampled(case.quadrature)
+    gained = np.zeros((ORDER, q.weight.size))
+    gained[PADS:PADS + DISC] = shape.tangential_dtheta + shape.radial
+    left_out = case.pressure * case.slope * speed * (case.face.tangential * q.weight) @ gained.T
+    assert_same(case.stiffness_matrix(), predicted_stiffness(case) + left_out)
+    assert_same(case.damping_matrix(), predicted_damping(case))
+    size = np.abs(left_out).max()
+    assert size > 1e3 * TOLERANCE * np.abs(predicted_stiffness(case)).max()  # so it is seen
+    stiff = Sliding(side, speed, friction=0.0).stiffness_matrix()
+    assert size < 1e-3 * np.abs(stiff).max()
