@@ -81,8 +81,8 @@ def test_steady_and_quiet() -> None:
 
 @pytest.mark.parametrize('missing', GOOD)
 def test_never_received(missing: str) -> None:
-    found = assess({signal: value for signal, value in GOOD.items() if signal != missing})
-    check_unknown(found, 'stale', f'{missing} never received')
+    others = {signal: value for signal, value in GOOD.items() if signal != missing}
+    check_unknown(assess(others), 'stale', f'{missing} never received')
 
 
 @pytest.mark.parametrize('old', GOOD)
@@ -231,8 +231,7 @@ def test_a_growing_mode_is_a_risk() -> None:
         angular_frequencies=np.array([4e3 * np.pi]), damping_ratios=0.0, caliper=Caliper(2.5e-3),
         negative_slope=np.array([[1e-4]]), friction_law=FrictionLaw())
     for speed in np.linspace(1.0, 40.0, 100):
-        found = assess({**GOOD, 'rotor_speed': speed}, model)
-        assert (found.growth_rate > 0.0) == (found.risk > 0.5)
+        assert assess({**GOOD, 'rotor_speed': speed}, model).risk > 0.5
 
 
 def test_brakes_of_a_vehicle_do_not_sway_each_other() -> None:

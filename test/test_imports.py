@@ -1,0 +1,204 @@
+"""Imports run one way, and what is optional is imported only in the leaf that needs it."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+import subprocess
+import sys
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+# A module uses only what stands above it. A new module gets its place here.
+ORDER = (
+    'squeal_core.arrays',
+    'squeal_core.errors',
+    'squeal_core.resources',
+    'squeal_core.description',
+    'squeal_core.friction',
+    'squeal_core.brake',
+    'squeal_core.operating_point',
+    'squeal_core.modal_basis',
+    'squeal_core.fe',
+    'squeal_core.fe.axisymmetric',
+    'squeal_core.fe.solid',
+    'squeal_core.planar_mesh',
+    'squeal_core.operators',
+    'squeal_core.brake_model',
+    'squeal_core.model_file',
+    'squeal_core.build',
+    'squeal_core.stability',
+    'squeal_core.sensitivity',
+    'squeal_core.risk',
+    'squeal_core.settings',
+    'squeal_core.settings_document',
+    'squeal_core.monitor',
+    'squeal_core.history',
+    'squeal_core.drive_cycle',
+    'squeal_core.vehicle',
+    'squeal_core',
+    'squeal_core.view',
+    'squeal_core.view.drive_plot',
+    'squeal_core.view.table',
+    'squeal_ros',
+    'squeal_ros.blas',
+    'squeal_ros.signals',
+    'squeal_ros.messages',
+    'squeal_ros.node',
+    'squeal_ros.bag',
+    'squeal_ros.replay',
+    'squeal_ros.drive',
+    'squeal_ros.demo',
+    'squeal_ros.commands',
+    'squeal_ros.cli',
+)
+# the one import that points up: `BrakeModel.load` and `.save`, inside the functions
+UPWARD = {('squeal_core.brake_model', 'squeal_core.model_file')}
+
+# optional packages, and the only modules (or packages of modules) that import them
+LEAVES = {
+    'rclpy': ('squeal_ros.node', 'squeal_ros.drive'),
+    'rosbags': ('squeal_ros.bag',),
+    'skfem': ('squeal_core.fe',),
+    'matplotlib': ('squeal_core.view',),
+    'rich': ('squeal_core.view',),
+}
+ALWAYS_THERE = {'numpy', 'scipy'}
+PINNED = ('squeal_ros.node', 'squeal_ros.drive', 'squeal_ros.cli')
+
+
+class Import(NamedTuple):
+    """One import: the module it names, and whether it runs as the importing module loads."""
+
+    target: str
+    at_load: bool
+
+
+def imports_in(source: str) -> list[Import]:
+    return list(_imports(ast.parse(source), at_load=True))
+
+
+def _imports(node: ast.AST, *, at_load: bool) -> Iterator[Import]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Import):
+            yield from (Import(alias.name, at_load) for alias in child.names)
+        elif isinstance(child, ast.ImportFrom):
+            assert child.level == 0, 'write whole module names'
+            yield from (Import(_module(str(child.module), alias.name), at_load)
+                        for alias in child.names)
+        lazy = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+        yield from _imports(child, at_load=at_load and not lazy)
+
+
+def _module(package: str, name: str) -> str:
+    """`from package import name` names a module of ours or what is in the package."""
+    return f'{package}.{name}' if f'{package}.{name}' in ORDER else package
+
+
+def _name(path: Path) -> str:
+    return '.'.join(path.relative_to(ROOT).with_suffix('').parts).removesuffix('.__init__')
+
+
+SOURCES = {_name(path): path for package in ('squeal_core', 'squeal_ros')
+           for path in sorted((ROOT / package).rglob('*.py'))}
+IMPORTS = {name: imports_in(path.read_text(encoding='utf-8')) for name, path in SOURCES.items()}
+
+
+def top(module: str) -> str:
+    return module.partition('.')[0]
+
+
+def within(module: str, package: str) -> bool:
+    return f'{module}.'.startswith(f'{package}.')
+
+
+def is_ros(module: str) -> bool:
+    return top(module).startswith('rcl') or top(module).endswith(('_msgs', '_interfaces'))
+
+
+def leaf_of(target: str) -> str:
+    return 'rclpy' if is_ros(target) else top(target)
+
+
+def test_every_module_has_its_place_in_the_order() -> None:
+    assert sorted(SOURCES) == sorted(ORDER)
+
+
+@pytest.mark.parametrize('module', SOURCES)
+def test_imports_run_one_way(module: str) -> None:
+    ours = [i for i in IMPORTS[module] if top(i.target) in ('squeal_core', 'squeal_ros')]
+    above = ORDER[:ORDER.index(module)]
+    assert [i.target for i in ours if i.target not in above
+            and (i.at_load or (module, i.target) not in UPWARD)] == []
+
+
+def test_the_import_that_points_up_is_lazy_and_needed() -> None:
+    for module, target in UPWARD:
+        assert {i.at_load for i in IMPORTS[module] if i.target == target} == {False}
+
+
+@pytest.mark.parametrize('module', [name for name in SOURCES if within(name, 'squeal_core')])
+def test_no_ros_in_the_core(module: str) -> None:
+    assert [i.target for i in IMPORTS[module]
+            if is_ros(i.target) or top(i.target) == 'squeal_ros'] == []
+
+
+@pytest.mark.parametrize('module', [
+    pytest.param(name, marks=[pytest.mark.xfail(
+        strict=True, reason='commands.py imports rich.console')] * (name == 'squeal_ros.commands'))
+    for name in SOURCES])
+def test_optional_packages_only_in_their_leaves(module: str) -> None:
+    assert [i.target for i in IMPORTS[module] if not any(
+        within(module, leaf) for leaf in LEAVES.get(leaf_of(i.target), (module,)))] == []
+
+
+@pytest.mark.parametrize('package', LEAVES)
+def test_every_leaf_is_one(package: str) -> None:
+    for leaf in LEAVES[package]:
+        assert package in {leaf_of(i.target) for name, found in IMPORTS.items()
+                           if within(name, leaf) for i in found}
+
+
+@pytest.mark.parametrize('module', [
+    name for name in SOURCES if within(name, 'squeal_core')
+    and not within(name, 'squeal_core.fe') and not within(name, 'squeal_core.view')])
+def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
+    foreign = [i for i in IMPORTS[module] if top(i.target) not in {
+        *sys.stdlib_module_names, *ALWAYS_THERE, 'squeal_core'}]
+    assert {i.target for i in foreign} <= {'yaml'}
+    assert not any(i.at_load for i in foreign)
+
+
+@pytest.mark.parametrize('module', PINNED)
+def test_blas_is_pinned_before_anything_else(module: str) -> None:
+    assert IMPORTS[module][0] == Import('squeal_ros.blas', at_load=True)
+
+
+@pytest.mark.parametrize('action', ['', "; squeal_core.BrakeModel.load('kang2009')",
+                                    '; import squeal_core.monitor'])
+def test_what_the_core_pulls_in(action: str) -> None:
+    run = subprocess.run(
+        [sys.executable, '-c', f'import sys, squeal_core{action}; print(*sys.modules)'],
+        capture_output=True, text=True, check=True, timeout=60)
+    loaded = {top(name) for name in run.stdout.split()}
+    assert {'numpy', 'squeal_core'} <= loaded
+    assert loaded & {'yaml', 'squeal_ros', *LEAVES} == set()
+
+
+@pytest.mark.parametrize(('source', 'target', 'at_load'), [
+    ('import rclpy.node', 'rclpy.node', True),
+    ('import numpy, skfem', 'skfem', True),
+    ('try:\n import rich\nexcept ImportError: pass', 'rich', True),
+    ('if True:\n from rosbags import x', 'rosbags', True),
+    ('class A:\n import yaml', 'yaml', True),
+    ('def f():\n def g():\n  import yaml', 'yaml', False),
+    ('class A:\n async def f(self):\n  from yaml import load', 'yaml', False),
+    ('from squeal_core import vehicle', 'squeal_core.vehicle', True),
+    ('from squeal_core import BrakeModel', 'squeal_core', True),
+    ('from squeal_core.brake import Brake', 'squeal_core.brake', True)])
+def test_the_walk_finds_imports(source: str, target: str, at_load: bool) -> None:
+    assert Import(target, at_load) in imports_in(source)
+    assert not is_ros('numpy.linalg')
+    assert is_ros('std_msgs.msg')

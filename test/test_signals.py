@@ -1,0 +1,220 @@
+"""Field paths, stamps, and the way of a message to the brakes it feeds."""
+
+import re
+from types import SimpleNamespace as Message
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from squeal_core.errors import ConfigurationError
+from squeal_core.monitor import Sample
+from squeal_core.settings import read_settings
+from squeal_ros.signals import FieldError, FieldPath, Router, stamp_of
+
+JOINTS = Message(name=['left', 'right', 'spare wheel', 'a=b'], velocity=[1.0, -2.0, 3.0, 4.0])
+NESTED = Message(a=Message(b=[Message(c=5), Message(c=-6.5)]), data=7, flat=[8.0, 9.0],
+                 wheels=[JOINTS, Message(name=['left'], velocity=[10.0])], empty=[], text='fast',
+                 nothing=None)
+
+
+def xfail(*values: Any, reason: str) -> Any:
+    return pytest.param(*values, marks=pytest.mark.xfail(strict=True, reason=reason))
+
+
+@pytest.mark.parametrize(('text', 'steps'), [
+    ('data', [('attribute', 'data', '')]),
+    ('a.b', [('attribute', 'a', ''), ('attribute', 'b', '')]),
+    ('a[2]', [('attribute', 'a', ''), ('index', 2, '')]),
+    ('a[0][12]', [('attribute', 'a', ''), ('index', 0, ''), ('index', 12, '')]),
+    ('velocity[name=x]', [('attribute', 'velocity', ''), ('lookup', 'name', 'x')]),
+    ('v[name=rear wheel.joint/2]', [('attribute', 'v', ''), ('lookup', 'name',
+                                                             'rear wheel.joint/2')]),
+    ('a.b[2].c', [('attribute', 'a', ''), ('attribute', 'b', ''), ('index', 2, ''),
+                  ('attribute', 'c', '')])])
+def test_parse(text: str, steps: list[Any]) -> None:
+    path = FieldPath.parse(text)
+    assert (path.text, list(path.steps)) == (text, steps)
+
+
+@pytest.mark.parametrize('text', [
+    '', '.a', 'a..b', 'a.', '.', 'a[', 'a[]', 'a[2', 'a]', 'a b', ' a', 'a ', '[2]', '[name=x]',
+    'a[-1]', 'a[1.5]', 'a.[2]', 'a[2]b', 'a[name=]', 'a[=x]', 'a[name=x', '2a', 'a.2', 'a-b',
+    'a/b', 'a()', 'a\n', 'a[name]', 'ä'])
+def test_parse_refuses(text: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        FieldPath.parse(text)
+    assert len(str(caught.value).splitlines()) == 1
+    assert f'{text!r} is no field path' in str(caught.value)
+    assert str(caught.value).endswith(('write a.b, a[2] or a[name=text]', 'name a field first'))
+
+
+@given(st.text(alphabet='ab.[]=0 n', max_size=12))
+def test_parse_takes_all_of_a_text_or_refuses_it(text: str) -> None:
+    try:
+        steps = FieldPath.parse(text).steps
+    except ConfigurationError:
+        return
+    written = ''.join({'attribute': f'.{name}', 'index': f'[{name}]',
+                       'lookup': f'[{name}={key}]'}[kind] for kind, name, key in steps)
+    assert written == '.' + re.sub(r'\[0+0', '[0', text)
+
+
+@pytest.mark.parametrize(('text', 'expected'), [
+    ('data', 7.0), ('a.b[0].c', 5.0), ('a.b[1].c', -6.5), ('flat[1]', 9.0),
+    ('wheels[1].velocity[0]', 10.0), ('wheels[1].velocity[name=left]', 10.0),
+    ('wheels[0].velocity[name=left]', 1.0)])
+def test_read(text: str, expected: float) -> None:
+    value = FieldPath.parse(text).read(NESTED)
+    assert value == expected
+    assert type(value) is float
+
+
+@pytest.mark.parametrize(('joint', 'expected'), [
+    ('left', 1.0), ('right', -2.0), ('spare wheel', 3.0), ('a=b', 4.0)])
+def test_read_by_name(joint: str, expected: float) -> None:
+    path = FieldPath.parse(f'velocity[name={joint}]')
+    assert path.read(JOINTS) == expected
+    assert path.read(Message(name=JOINTS.name, velocity=np.array(JOINTS.velocity))) == expected
+    turned = Message(name=JOINTS.name[::-1], velocity=JOINTS.velocity[::-1])
+    assert path.read(turned) == expected
+
+
+@pytest.mark.parametrize(('text', 'reason'), [
+    ('speed', "no field 'speed'"), ('a.c', "no field 'c'"), ('data.x', "no field 'x'"),
+    ('flat[2]', 'too short'), ('empty[0]', 'too short'), ('data[0]', 'data[0]: '),
+    ('nothing[0]', 'nothing[0]: '), ('flat', 'is no number but list'),
+    ('nothing', 'is no number but NoneType'), ('a', 'is no number but SimpleNamespace'),
+    ('text', 'is no number but str'), ('flat[name=left]', "no field 'name'"),
+    ('wheels[1].velocity[name=right]', "no 'right' in the list 'name'"),
+    ('wheels[1].velocity[name=le]', "no 'le' in the list 'name'")])
+def test_read_refuses(text: str, reason: str) -> None:
+    with pytest.raises(FieldError) as caught:
+        FieldPath.parse(text).read(NESTED)
+    assert str(caught.value).startswith(f'{text}: ')
+    assert reason in str(caught.value)
+
+
+@pytest.mark.parametrize('message', [
+    Message(name=['left'], velocity=[]), Message(name=[], velocity=[]),
+    Message(name=[], velocity=[1.0]), Message(name=None, velocity=[1.0]), Message(name=['left']),
+    Message(velocity=[1.0]), Message(name=['left'], velocity=None), Message(),
+    Message(name=['left'], velocity=['fast'])])
+def test_joint_states_that_say_nothing(message: Any) -> None:
+    with pytest.raises(FieldError):
+        FieldPath.parse('velocity[name=left]').read(message)
+
+
+@pytest.mark.parametrize('value', [
+    'fast', None, [1.0], np.array([1.0]), np.array([]), object(), 1j,
+    xfail('3.5', reason='FieldPath.read: float() takes texts of digits for numbers'),
+    xfail(b'5', reason='FieldPath.read: rclpy reads a ROS byte 53 as b"5", float() makes it 5')])
+def test_what_is_no_number(value: Any) -> None:
+    with pytest.raises(FieldError, match='data: is no number but'):
+        FieldPath.parse('data').read(Message(data=value))
+
+
+@pytest.mark.parametrize('value', [3, 3.0, np.float32(3), np.int16(3), np.array(3.0)])
+def test_what_is_a_number(value: Any) -> None:
+    assert FieldPath.parse('data').read(Message(data=value)) == 3.0
+
+
+def stamped(seconds: int, nanoseconds: int, **fields: Any) -> Message:
+    return Message(header=Message(stamp=Message(sec=seconds, nanosec=nanoseconds)), **fields)
+
+
+@pytest.mark.parametrize(('message', 'expected'), [
+    (stamped(12, 345), 12_000_000_345), (stamped(0, 1), 1), (stamped(1, 0), 1_000_000_000),
+    (stamped(2_000_000_000, 999_999_999), 2_000_000_000_999_999_999),
+    (stamped(0, 0), 77), (Message(), 77), (Message(header=Message()), 77),
+    (Message(header=None), 77), (stamped(np.int32(2_000_000_000), np.uint32(5)),
+                                 2_000_000_000_000_000_005)])
+def test_stamps(message: Any, expected: int) -> None:
+    stamp = stamp_of(message, 77)
+    assert stamp == expected
+    assert type(stamp) is int
+
+
+def router(**changes: Any) -> Router:
+    return Router.of(read_settings({'brakes': ['a', 'b'], **changes}))
+
+
+def test_one_message_feeds_several_brakes() -> None:
+    message = stamped(3, 0, name=['b_wheel_joint', 'a_wheel_joint'], velocity=[2.0, 1.0])
+    assert list(router().samples('joint_states', message, 99)) == [
+        ('a', 'rotor_speed', Sample(3_000_000_000, 1.0)),
+        ('b', 'rotor_speed', Sample(3_000_000_000, 2.0))]
+
+
+def test_a_topic_of_one_brake() -> None:
+    found = router()
+    assert list(found.samples('b/friction', Message(data=0.4), 99)) == [
+        ('b', 'friction', Sample(99, 0.4))]
+    assert list(found.samples('c/friction', Message(data=0.4), 99)) == []
+    assert found.types == {
+        'joint_states': 'sensor_msgs/msg/JointState',
+        **{f'{brake}/{name}': type_name for brake in 'ab' for name, type_name in (
+            ('brake_pressure', 'sensor_msgs/msg/FluidPressure'),
+            ('friction', 'std_msgs/msg/Float64'))}}
+
+
+def test_one_message_feeds_several_inputs() -> None:
+    found = router(**{'a.pressure.topic': 'x', 'a.pressure.field': 'data[0]',
+                      'a.pressure.type': 'T', 'a.friction.topic': 'x', 'a.friction.type': 'T',
+                      'a.friction.field': 'data[1]'})
+    assert list(found.samples('x', Message(data=[1e5, 0.4]), 99)) == [
+        ('a', 'pressure', Sample(99, 1e5)), ('a', 'friction', Sample(99, 0.4))]
+
+
+def test_scale_and_offset() -> None:
+    found = router(**{'a.pressure.scale': 1e5, 'a.pressure.offset': -101325.0,
+                      'a.temperature.topic': 't', 'b.pressure.scale': -1})
+    for topic, field, value, expected in (
+            ('a/brake_pressure', 'fluid_pressure', 20, 1898675.0),
+            ('b/brake_pressure', 'fluid_pressure', 20.0, -20.0), ('t', 'temperature', 20, 293.15)):
+        (_, _, sample), = found.samples(topic, Message(**{field: value}), 99)
+        assert sample.value == pytest.approx(expected)
+
+
+def test_nan_passes_for_the_monitor_to_judge() -> None:
+    (_, _, sample), = router().samples('a/friction', Message(data=float('nan')), 99)
+    assert np.isnan(sample.value)
+
+
+def test_a_topic_of_two_types_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=(
+            r'^b\.friction\.type: x is std_msgs/msg/Float64 elsewhere and std_msgs/msg/Float32 '
+            r'here; give a topic one type$')):
+        router(**{'a.friction.topic': 'x', 'b.friction.topic': 'x',
+                  'b.friction.type': 'std_msgs/msg/Float32'})
+
+
+@pytest.mark.parametrize('field', ['', 'a; b', 'a..b', 'a\n'])
+def test_a_bad_path_names_its_key_and_value(field: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        router(**{'b.pressure.field': field})
+    text = str(caught.value)
+    assert len(text.splitlines()) == 1
+    assert text.startswith('b.pressure')
+    assert f'{field!r} is no field path' in text
+
+
+def test_problems_are_counted_and_stop_nothing() -> None:
+    found = router()
+    message = Message(name=['b_wheel_joint'], velocity=[2.0])
+    for _ in range(3):
+        assert [sample[0] for sample in found.samples('joint_states', message, 99)] == ['b']
+    assert list(found.samples('a/friction', Message(value=1), 99)) == []
+    assert found.problems.total() == 4
+    (first, count), (second, once) = found.problems.most_common()
+    assert (count, once) == (3, 1)
+    assert first.startswith("joint_states: velocity[name=a_wheel_joint]: no 'a_wheel_joint'")
+    assert second == "a/friction: data: the message has no field 'data'"
+
+
+def test_nothing_is_counted_while_all_is_well() -> None:
+    found = router()
+    list(found.samples('a/friction', Message(data=0.4), 99))
+    assert found.problems.total() == 0
