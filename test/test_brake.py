@@ -69,11 +69,6 @@ def xfail(*values: Any, reason: str) -> Any:
                         marks=pytest.mark.xfail(strict=True, reason=reason))
 
 
-@pytest.fixture(scope='module')
-def brake() -> Brake:
-    return read_brake(SHIPPED)
-
-
 @pytest.mark.parametrize(('path', 'expected'), [
     ('disc.material.young_modulus', 88.9e9), ('disc.material.density', 7150.0),
     ('disc.material.poisson_ratio', 0.285), ('disc.rotor_thickness', 0.016),

@@ -121,7 +121,7 @@ def test_released(pressure: float, speed: float) -> None:
 def test_not_sliding(speed: float) -> None:
     check_unknown(assess({**GOOD, 'rotor_speed': speed}), 'not sliding',
                   f'rotor speed {speed:.2f} rad/s: not sliding')
-    assert assess({**GOOD, 'rotor_speed': 0.5}).state == 'steady'
+    assert assess({**GOOD, 'rotor_speed': 0.5, 'pressure': 5e4}).state == 'steady'
 
 
 @pytest.mark.parametrize('bad', [
@@ -158,7 +158,7 @@ def test_one_sample_of_the_future_does_not_block_an_input() -> None:
 
 def test_jump_back_of_the_clock() -> None:
     watch = feed(monitor(), **GOOD)
-    assert (watch.assess(TICK).state, watch.assess(TICK - SECOND).state) == ('steady', 'stale')
+    assert (watch.assess(TICK).state, watch.assess(TICK - 1).state) == ('steady', 'stale')
     watch.reset()
     check_unknown(watch.assess(TICK), 'stale', '; '.join(f'{s} never received' for s in GOOD))
     assert feed(watch, TICK - SECOND, **GOOD).assess(TICK - SECOND).state == 'steady'
