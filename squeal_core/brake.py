@@ -6,11 +6,10 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from squeal_core.description import Quantity, Section
 from squeal_core.errors import BrakeDescriptionError, SquealError
-from squeal_core.friction import FrictionLaw, FrictionTable
+from squeal_core.friction import check_number, FrictionLaw, FrictionTable
+from squeal_core.yaml_file import read_yaml
 
 ZERO_CELSIUS = 273.15
 
@@ -88,6 +87,10 @@ class Caliper:
     piston_area: float
     efficiency: float = 1.0
 
+    def __post_init__(self) -> None:
+        for name, most in (('piston_area', 1.0), ('efficiency', 1.0)):
+            check_number(f'caliper.{name}', getattr(self, name), above=0.0, most=most)
+
     def preload(self, pressure: float) -> float:
         """Return N0 [N] of one pad at a pressure [Pa]."""
         return pressure * self.piston_area * self.efficiency
@@ -119,18 +122,7 @@ def read_brake(path: str | Path) -> Brake:
     BrakeDescriptionError
         Naming the key's path, its value and the remedy.
     """
-    import yaml
-
-    path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise BrakeDescriptionError(
-            str(path), f'cannot be read ({error.strerror})', 'check the path') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        text = ' '.join(str(error).split())
-        raise BrakeDescriptionError(str(path), f'is not YAML ({text})', 'mend it') from None
-    return parse_brake(content, where=path.name)
+    return parse_brake(read_yaml(path, BrakeDescriptionError), where=Path(path).name)
 
 
 def parse_brake(content: Any, *, where: str = 'brake') -> Brake:
@@ -172,10 +164,18 @@ def _disc(section: Section) -> HatDisc:
             'rotor_thickness', 'rotor_outer_radius', 'hat_wall_outer_radius',
             'hat_wall_thickness', 'hat_height', 'top_plate_thickness', 'clamp_radius')})
     section.finish()
+    _in_order(section.where, 'the wall stands outside the clamp',
+              hat_wall_thickness=disc.hat_wall_thickness,
+              hat_wall_outer_radius=disc.hat_wall_outer_radius)
     _in_order(section.where, 'from the shaft outwards', clamp_radius=disc.clamp_radius,
-              hat_wall_inner_radius=disc.hat_wall_inner_radius,
               hat_wall_outer_radius=disc.hat_wall_outer_radius,
               rotor_outer_radius=disc.rotor_outer_radius)
+    if disc.clamp_radius >= disc.hat_wall_inner_radius:
+        raise BrakeDescriptionError(
+            f'{section.where}.hat_wall_thickness',
+            f'is {disc.hat_wall_thickness:g} m, so the wall reaches in to '
+            f'{disc.hat_wall_inner_radius:g} m (clamp_radius {disc.clamp_radius:g} m)',
+            'make the wall thinner or the clamp smaller')
     _in_order(section.where, 'the plate lies within the hat',
               top_plate_thickness=disc.top_plate_thickness, hat_height=disc.hat_height)
     return disc
@@ -215,15 +215,15 @@ def _friction_law(section: Section) -> FrictionLaw:
             'decay', Quantity('inverse_speed', 0.0, 1e3, closed=True)))
 
 
-def _friction_table(section: Section) -> FrictionTable | None:
-    table = section.section('temperature_table', required=False)
+def _friction_table(root: Section) -> FrictionTable | None:
+    table = root.section('temperature_table', required=False)
     if table is None:
         return None
-    table.text('source', default='')
+    root.sources[table.where] = table.text('source', default='not given')
     celsius, friction = table.numbers('temperature_degc'), table.numbers('friction')
     table.finish()
     try:
-        return FrictionTable(np.add(celsius, ZERO_CELSIUS), np.asarray(friction))
+        return FrictionTable(tuple(t + ZERO_CELSIUS for t in celsius), friction)
     except SquealError as error:
         raise BrakeDescriptionError(table.where, str(error), 'mend the lists') from None
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from squeal_core.arrays import FloatArray, readonly
 from squeal_core.brake import Caliper, Contact
 from squeal_core.errors import ModelError
-from squeal_core.friction import FrictionLaw, FrictionTable
+from squeal_core.friction import check_number, FrictionLaw, FrictionTable
 from squeal_core.operating_point import Coefficients, OperatingPoint
 
 OPERATORS = ('gyroscopic', 'contact_stiffness', 'friction_couple', 'radial_dissipation',
@@ -85,8 +85,7 @@ class BrakeModel:
         for name in OPERATORS:
             self._check_operator(name)
         for name in ('contact_area', 'contact_radius', 'nominal_contact_stiffness'):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise ModelError(f'{name} is {getattr(self, name)}; give a positive number')
+            check_number(name, getattr(self, name), above=0.0)
         if self.names and len(self.names) != w.size:
             raise ModelError(f'names: {len(self.names)} for {w.size} modes; give one for each')
 

@@ -16,7 +16,8 @@ from squeal_core.planar_mesh import sector_quadrature
 
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
                 disc_order: int = 5, pad_elements: tuple[int, int, int] = (9, 18, 3),
-                contact_points: tuple[int, int] = (24, 48)) -> BrakeModel:
+                contact_points: tuple[int, int] = (24, 48),
+                follower: bool = False) -> BrakeModel:
     """Return the modal brake model of a brake described by its dimensions.
 
     Parameters
@@ -30,6 +31,8 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         Elements of a pad in r, theta, z.
     contact_points : (2,) ints
         Quadrature points of the contact patch in r and theta.
+    follower : bool
+        Keep the in-plane follower force F0, which K09 leaves out of its results.
     """
     from squeal_core.fe.axisymmetric import disc_modes
     from squeal_core.fe.solid import pad_modes
@@ -56,6 +59,7 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         friction_couple=operators.friction_couple(faces),
         radial_dissipation=operators.radial_dissipation(faces),
         negative_slope=operators.negative_slope(faces),
+        follower=operators.follower(faces) if follower else None,
         contact_area=brake.contact.area, contact_radius=brake.contact.mean_radius,
         nominal_contact_stiffness=brake.contact.stiffness, caliper=brake.caliper,
         friction_law=brake.friction_law, friction_table=brake.friction_table,
@@ -69,6 +73,7 @@ def _provenance(brake: Brake, **settings: Any) -> dict[str, Any]:
     return {
         'brake': brake.name,
         'description': dict(brake.description),
+        'sources': dict(brake.sources),
         'settings': {name: value if isinstance(value, int) else list(value)
                      for name, value in settings.items()},
         'software': {'python': platform.python_version(),

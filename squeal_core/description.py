@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import math
 from typing import Any
 
-from squeal_core.errors import BrakeDescriptionError
+from squeal_core.errors import BrakeDescriptionError, quoted
 
 UNITS: dict[str, dict[str, float]] = {
     'length': {'m': 1.0, 'mm': 1e-3},
@@ -54,7 +54,7 @@ class Section:
     def __post_init__(self) -> None:
         if not isinstance(self.content, Mapping):
             raise BrakeDescriptionError(
-                self.where, f'is {self.content!r}', 'write a mapping of keys and values')
+                self.where, f'is {quoted(self.content)}', 'write a mapping of keys and values')
 
     def path(self, key: str) -> str:
         return f'{self.where}.{key}'
@@ -79,11 +79,11 @@ class Section:
         if value is None:
             raise BrakeDescriptionError(self.path(key), 'is missing', 'add it')
         if not isinstance(value, str):
-            raise BrakeDescriptionError(self.path(key), f'is {value!r}', 'write a text')
+            raise BrakeDescriptionError(self.path(key), f'is {quoted(value)}', 'write a text')
         return value
 
-    def count(self, key: str, *, least: int = 1) -> int:
-        value = self.number(key, Quantity('number', above=least, closed=True))
+    def count(self, key: str, *, least: int = 1, most: int = 500) -> int:
+        value = self.number(key, Quantity('number', above=least, below=most, closed=True))
         if value != int(value):
             raise BrakeDescriptionError(self.path(key), f'is {value!r}', 'write a whole number')
         return int(value)
@@ -107,7 +107,7 @@ class Section:
         values = self.content.get(key)
         if not isinstance(values, list) or not values:
             raise BrakeDescriptionError(
-                self.path(key), f'is {values!r}', 'write a list of numbers')
+                self.path(key), f'is {quoted(values)}', 'write a list of numbers')
         return tuple(_finite(self.path(f'{key}[{i}]'), v) for i, v in enumerate(values))
 
     def finish(self) -> None:
@@ -115,7 +115,7 @@ class Section:
         for key in self.content:
             if key not in self._used:
                 raise BrakeDescriptionError(
-                    self.path(str(key)), f'unknown key (value {self.content[key]!r})',
+                    self.path(str(key)[:60]), f'unknown key (value {quoted(self.content[key])})',
                     f'remove it, or use one of: {", ".join(sorted(self._used))}')
 
     def _find(self, name: str, quantity: Quantity) -> tuple[str | None, float]:
@@ -137,7 +137,7 @@ class Section:
         for key in self.content:
             if key not in self._used and (key == name or str(key).startswith(f'{name}_')):
                 raise BrakeDescriptionError(
-                    self.path(key), f'has a wrong unit suffix (value {self.content[key]!r})',
+                    self.path(key), f'has a wrong unit suffix (value {quoted(self.content[key])})',
                     f'use {_either(allowed)}')
 
     def _scalar(self, key: str) -> float:
@@ -158,8 +158,8 @@ def _finite(where: str, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError
         number = float(value)  # YAML 1.1 reads 1e9 as a text: a number to everyone else
-    except ValueError:
-        raise BrakeDescriptionError(where, f'is {value!r}', 'write a number') from None
+    except (ValueError, OverflowError):
+        raise BrakeDescriptionError(where, f'is {quoted(value)}', 'write a number') from None
     if not math.isfinite(number):
         raise BrakeDescriptionError(where, f'is {value!r}', 'write a finite number')
     return number

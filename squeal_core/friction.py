@@ -1,11 +1,23 @@
 """Friction laws: the coefficient, its slope over sliding speed, and its table over temperature."""
 
 from dataclasses import dataclass
+import math
+from typing import Any
 
 import numpy as np
 
-from squeal_core.arrays import FloatArray, readonly
-from squeal_core.errors import SquealError
+from squeal_core.arrays import FloatArray
+from squeal_core.errors import quoted, SquealError
+
+
+def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf,
+                 most: float = math.inf) -> None:
+    """Raise SquealError unless a value is a finite number in its range."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise SquealError(f'{name} is {quoted(value)}; give a finite number')
+    if not (value > above and least <= value <= most):
+        raise SquealError(f'{name} is {value:g}; give a number above {max(above, least):g}, '
+                          f'at most {most:g}')
 
 
 @dataclass(frozen=True)
@@ -19,6 +31,11 @@ class FrictionLaw:
     decay : float
         alpha [s/m].
 
+    Raises
+    ------
+    SquealError
+        For what is not a finite number, a coefficient not above zero, a negative decay.
+
     Notes
     -----
     Source: K09 eqs (15), (A.8), (A.9).
@@ -27,6 +44,11 @@ class FrictionLaw:
     static: float = 0.5
     kinetic: float = 0.32
     decay: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_number('friction_law.static', self.static, above=0.0)
+        check_number('friction_law.kinetic', self.kinetic, above=0.0)
+        check_number('friction_law.decay', self.decay, least=0.0)
 
     def coefficient(self, sliding_speed: float) -> float:
         """Return mu at a sliding speed [m/s]."""
@@ -49,28 +71,38 @@ class FrictionTable:
 
     Parameters
     ----------
-    temperature : (M,) array
+    temperature : tuple of floats
         Rising [K].
-    friction : (M,) array
-        mu [-].
+    friction : tuple of floats
+        mu at each temperature [-].
+
+    Raises
+    ------
+    SquealError
+        For lists that do not match, do not rise, or hold what is no positive number.
     """
 
-    temperature: FloatArray
-    friction: FloatArray
+    temperature: tuple[float, ...]
+    friction: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, 'temperature', readonly(self.temperature))
-        object.__setattr__(self, 'friction', readonly(self.friction))
-        if self.temperature.shape != self.friction.shape or self.temperature.ndim != 1:
+        for name in ('temperature', 'friction'):
+            try:
+                values = tuple(value.item() if isinstance(value, np.generic) else value
+                               for value in getattr(self, name))
+            except TypeError:
+                raise SquealError(f'friction table: {name} is {quoted(getattr(self, name))}; '
+                                  'give a list of numbers') from None
+            for i, value in enumerate(values):
+                check_number(f'friction table: {name}[{i}]', value, above=0.0)
+            object.__setattr__(self, name, values)
+        if len(self.temperature) != len(self.friction):
             raise SquealError(
-                f'friction table: {self.temperature.size} temperatures and {self.friction.size} '
+                f'friction table: {len(self.temperature)} temperatures and {len(self.friction)} '
                 'friction coefficients; give as many of one as of the other')
-        if self.temperature.size == 0 or np.any(np.diff(self.temperature) <= 0):
-            raise SquealError(
-                f'friction table: temperatures {self.temperature.tolist()} do not rise; sort them')
-        if not np.all(self.friction > 0):
-            raise SquealError(
-                f'friction table: coefficients {self.friction.tolist()}; all must be positive')
+        if not self.temperature or np.any(np.diff(self.temperature) <= 0):
+            raise SquealError(f'friction table: temperatures {quoted(list(self.temperature))} do '
+                              'not rise; sort them')
 
     def __call__(self, temperature: FloatArray | float) -> FloatArray:
         """Return mu [-] at temperatures [K]."""

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import dataclasses
 import hashlib
 import json
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,12 @@ from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Caliper
 from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS
-from squeal_core.errors import ModelFileError, SquealError
+from squeal_core.errors import ModelFileError, quoted, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
 
 FORMAT = 'squeal_ros brake model'
 SCHEMA = 1
-MAX_BYTES = 8 * MAX_MODES**2 * (len(OPERATORS) + 1)
+MAX_BYTES = 8 * MAX_MODES**2  # of one array
 
 UNITS = {
     'angular_frequencies': 'rad/s', 'damping_ratios': '-', 'gyroscopic': '-',
@@ -45,17 +46,23 @@ def save_model(model: BrakeModel, path: str | Path) -> None:
         'provenance': model.provenance, **{name: getattr(model, name) for name in _SCALARS},
         'caliper': dataclasses.asdict(model.caliper) if model.caliper else None,
         'friction_law': dataclasses.asdict(model.friction_law) if model.friction_law else None,
-        'friction_table': _table_to_json(model.friction_table)}
-    header['hash'] = content_hash(header, arrays)
+        'friction_table': dataclasses.asdict(model.friction_table)
+        if model.friction_table else None}
+    try:
+        header['hash'] = content_hash(header, arrays)
+    except TypeError as error:
+        raise ModelFileError(path, f'cannot hold this provenance ({error})',
+                             'give texts, numbers, lists and mappings') from None
     partial = path.with_name(f'{path.name}.{os.getpid()}.part')
     try:
         with partial.open('wb') as file:
             np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise ModelFileError(path, f'cannot be written ({error.strerror})',
                              'check folder and rights') from None
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def load_model(path: str | Path) -> BrakeModel:
@@ -70,7 +77,7 @@ def load_model(path: str | Path) -> BrakeModel:
     header, arrays = _read(path)
     try:
         return _model(header, arrays)
-    except (SquealError, KeyError, TypeError) as error:
+    except (SquealError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise ModelFileError(path, f'holds no usable model ({error})', _BUILD_AGAIN) from None
 
 
@@ -95,46 +102,52 @@ _BUILD_AGAIN = 'copy it again or build it with `squeal build`'
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, FloatArray]]:
     try:
-        _check_size(path)
-        with np.load(path, allow_pickle=False) as file:
-            if 'header' not in file.files:
-                raise ModelFileError(path, 'has no header, so it is no model file', _BUILD_AGAIN)
-            header = json.loads(str(file['header']))
+        with zipfile.ZipFile(path) as archive:
+            header = json.loads(str(_read_array(path, archive, 'header', 'U')))
             _check_header(path, header)
-            arrays = {name: file[name] for name in _ARRAYS if name in file.files}
+            there = {name.removesuffix('.npy') for name in archive.namelist()}
+            arrays = {name: _read_array(path, archive, name, 'f')
+                      for name in _ARRAYS if name in there}
     except FileNotFoundError:
         raise ModelFileError(
             path, 'does not exist', 'give the path of a model file or the name of a shipped '
             f'model ({", ".join(resources.names("models", ".npz"))})') from None
     except OSError as error:
-        raise ModelFileError(path, f'cannot be read ({error})', 'check path and rights') from None
+        raise ModelFileError(path, f'cannot be read ({error.strerror})',
+                             'check path and rights') from None
     except ModelFileError:
         raise
     except Exception as error:  # whatever a damaged archive makes zipfile, zlib or numpy say
-        text = ' '.join(str(error).split())[:120]
         raise ModelFileError(
-            path, f'is damaged or no model file ({type(error).__name__}: {text})',
+            path, f'is damaged or no model file ({type(error).__name__}: {str(error)[:120]})',
             _BUILD_AGAIN) from None
     if content_hash(header, arrays) != header['hash']:
         raise ModelFileError(path, 'was altered: its contents do not match its hash', _BUILD_AGAIN)
     return header, arrays
 
 
-def _check_size(path: Path) -> None:
-    """Bound what unpacking may allocate before anything is unpacked."""
-    with zipfile.ZipFile(path) as archive:
-        total = sum(item.file_size for item in archive.infolist())
-    if total > MAX_BYTES:
-        raise ModelFileError(
-            path, f'would unpack to {total / 1e6:.0f} MB (limit {MAX_BYTES / 1e6:.0f} MB)',
-            f'a model has at most {MAX_MODES} modes')
+def _read_array(path: Path, archive: zipfile.ZipFile, name: str, kind: str) -> Any:
+    """Read one array after its own header was checked: nothing large is allocated unchecked."""
+    if f'{name}.npy' not in archive.namelist():
+        raise ModelFileError(path, f'has no {name}, so it is no model file', _BUILD_AGAIN)
+    with archive.open(f'{name}.npy') as file:
+        version = np.lib.format.read_magic(file)
+        read = (np.lib.format.read_array_header_1_0 if version == (1, 0)
+                else np.lib.format.read_array_header_2_0)
+        shape, _, dtype = read(file)
+    size = math.prod(shape) * dtype.itemsize
+    if dtype.kind != kind or (kind == 'f' and dtype.itemsize != 8) or size > MAX_BYTES:
+        raise ModelFileError(path, f'{name} is an array of {dtype} and {size / 1e6:.1f} MB',
+                             f'a model has at most {MAX_MODES} modes in double precision')
+    with archive.open(f'{name}.npy') as file:
+        return np.lib.format.read_array(file, allow_pickle=False)
 
 
 def _check_header(path: Path, header: Any) -> None:
     if not isinstance(header, dict) or header.get('format') != FORMAT:
         raise ModelFileError(path, 'is not a brake model', _BUILD_AGAIN)
     schema = header.get('schema')
-    if not isinstance(schema, int) or not 1 <= schema <= SCHEMA:
+    if type(schema) is not int or not 1 <= schema <= SCHEMA:
         raise ModelFileError(
             path, f'has schema {schema!r}; this version reads up to {SCHEMA}',
             'update squeal_ros or build the model again')
@@ -143,17 +156,12 @@ def _check_header(path: Path, header: Any) -> None:
 
 
 def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
-    table = header['friction_table']
+    table, names = header['friction_table'], header['names']
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise SquealError(f'names are {quoted(names)}; give a list of texts')
     return BrakeModel(
         **dict[str, Any](arrays), **{name: header[name] for name in _SCALARS},
         caliper=Caliper(**header['caliper']) if header['caliper'] else None,
         friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
         friction_table=FrictionTable(**table) if table else None,
-        names=tuple(header['names']),
-        provenance={**header['provenance'], 'hash': header['hash']})
-
-
-def _table_to_json(table: FrictionTable | None) -> dict[str, list[float]] | None:
-    if table is None:
-        return None
-    return {'temperature': table.temperature.tolist(), 'friction': table.friction.tolist()}
+        names=tuple(names), provenance=dict(header['provenance']))

@@ -6,7 +6,7 @@ the node and the replay of a bag run this same code and get the same numbers.
 The monitor is advisory. It is no safety function.
 """
 
-from collections import deque
+import bisect
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import math
@@ -15,6 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from squeal_core.brake_model import BrakeModel
+from squeal_core.errors import ConfigurationError
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, first_order_risk, Inputs
 from squeal_core.settings import BrakeSettings, InputSettings, MonitorSettings, Signal
@@ -23,8 +24,8 @@ from squeal_core.stability import complex_modes, ComplexModes, Mode
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid']
 Status: TypeAlias = Literal['good', 'never received', 'stale', 'invalid']
 
-# how many samples ahead of the tick's time are kept for later ticks
-_AHEAD = 1024
+# samples kept of an input: between two ticks, and stamped ahead of them
+_KEPT = 4096
 # modes whose probability of growing is looked at: the least stable few
 _CANDIDATES = 3
 
@@ -108,6 +109,7 @@ class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
     def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel) -> None:
+        _check_model_serves(brake, model)
         self.brake = brake
         self._settings = settings
         self._model = model
@@ -115,16 +117,19 @@ class BrakeMonitor:
             friction=settings.friction_deviation, pressure=settings.pressure_deviation,
             rotor_speed=settings.rotor_speed_deviation,
             contact_stiffness=settings.contact_stiffness_deviation)
-        self._samples: dict[Signal, deque[Sample]] = {}
+        self._samples: dict[Signal, list[Sample]] = {}
         self.reset()
 
     def reset(self) -> None:
         """Forget all samples, as after a jump back of the clock."""
-        self._samples = {signal: deque(maxlen=_AHEAD) for signal in self.brake.inputs}
+        self._samples = {signal: [] for signal in self.brake.inputs}
 
     def receive(self, signal: Signal, sample: Sample) -> None:
-        """Take a sample of an input this brake has; samples come in order of their stamps."""
-        self._samples[signal].append(sample)
+        """Take a sample of an input this brake has; late ones find their place by stamp."""
+        samples = self._samples[signal]
+        bisect.insort(samples, sample, key=_stamp)
+        if len(samples) > _KEPT:
+            del samples[0]
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
@@ -150,10 +155,10 @@ class BrakeMonitor:
 
     def _read(self, signal: Signal, time: int) -> Reading:
         samples = self._samples[signal]
-        while len(samples) > 1 and samples[1].stamp <= time:
-            samples.popleft()
-        if not samples or samples[0].stamp > time:
+        past = bisect.bisect_right(samples, time, key=_stamp)
+        if past == 0:
             return Reading('never received')
+        del samples[:past - 1]  # the newest of the past stays, and what is ahead of the tick
         age, value = (time - samples[0].stamp) * 1e-9, samples[0].value
         limits = self.brake.inputs[signal]
         if age > limits.max_age:
@@ -192,6 +197,8 @@ class BrakeMonitor:
             risk = first_order_risk(self._model, self._point, at, candidates, self._deviations)
         except np.linalg.LinAlgError as error:
             return replace(found, state='invalid', reason=f'no eigensolution ({error})')
+        if math.isnan(risk.probability):
+            return replace(found, state='invalid', reason='no risk: modes are not separable here')
         worst = candidates[0] if candidates else None
         return replace(
             found, point=point, modes=solved.unstable, risk=risk.probability,
@@ -205,6 +212,21 @@ class BrakeMonitor:
         in_band = [m for m in solved.modes if m.kind in ('flutter', 'stable')
                    and low <= m.frequency_hz <= high]
         return sorted(in_band, key=lambda m: -m.growth_rate)[:_CANDIDATES]
+
+
+def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
+    """Refuse at the start a model that can never answer for this brake."""
+    if model.caliper is None:
+        raise ConfigurationError('model', 'has no caliper, so a pressure says nothing to it',
+                                 'give it one (BrakeModel(caliper=...) or a brake description)')
+    if 'friction' not in brake.inputs and model.friction_table is None:
+        raise ConfigurationError(
+            f'{brake.name}.temperature', 'is all there is, and the model has no friction table',
+            'name a friction topic, or build the model with friction.temperature_table')
+
+
+def _stamp(sample: Sample) -> int:
+    return sample.stamp
 
 
 class VehicleMonitor:

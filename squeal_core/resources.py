@@ -19,9 +19,8 @@ def config_folder() -> Path:
 
 def find(kind: str, name: str, suffix: str) -> Path:
     """Return a path as it is; for a bare name, that of the shipped file of this kind."""
-    shipped = config_folder() / kind / f'{name}{suffix}'
-    if '/' not in name and not name.endswith(suffix) and shipped.is_file():
-        return shipped
+    if name in names(kind, suffix):
+        return config_folder() / kind / f'{name}{suffix}'
     return Path(name)
 
 

@@ -85,7 +85,10 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
             return growth_change(sensitivity, low.coefficients(), high.coefficients())
 
         deviation = math.hypot(*(change(name, step) for name, step in steps.items()))
-        probability = max(probability, _exceeds_zero(mode.growth_rate, deviation))
+        own = _exceeds_zero(mode.growth_rate, deviation)
+        if math.isnan(own):  # max() would lose it
+            return RiskEstimate(own, own)
+        probability = max(probability, own)
         slope = change('friction', 1e-3 * at.friction) / (1e-3 * at.friction)
         if slope > 0.0:
             margin = min(-mode.growth_rate / slope, math.inf if math.isnan(margin) else margin)

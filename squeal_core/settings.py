@@ -3,11 +3,14 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 import math
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from squeal_core.errors import ConfigurationError
+from squeal_core.errors import ConfigurationError, quoted
+from squeal_core.yaml_file import read_yaml
 
 Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
+NODE_NAME = 'squeal_monitor'
 SIGNALS: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction', 'temperature')
 Value: TypeAlias = bool | float | str | tuple[str, ...]
 
@@ -35,12 +38,16 @@ class Key:
             raise self.error(value, f'give a {type(self.default).__name__}')
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(value, 'give a number')
-        if not (math.isfinite(value) and self.minimum <= value <= self.maximum):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not (math.isfinite(number) and self.minimum <= number <= self.maximum):
             raise self.error(value, f'give a number from {self.minimum:g} to {self.maximum:g}')
-        return float(value)
+        return number
 
     def error(self, value: Any, remedy: str) -> ConfigurationError:
-        return ConfigurationError(self.name, f'is {value!r} [{self.unit}]', remedy)
+        return ConfigurationError(self.name, f'is {quoted(value)} [{self.unit}]', remedy)
 
 
 MONITOR_KEYS = (
@@ -81,6 +88,7 @@ def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
     """Return the settings of one input of one brake."""
     topic, type_name, path, low, high, unit = _INPUTS[signal]
     offset = 273.15 if signal == 'temperature' else 0.0
+    least = 1e-3 if signal in ('friction', 'temperature') else -math.inf  # none at or below zero
     at = f'{brake}.{signal}'
     return (
         Key(f'{at}.topic', topic.format(brake=brake), '-', 'topic; empty: this input is not used'),
@@ -89,8 +97,8 @@ def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
         Key(f'{at}.scale', 1.0, f'{unit} per message unit', 'value = scale * field + offset'),
         Key(f'{at}.offset', offset, unit, 'value = scale * field + offset'),
         Key(f'{at}.max_age', 0.5, 's', 'older than this an input is stale', 1e-3, 3600.0),
-        Key(f'{at}.minimum', low, unit, 'a smaller value is invalid'),
-        Key(f'{at}.maximum', high, unit, 'a larger value is invalid'),
+        Key(f'{at}.minimum', low, unit, 'a smaller value is invalid', least),
+        Key(f'{at}.maximum', high, unit, 'a larger value is invalid', least),
     )
 
 
@@ -165,7 +173,8 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
     for name, value in parameters.items():
         if name not in known:
             raise ConfigurationError(
-                name, f'unknown key (value {value!r})', 'see config/monitor.yaml for the keys')
+                name[:80], f'unknown key (value {quoted(value)})',
+                'see config/monitor.yaml for the keys')
     low, high = top['squeal_band_low_hz'], top['squeal_band_high_hz']
     if not low < high:  # type: ignore[operator]
         raise ConfigurationError('squeal_band_high_hz', f'is {high} and the low end {low} Hz',
@@ -185,27 +194,33 @@ def flatten(nested: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
     return flat
 
 
-def load_settings(path: Any) -> MonitorSettings:
-    """Read the settings in a ROS parameter file (`/**: ros__parameters: ...`)."""
-    import yaml
-
-    try:
-        with open(path, encoding='utf-8') as file:
-            content = yaml.safe_load(file)
-    except OSError as error:
-        raise ConfigurationError(str(path), f'cannot be read ({error.strerror})',
-                                 'check the path') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        text = ' '.join(str(error).split())
-        raise ConfigurationError(str(path), f'is not YAML ({text})', 'mend it') from None
+def load_settings(path: str | Path) -> MonitorSettings:
+    """Read the settings in a ROS parameter file: those for /** and for any squeal_monitor."""
+    content = read_yaml(path, ConfigurationError)
     parameters: dict[str, Any] = {}
-    for node in content.values() if isinstance(content, Mapping) else ():
-        if isinstance(node, Mapping) and isinstance(node.get('ros__parameters'), Mapping):
-            parameters.update(flatten(node['ros__parameters']))
+    for section in _parameter_sections(content):
+        parameters.update(flatten(section))
     if not parameters:
-        raise ConfigurationError(str(path), 'has no ros__parameters', 'see config/monitor.yaml')
-    parameters.pop('use_sim_time', None)
-    return read_settings(parameters)
+        raise ConfigurationError(str(path), f'has no ros__parameters for {NODE_NAME}',
+                                 'see config/monitor.yaml')
+    return read_settings({name: value for name, value in parameters.items()
+                          if not is_built_in(name)})
+
+
+def is_built_in(name: str) -> bool:
+    """Whether a parameter belongs to ROS itself."""
+    return (name in ('use_sim_time', 'start_type_description_service')
+            or name.startswith('qos_overrides.'))
+
+
+def _parameter_sections(content: Any, node: str = '') -> Iterator[Mapping[str, Any]]:
+    """Yield the parameters in a file that a node of our name would take, in any namespace."""
+    for key, value in content.items() if isinstance(content, Mapping) else ():
+        if key == 'ros__parameters':
+            if node in ('**', '*', NODE_NAME) and isinstance(value, Mapping):
+                yield value
+        else:
+            yield from _parameter_sections(value, str(key).rpartition('/')[2])
 
 
 def check_names(names: tuple[str, ...]) -> None:
@@ -222,8 +237,15 @@ def _read_brake(brake: str, parameters: Mapping[str, Any]) -> BrakeSettings:
         keys = input_keys(brake, signal)
         values = {key.name.rpartition('.')[2]: key.read(parameters.get(key.name, key.default))
                   for key in keys}
-        if values['topic']:
-            inputs[signal] = InputSettings(**values)  # type: ignore[arg-type]
+        if not values['topic']:
+            continue
+        inputs[signal] = found = InputSettings(**values)  # type: ignore[arg-type]
+        if found.scale == 0.0:
+            raise ConfigurationError(f'{brake}.{signal}.scale', 'is 0', 'give another number')
+        if not found.minimum < found.maximum:
+            raise ConfigurationError(
+                f'{brake}.{signal}.maximum', f'is {found.maximum:g} and the minimum '
+                f'{found.minimum:g}', 'make it the larger')
     for signal in ('rotor_speed', 'pressure'):
         if signal not in inputs:
             raise ConfigurationError(f'{brake}.{signal}.topic', "is ''", 'name a topic')

@@ -159,6 +159,8 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
         factors = lu_factor(pencil, check_finite=False)
+    pivots = np.einsum('ii->i', factors[0])
+    pivots[pivots == 0.0] = np.finfo(float).eps * np.abs(pencil).max()  # exactly at the root
     start = np.ones(model.size, complex)
     right, left = (_inverse_iteration(factors, start, trans) for trans in (0, 2))
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))

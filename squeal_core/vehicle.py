@@ -14,7 +14,8 @@ import numpy as np
 
 from squeal_core.arrays import FloatArray, readonly
 from squeal_core.drive_cycle import DriveCycle
-from squeal_core.errors import SquealError
+from squeal_core.errors import quoted, SquealError
+from squeal_core.yaml_file import read_yaml
 
 _GRAVITY = 9.80665  # m/s^2, standard
 _ITERATIONS = 100
@@ -167,18 +168,17 @@ def read_vehicle(path: str | Path) -> Vehicle:
         With file, key, value and remedy: no such file, key missing or unknown, value no number
         or out of range.
     """
-    import yaml
-    path = Path(path)
+    content = read_yaml(path, _file_error)
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
         if not isinstance(content, dict):
-            raise VehicleError(f'{content!r} is no vehicle; write one "key: value" on each line')
+            raise VehicleError(f'{quoted(content)} is no vehicle; write one "key: value" a line')
         return _vehicle(content)
-    except OSError as error:
-        raise VehicleError(
-            f'{path}: cannot be read ({error.strerror}); check the path') from None
-    except (VehicleError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise VehicleError(f'{path}: {" ".join(str(error).split())}') from error
+    except VehicleError as error:
+        raise VehicleError(f'{path}: {error}') from None
+
+
+def _file_error(where: object, what: str, remedy: str) -> VehicleError:
+    return VehicleError(f'{where}: {what}; {remedy}')
 
 
 def brake_signals(cycle: DriveCycle, vehicle: Vehicle,
@@ -269,7 +269,8 @@ def _vehicle(content: dict[Any, Any]) -> Vehicle:
     keys = {item.metadata.get('key', item.name): item for item in fields(Vehicle)}
     for key, value in content.items():
         if key not in keys:
-            raise VehicleError(f'unknown key {key!r} = {value!r}; use: {", ".join(keys)}')
+            raise VehicleError(
+                f'unknown key {quoted(key)} = {quoted(value)}; use: {", ".join(keys)}')
     values = {}
     for key, item in keys.items():
         if key not in content:
@@ -278,7 +279,8 @@ def _vehicle(content: dict[Any, Any]) -> Vehicle:
             number = _number(key, content[key])
             values[item.name] = number * item.metadata['scale'] + item.metadata['offset']
         elif not isinstance(content[key], list):
-            raise VehicleError(f'{key} = {content[key]!r} is no list; write four in brackets')
+            raise VehicleError(
+                f'{key} = {quoted(content[key])} is no list; write four in brackets')
     factors = enumerate(content['friction_factors'])
     values['friction_factors'] = tuple(_number(f'friction_factors[{i}]', x) for i, x in factors)
     values['brakes'] = tuple(str(name) for name in content['brakes'])
@@ -291,7 +293,8 @@ def _number(key: str, value: Any) -> float:
             raise TypeError
         return float(value)  # a text too: YAML 1.1 takes 1e5 for one
     except (TypeError, ValueError, OverflowError):
-        raise VehicleError(f'{key} = {value!r} is no number; write a decimal number') from None
+        raise VehicleError(
+            f'{key} = {quoted(value)} is no number; write a decimal number') from None
 
 
 def _check_range(value: float, key: str, low: float, high: float,

@@ -51,6 +51,8 @@ def _build(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.build)
     p.add_argument('brake', metavar='BRAKE.yaml', help='brake description, or a shipped name')
     p.add_argument('-o', '--output', required=True, metavar='MODEL.npz')
+    p.add_argument('--follower', action='store_true',
+                   help='keep the in-plane follower force, which K09 leaves out')
 
 
 def _info(p: argparse.ArgumentParser) -> None:

@@ -32,7 +32,7 @@ def build(options: argparse.Namespace) -> int:
     from squeal_core.build import build_model
 
     brake = read_brake(resources.find('brakes', options.brake, '.yaml'))
-    model = build_model(brake, progress=_progress)
+    model = build_model(brake, progress=_progress, follower=options.follower)
     model.save(options.output)
     print(f'{options.output}: {brake.name}, {model.size} modes')
     return 0
@@ -54,6 +54,11 @@ def info(options: argparse.Namespace) -> int:
     print(f'arrays           {", ".join(n for n in OPERATORS if getattr(model, n) is not None)}')
     print(f'schema           {header["schema"]}')
     print(f'hash             {header["hash"]}')
+    for word in ('fitted', 'assumed'):  # what the model's source does not print
+        keys = [key.partition('.')[2] for key, source in provenance.get('sources', {}).items()
+                if source.startswith(word)]
+        if keys:
+            print(f'{word:16} {", ".join(keys)}')
     for group in ('settings', 'software'):
         for name, value in provenance.get(group, {}).items():
             print(f'{name:16} {value}')
@@ -132,10 +137,8 @@ def drive(options: argparse.Namespace) -> int:
 
 def demo(options: argparse.Namespace) -> int:
     """Run node, player and replay together."""
-    from rich.console import Console
-
     from squeal_core.view.drive_plot import plot_drive
-    from squeal_core.view.table import DriveDisplay, events_table
+    from squeal_core.view.table import drive_console, DriveDisplay, events_table
     from squeal_ros import demo as demos
 
     rate, speed_up = _positive('--rate', options.rate), _positive('--speed-up', options.speed_up)
@@ -146,7 +149,7 @@ def demo(options: argparse.Namespace) -> int:
     signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
     files = demos.DemoFiles(folder=Path(options.output))
     files.clear()
-    console = Console(width=None if sys.stdout.isatty() else 99, highlight=False)
+    console = drive_console()
     console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
                   f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
                   'its own process')

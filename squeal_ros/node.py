@@ -22,12 +22,10 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import ConfigurationError, SquealError
 from squeal_core.monitor import Assessment, VehicleMonitor
 from squeal_core.settings import (
-    flatten, Key, MonitorSettings, read_settings, settings_keys)
+    flatten, is_built_in, Key, MonitorSettings, NODE_NAME, read_settings, settings_keys)
 from squeal_ros import messages
 from squeal_ros.signals import Router
 
-NODE_NAME = 'squeal_monitor'
-_BUILT_IN = ('use_sim_time', 'start_type_description_service')
 
 
 class RosMessages:
@@ -236,7 +234,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     def _declare_parameters(self) -> MonitorSettings:
         """Declare every key with its description; parameters given but unknown are refused."""
         given = {name: parameter.value for name, parameter in self._parameters.items()
-                 if name not in _BUILT_IN and not name.startswith('qos_overrides.')}
+                 if not is_built_in(name)}
         settings = read_settings(flatten(given))
         for key in settings_keys(tuple(brake.name for brake in settings.brakes)):
             value = key.read(given.get(key.name, key.default))

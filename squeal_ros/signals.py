@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import re
 from typing import Any
 
+import numpy as np
+
 from squeal_core.errors import ConfigurationError
 from squeal_core.monitor import Sample
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
@@ -66,10 +68,9 @@ class FieldPath:
                 raise FieldError(f'{self.text}: no {key!r} in the list {name!r}') from None
             except (IndexError, TypeError):
                 raise FieldError(f'{self.text}: the list is too short') from None
-        try:
-            return float(value)
-        except (TypeError, ValueError):
-            raise FieldError(f'{self.text}: is no number but {type(value).__name__}') from None
+        if not isinstance(value, int | float | np.number | np.bool_):
+            raise FieldError(f'{self.text}: is no number but {type(value).__name__}')
+        return float(value)
 
 
 def stamp_of(message: Any, received: int) -> int:

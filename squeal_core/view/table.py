@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import math
+import sys
 from typing import Any
 
 try:
@@ -15,6 +16,11 @@ except ImportError as error:
 from squeal_core.history import Row, SquealEvent
 
 _UNKNOWN = '-'
+
+
+def drive_console() -> Console:
+    """Return a console as wide as the terminal, or 99 columns where there is none."""
+    return Console(width=None if sys.stdout.isatty() else 99, highlight=False)
 
 
 class DriveDisplay:

@@ -1,0 +1,49 @@
+"""YAML as plain data: bounded, no Python tags, no key twice, one error for all that can fail."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from squeal_core.errors import SquealError
+
+MAX_BYTES = 1_000_000
+
+
+def read_yaml(path: str | Path, error_of: Callable[[object, str, str], SquealError]) -> Any:
+    """Return the content of a YAML file.
+
+    Parameters
+    ----------
+    path : path
+    error_of : callable
+        Makes the caller's error of where, what and remedy; raised for what is no plain YAML.
+    """
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        """Refuses what a description has no need of and a reader would not notice."""
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            if self.check_event(yaml.AliasEvent):
+                raise yaml.YAMLError(f'an alias (*) in line {self.line + 1}')
+            return super().compose_node(parent, index)
+
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+            for key in keys:
+                if keys.count(key) > 1:
+                    raise yaml.YAMLError(f'{key!r} twice in the mapping at line '
+                                         f'{node.start_mark.line + 1}')
+            return super().construct_mapping(node, deep)
+
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise error_of(path, f'cannot be read ({error.strerror})', 'check the path') from None
+    if len(data) > MAX_BYTES:
+        raise error_of(path, f'has {len(data)} bytes', f'keep it under {MAX_BYTES}')
+    try:
+        return yaml.load(data.decode('utf-8'), Loader)  # a SafeLoader: plain data only
+    except Exception as error:  # PyYAML lets ValueError, KeyError, RecursionError and more out
+        text = ' '.join(str(error).split())[:200]
+        raise error_of(path, f'is not YAML this can read ({text})', 'mend it') from None
