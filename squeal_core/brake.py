@@ -145,7 +145,8 @@ def parse_brake(content: Any, *, where: str = 'brake') -> Brake:
         friction_table=_friction_table(friction),
         damping_ratio=root.number('damping_ratio', Quantity('number', 0.0, 0.999, closed=True)),
         disc_modes=disc_modes, pad_modes=pad_modes,
-        description=dict(root.content), sources=dict(root.sources))
+        description=dict(root.content),
+        sources={key.removeprefix(f'{where}.'): text for key, text in root.sources.items()})
     friction.finish()
     root.finish()
     return brake

@@ -16,8 +16,7 @@ from squeal_core.planar_mesh import sector_quadrature
 
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
                 disc_order: int = 5, pad_elements: tuple[int, int, int] = (9, 18, 3),
-                contact_points: tuple[int, int] = (24, 48),
-                follower: bool = False) -> BrakeModel:
+                contact_points: int = 4, follower: bool = False) -> BrakeModel:
     """Return the modal brake model of a brake described by its dimensions.
 
     Parameters
@@ -29,8 +28,8 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         Polynomial order of the disc's section elements.
     pad_elements : (3,) ints
         Elements of a pad in r, theta, z.
-    contact_points : (2,) ints
-        Quadrature points of the contact patch in r and theta.
+    contact_points : int
+        Gauss points of the contact patch in each direction of a pad element.
     follower : bool
         Keep the in-plane follower force F0, which K09 leaves out of its results.
     """
@@ -45,8 +44,7 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
     half = 0.5 * brake.disc.rotor_thickness
     pad1, pad2 = replace(pad, offset=half), replace(pad, offset=-half - brake.pad.thickness)
     top, bottom = (sector_quadrature(
-        brake.contact, z, radial=contact_points[0], angular=contact_points[1])
-        for z in (half, -half))
+        brake.contact, z, panels=pad_elements[:2], points=contact_points) for z in (half, -half))
     faces = (operators.top_face(pad1.sample(top), disc.sample(top), len(pad2.names)),
              operators.bottom_face(pad2.sample(bottom), disc.sample(bottom), len(pad1.names)))
     rim = len(pad.names)

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact
 from squeal_core.modal_basis import Quadrature
 
 
-def sector_quadrature(
-        contact: Contact, height: float, *, radial: int = 24, angular: int = 48) -> Quadrature:
+def sector_quadrature(contact: Contact, height: float, *, panels: tuple[int, int] = (9, 18),
+                      points: int = 4) -> Quadrature:
     """Return a Gauss rule over the contact sector, centred at theta = 0.
 
     Parameters
@@ -15,18 +16,21 @@ def sector_quadrature(
     contact : Contact
     height : float
         z of the face [m].
-    radial, angular : int
-        Points in r and theta. The defaults integrate products of K09's modes to about 1e-8
-        (docs/convergence.md).
+    panels : (2,) ints
+        Equal parts in r and theta: as many as the pad has elements, for its shapes have kinks
+        between them and a Gauss rule wants smoothness (docs/convergence.md).
+    points : int
+        Gauss points a panel, in each direction.
     """
-    r, wr = _gauss(contact.inner_radius, contact.outer_radius, radial)
-    t, wt = _gauss(-0.5 * contact.angle, 0.5 * contact.angle, angular)
+    r, wr = _gauss(contact.inner_radius, contact.outer_radius, panels[0], points)
+    t, wt = _gauss(-0.5 * contact.angle, 0.5 * contact.angle, panels[1], points)
     radius, angle = (grid.ravel() for grid in np.meshgrid(r, t, indexing='ij'))
     weight = np.outer(wr * r, wt).ravel()
     return Quadrature(radius, angle, np.full(radius.shape, height), weight)
 
 
-def _gauss(start: float, stop: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    x, w = np.polynomial.legendre.leggauss(count)
-    half = 0.5 * (stop - start)
-    return start + half * (x + 1.0), half * w
+def _gauss(start: float, stop: float, panels: int, points: int) -> tuple[FloatArray, FloatArray]:
+    x, w = np.polynomial.legendre.leggauss(points)
+    edges = np.linspace(start, stop, panels + 1)
+    half = 0.5 * np.diff(edges)[:, None]
+    return (edges[:-1, None] + half * (x + 1.0)).ravel(), (half * w).ravel()

@@ -160,7 +160,8 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
         warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
         factors = lu_factor(pencil, check_finite=False)
     pivots = np.einsum('ii->i', factors[0])
-    pivots[pivots == 0.0] = np.finfo(float).eps * np.abs(pencil).max()  # exactly at the root
+    exact = pivots == 0.0  # a root to the last bit; of one mode alone the pencil is all zero
+    pivots[exact] = np.finfo(float).eps * (_size(eigenvalue, d, k) or 1.0)
     start = np.ones(model.size, complex)
     right, left = (_inverse_iteration(factors, start, trans) for trans in (0, 2))
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
@@ -176,6 +177,9 @@ def _inverse_iteration(factors: Any, vector: ComplexArray,
 
 def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
     """Relative change of the matrices that would make the root exact (Tisseur 2000)."""
-    # Frobenius norms: the spectral ones would cost more than the factorisation
-    size = abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k)
-    return float(np.linalg.norm(residual) / size)
+    return float(np.linalg.norm(residual) / (_size(root, d, k) or 1.0))
+
+
+def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
+    """Sum of the sizes of the pencil's terms; in Frobenius norms, as they cost the least."""
+    return float(abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k))

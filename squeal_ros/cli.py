@@ -109,9 +109,9 @@ def _drive(p: argparse.ArgumentParser) -> None:
 def _demo(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.demo)
     _cycle(p)
-    p.add_argument('--speed-up', type=float, default=7.0, metavar='X', help='default 7')
-    p.add_argument('--rate', type=float, default=2.0, metavar='HZ',
-                   help='assessments a second of the drive (default 2)')
+    p.add_argument('--speed-up', type=float, default=8.0, metavar='X', help='default 8')
+    p.add_argument('--rate', type=float, default=1.0, metavar='HZ',
+                   help='assessments a second of the drive (default 1)')
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--output', default='demo_output', metavar='FOLDER')
 

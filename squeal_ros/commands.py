@@ -7,6 +7,7 @@ import json
 import math
 from pathlib import Path
 import sys
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -55,10 +56,10 @@ def info(options: argparse.Namespace) -> int:
     print(f'schema           {header["schema"]}')
     print(f'hash             {header["hash"]}')
     for word in ('fitted', 'assumed'):  # what the model's source does not print
-        keys = [key.partition('.')[2] for key, source in provenance.get('sources', {}).items()
+        keys = [key for key, source in provenance.get('sources', {}).items()
                 if source.startswith(word)]
         if keys:
-            print(f'{word:16} {", ".join(keys)}')
+            print(textwrap.fill(f'{word:16} {", ".join(keys)}', 99, subsequent_indent=17 * ' '))
     for group in ('settings', 'software'):
         for name, value in provenance.get(group, {}).items():
             print(f'{name:16} {value}')

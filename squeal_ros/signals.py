@@ -68,7 +68,9 @@ class FieldPath:
                 raise FieldError(f'{self.text}: no {key!r} in the list {name!r}') from None
             except (IndexError, TypeError):
                 raise FieldError(f'{self.text}: the list is too short') from None
-        if not isinstance(value, int | float | np.number | np.bool_):
+        if isinstance(value, np.ndarray) and value.ndim == 0:
+            value = value[()]
+        if not isinstance(value, int | float | np.integer | np.floating | np.bool_):
             raise FieldError(f'{self.text}: is no number but {type(value).__name__}')
         return float(value)
 

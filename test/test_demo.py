@@ -35,7 +35,7 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     compared, equal, same = map(int, found.groups())
     assert equal == same
     assert same > 0.5 * compared
-    assert compared > 4 * 80  # 45 s, two ticks a second, four brakes, less start and end
+    assert compared > 4 * 40  # 45 s, a tick a second, four brakes, less start and end
     ticks = re.search(r'ticks done (\d+), lost (\d+)\n(?!.*ticks done)', done.stdout)
     assert ticks is not None
     folder = tmp_path / 'demo_output'

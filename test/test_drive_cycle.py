@@ -136,6 +136,12 @@ def test_error_names_file_line_value_and_remedy(
     assert '\n' not in str(caught.value)
 
 
+def test_a_table_that_cannot_be_read(tmp_path: Path) -> None:
+    for path in (tmp_path / 'none.csv', tmp_path):
+        with pytest.raises(DriveCycleError, match=r'cannot be read \(.+\); give .* wltc_3b$'):
+            read_drive_cycle(path)
+
+
 def test_bytes_that_are_no_text_are_reported_with_their_line(tmp_path: Path) -> None:
     path = tmp_path / 'bad.csv'
     path.write_bytes(b'time_s,speed_m_s\n0,0\n1,\xff\xfe\n')

@@ -94,6 +94,18 @@ def test_no_coordinate_moves() -> None:
     assert found == pytest.approx([0.0, 0.0, 50.0, 100.0], rel=1e-14)
 
 
+def test_a_weakly_held_coordinate_is_not_free() -> None:
+    """A millionth of the others' stiffness is a frequency still; only rounding is none."""
+    model = BrakeModel(angular_frequencies=np.zeros(3), damping_ratios=0.0,
+                       contact_stiffness=np.diag([1.0, 1e-6, 1e-17]))
+    assert model.free_coordinates.tolist() == [False, False, True]
+    found = complex_modes(model, POINT).modes
+    assert [m.kind for m in found] == ['rigid', 'stable', 'stable']
+    # sqrt(k_c A0): undamped, so exact to rounding
+    assert [m.eigenvalue.imag for m in found[1:]] == pytest.approx(
+        [np.sqrt(1e3), np.sqrt(1e9)], rel=1e-12)
+
+
 # ---------------------------------------------------------------- order and kinds
 
 def make_roots(real: list[float], pairs: list[complex], seed: int) -> ComplexArray:
@@ -216,10 +228,6 @@ def test_vectors_of_an_exact_root() -> None:
     assert np.abs(vectors.left) == pytest.approx([1.0, 0.0], abs=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason=(
-    'mode_vectors scales the pivot by the largest entry of the pencil, which is zero as well for '
-    'N = 1: NaN vectors, NaN sensitivity, and max(0.0, nan) is a risk of 0. Scale by '
-    '|lambda|^2 + |lambda| |D| + |K| instead'))
 def test_vectors_of_the_exact_root_of_a_single_mode() -> None:
     model = BrakeModel(angular_frequencies=[1000.0], damping_ratios=0.0)
     assert np.abs(mode_vectors(model, POINT, 1000j).right) == pytest.approx([1.0], abs=1e-12)

@@ -268,6 +268,8 @@ def test_shipped_vehicle_is_in_si_units(midsize: Vehicle) -> None:
     ('mass_kg: 1600.0', 'mass_kg:', ['mass_kg = None is no number']),
     ('mass_kg: 1600.0', 'mass_kg: .nan', ['mass_kg = nan is out of range']),
     ('mass_kg: 1600.0', 'mass_kg: [', ['line']),
+    ('mass_kg: 1600.0', 'mass_kg: 1600.0\nmass_kg: 1600.0', ["'mass_kg' twice"]),
+    ('mass_kg: 1600.0', 'mass_kg: &m 1600.0\nx: *m', ['an alias (*)']),
     ('diameter_mm: 57.0', 'diameter_mm: 0.057', ['piston_diameter_mm = 0.057', '5 to 200']),
     ('[1.0, 0.97, 1.02, 0.99]', '[1.0, 0.97, x, 0.99]', ["friction_factors[2] = 'x'"]),
     ('[1.0, 0.97, 1.02, 0.99]', '[1.0, 0.97, 1.02, -1]', ['friction_factors[3] = -1', '0.1 to']),

@@ -15,6 +15,7 @@ from scipy.sparse.linalg import eigsh, LinearOperator, splu
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, Material, Pad
+from squeal_core.fe.probe import probe_matrix
 from squeal_core.modal_basis import Quadrature, SampledShapes
 
 RIGID_NAMES = ('slide radial', 'slide tangential', 'spin', 'lift', 'roll', 'pitch')
@@ -56,7 +57,7 @@ class SolidModes:
     def sample(self, points: Quadrature) -> SampledShapes:
         """Return the shapes at points; theta derivatives are not needed of a pad and are NaN."""
         c, s = np.cos(points.angle), np.sin(points.angle)
-        probe = self.basis.probes(np.vstack(
+        probe = probe_matrix(self.basis, np.vstack(
             [points.radius * c, points.radius * s, points.height - self.offset]))
         x, y, z = (probe @ self.shapes.T).T.reshape(len(self.names), 3, -1).swapaxes(0, 1)
         unknown = np.full(x.shape, np.nan)

@@ -91,7 +91,7 @@ class Sliding:
 
     @property
     def quadrature(self) -> Quadrature:
-        return sector_quadrature(PATCH, self.side * HALF, radial=5, angular=7)
+        return sector_quadrature(PATCH, self.side * HALF, panels=(1, 2), points=4)
 
     @property
     def shapes(self) -> tuple[Shapes, Shapes]:
