@@ -161,7 +161,7 @@ def _finite(where: str, value: Any) -> float:
     except (ValueError, OverflowError):
         raise BrakeDescriptionError(where, f'is {quoted(value)}', 'write a number') from None
     if not math.isfinite(number):
-        raise BrakeDescriptionError(where, f'is {value!r}', 'write a finite number')
+        raise BrakeDescriptionError(where, f'is {quoted(value)}', 'write a finite number')
     return number
 
 

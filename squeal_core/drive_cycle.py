@@ -3,6 +3,7 @@
 import csv
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -114,26 +115,30 @@ def read_drive_cycle(path: str | Path) -> DriveCycle:
     path = Path(path)
     try:
         # a byte that is no UTF-8 becomes a value that is no number, reported with its line
-        file = path.open(newline='', encoding='utf-8-sig', errors='replace')
-    except OSError as error:
-        raise DriveCycleError(f'{path}: cannot be read ({error.strerror}); give a table, or a '
-                              f'shipped cycle: {", ".join(names("drive_cycles", ".csv"))}'
-                              ) from None
-    with file:
-        rows = csv.reader(file)
-        columns = _columns(path, next(rows, []))
-        lines, values = [], []
-        for row in rows:
-            if any(cell.strip() for cell in row):
-                lines.append(rows.line_num)
-                values.append([_number(path, rows.line_num, row, columns, name)
-                               for name in _COLUMNS])
+        with path.open(newline='', encoding='utf-8-sig', errors='replace') as file:
+            lines, values = _rows(path, csv.reader(file))
+    except DriveCycleError:
+        raise
+    except (OSError, ValueError, csv.Error) as error:  # ValueError: a NUL in the path
+        shipped = ', '.join(names('drive_cycles', '.csv'))
+        raise DriveCycleError(f'{path}: cannot be read ({error}); give a table of '
+                              f'{",".join(_COLUMNS)}, or a shipped cycle: {shipped}') from None
     time, speed = np.array(values, dtype=np.float64).reshape(-1, 2).T
     fault = _first_fault(time, speed)
     if fault is not None:
         line = f', line {lines[fault[0]]}' if fault[0] < len(lines) else ''
         raise DriveCycleError(f'{path}{line}: {fault[1]}')
     return DriveCycle(name=path.stem, time=time, speed=speed, source=path.name)
+
+
+def _rows(path: Path, rows: Any) -> tuple[list[int], list[list[float]]]:
+    columns = _columns(path, next(rows, []))
+    lines, values = [], []
+    for row in rows:
+        if any(cell.strip() for cell in row):
+            lines.append(rows.line_num)
+            values.append([_number(path, rows.line_num, row, columns, name) for name in _COLUMNS])
+    return lines, values
 
 
 def _columns(path: Path, header: list[str]) -> dict[str, int]:

@@ -10,7 +10,10 @@ _REPR.maxlevel = 2
 
 def quoted(value: Any) -> str:
     """Return a value as an error may quote it: short, whatever its size."""
-    return _REPR.repr(value)
+    try:
+        return _REPR.repr(value)
+    except ValueError:  # integers of thousands of digits
+        return f'a {type(value).__name__} of great length'
 
 
 class SquealError(ValueError):

@@ -13,7 +13,11 @@ from squeal_core.errors import quoted, SquealError
 def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf,
                  most: float = math.inf) -> None:
     """Raise SquealError unless a value is a finite number in its range."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    try:
+        finite = not isinstance(value, bool) and math.isfinite(value)
+    except (TypeError, OverflowError):
+        finite = False
+    if not finite:
         raise SquealError(f'{name} is {quoted(value)}; give a finite number')
     if not (value > above and least <= value <= most):
         raise SquealError(f'{name} is {value:g}; give a number above {max(above, least):g}, '

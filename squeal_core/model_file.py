@@ -149,7 +149,7 @@ def _check_header(path: Path, header: Any) -> None:
     schema = header.get('schema')
     if type(schema) is not int or not 1 <= schema <= SCHEMA:
         raise ModelFileError(
-            path, f'has schema {schema!r}; this version reads up to {SCHEMA}',
+            path, f'has schema {quoted(schema)}; this version reads up to {SCHEMA}',
             'update squeal_ros or build the model again')
     if not isinstance(header.get('hash'), str):
         raise ModelFileError(path, 'has no hash', _BUILD_AGAIN)

@@ -226,9 +226,9 @@ def _parameter_sections(content: Any, node: str = '') -> Iterator[Mapping[str, A
 def check_names(names: tuple[str, ...]) -> None:
     for name in names:
         if not (name.isidentifier() and name.isascii()):
-            raise ConfigurationError('brakes', f'has {name!r}', 'use letters, digits and _')
+            raise ConfigurationError('brakes', f'has {quoted(name)}', 'use letters, digits and _')
     if len(set(names)) != len(names) or not names:
-        raise ConfigurationError('brakes', f'is {list(names)}', 'name each brake once')
+        raise ConfigurationError('brakes', f'is {quoted(list(names))}', 'name each brake once')
 
 
 def _read_brake(brake: str, parameters: Mapping[str, Any]) -> BrakeSettings:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from squeal_core.errors import SquealError
+from squeal_core.errors import quoted, SquealError
 
 MAX_BYTES = 1_000_000
 
@@ -29,19 +29,22 @@ def read_yaml(path: str | Path, error_of: Callable[[object, str, str], SquealErr
             return super().compose_node(parent, index)
 
         def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-            for key in keys:
-                if keys.count(key) > 1:
-                    raise yaml.YAMLError(f'{key!r} twice in the mapping at line '
+            seen: set[str] = set()
+            for key, _ in node.value:
+                if key.value in seen:
+                    raise yaml.YAMLError(f'{quoted(key.value)} twice in the mapping at line '
                                          f'{node.start_mark.line + 1}')
+                seen.add(str(key.value))
             return super().construct_mapping(node, deep)
 
     try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise error_of(path, f'cannot be read ({error.strerror})', 'check the path') from None
+        with open(path, 'rb') as file:
+            data = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        text = getattr(error, 'strerror', None) or error
+        raise error_of(path, f'cannot be read ({text})', 'check the path') from None
     if len(data) > MAX_BYTES:
-        raise error_of(path, f'has {len(data)} bytes', f'keep it under {MAX_BYTES}')
+        raise error_of(path, f'has more than {MAX_BYTES} bytes', 'keep it shorter')
     try:
         return yaml.load(data.decode('utf-8'), Loader)  # a SafeLoader: plain data only
     except Exception as error:  # PyYAML lets ValueError, KeyError, RecursionError and more out

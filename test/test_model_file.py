@@ -232,7 +232,8 @@ def test_wrong_arrays_with_a_right_hash(path: Path, name: str, array: Any) -> No
 
 @pytest.mark.parametrize('array', [
     np.array([object()] * 3), np.array(['a', 'b', 'c']), np.zeros(3, 'V8'), np.array([1j, 2, 3]),
-    np.ones(3, 'f4'), np.ones(3, 'f2'), np.ones(3, int), np.ones(3, bool)], ids=lambda a: a.dtype.name)
+    np.ones(3, 'f4'), np.ones(3, 'f2'), np.ones(3, int), np.ones(3, bool)],
+    ids=lambda array: array.dtype.name)
 def test_arrays_of_something_else(path: Path, array: Any) -> None:
     rewrite(path, arrays={'angular_frequencies': array}, with_right_hash=False)
     assert f'angular_frequencies is an array of {array.dtype} and 0.0 MB; a mo' in refusal(path)

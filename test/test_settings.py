@@ -267,7 +267,7 @@ def test_the_shipped_settings_are_the_defaults() -> None:
     ('/**: {ros__parameters: &x {rate: 9}}\n/a: *x', 'is not YAML this can read (an alias (*)'),
     ('/**: {ros__parameters: {rate: 9, rate: 9}}', "'rate' twice in the mapping at line 1"),
     ('/**:\n  ros__parameters:\n    rate: 9\n  ros__parameters:', "'ros__parameters' twice in"),
-    pytest.param('a: ' + 'x' * 10**6, 'has 1000003 bytes; keep it under 1000000', id='large')])
+    pytest.param('a: ' + 'x' * 10**6, 'has more than 1000000 bytes; keep it shorter', id='large')])
 def test_wrong_parameter_files(tmp_path: Path, text: str, part: str) -> None:
     assert part in refusal(write(tmp_path / 'p.yaml', text), load_settings)
 
