@@ -15,8 +15,8 @@ from squeal_core.stability import complex_modes
 LADDER = (
     # disc order, pad elements, contact points a pad element in each direction
     (3, (4, 8, 1), 2),
-    (4, (6, 12, 2), 3),
-    (5, (9, 18, 3), 4),  # the default, and the shipped model
+    (3, (6, 12, 2), 3),
+    (4, (9, 18, 3), 4),  # the default, and the shipped model
     (6, (12, 24, 3), 5))
 POINTS = tuple(OperatingPoint(
     rotor_speed=speed, friction=0.42, contact_stiffness=0.35e11,

@@ -182,7 +182,8 @@ class BrakeModel:
             rotor_speed=rotor_speed, friction=float(np.copysign(friction, rotor_speed)),
             friction_slope=friction_slope or 0.0,
             contact_pressure=self.caliper.preload(pressure) / self.contact_area,
-            contact_stiffness=contact_stiffness or self.nominal_contact_stiffness)
+            contact_stiffness=self.nominal_contact_stiffness
+            if contact_stiffness is None else contact_stiffness)
 
     def save(self, path: str | Path) -> None:
         """Write the model to a file; see `squeal_core.model_file`."""

@@ -15,7 +15,7 @@ from squeal_core.planar_mesh import sector_quadrature
 
 
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
-                disc_order: int = 5, pad_elements: tuple[int, int, int] = (9, 18, 3),
+                disc_order: int = 4, pad_elements: tuple[int, int, int] = (9, 18, 3),
                 contact_points: int = 4, follower: bool = False) -> BrakeModel:
     """Return the modal brake model of a brake described by its dimensions.
 

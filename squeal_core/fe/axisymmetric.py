@@ -112,7 +112,7 @@ class HarmonicModes:
             normal_dtheta=-n * w * odd, points=points)
 
 
-def disc_modes(disc: HatDisc, count: int, *, order: int = 5,
+def disc_modes(disc: HatDisc, count: int, *, order: int = 4,
                element_size: float = 0.03, corner_layers: int = 2) -> HarmonicModes:
     """Return at least `count` lowest modes of a clamped hat disc, no doublet cut in two.
 
@@ -126,7 +126,7 @@ def disc_modes(disc: HatDisc, count: int, *, order: int = 5,
     element_size : float
         Largest element edge [m].
     corner_layers : int
-        Geometric layers of elements towards the hat's re-entrant corners.
+        Geometric layers of elements towards the hat's re-entrant corners and the clamp.
     """
     basis = skfem.CellBasis(
         hat_section(disc, element_size, corner_layers),
@@ -145,35 +145,49 @@ def hat_section(disc: HatDisc, element_size: float, layers: int = 2) -> skfem.Me
     plate = top - disc.top_plate_thickness
     inner, outer = disc.hat_wall_inner_radius, disc.hat_wall_outer_radius
     mesh = skfem.MeshQuad.init_tensor(
-        _graded((disc.clamp_radius, inner, outer, disc.rotor_outer_radius), element_size, layers),
-        _graded((-half, half, plate, top), element_size, layers))
+        _graded((disc.clamp_radius, inner, outer, disc.rotor_outer_radius), element_size, layers,
+                smooth=disc.rotor_outer_radius),
+        _graded((-half, half, plate, top), element_size, layers, smooth=-half))
     r, z = mesh.p[:, mesh.t].mean(axis=1)
     rotor, wall, top_plate = z < half, (r > inner) & (r < outer), (z > plate) & (r < outer)
     return mesh.restrict(np.flatnonzero((rotor & (r > inner)) | wall | top_plate))
 
 
-def _graded(corners: tuple[float, ...], element_size: float, layers: int) -> FloatArray:
-    """Divide between corners evenly, then geometrically towards each inner (re-entrant) one."""
-    cuts = [np.linspace(a, b, 1 + max(1, int(np.ceil((b - a) / element_size))))
-            for a, b in zip(corners, corners[1:], strict=False)]
-    for before, after in zip(cuts, cuts[1:], strict=False):
-        for corner, neighbour in ((before[-1], before[-2]), (after[0], after[1])):
-            cuts.append(corner + (neighbour - corner) * _GRADING ** np.arange(1, layers + 1))
+def _graded(corners: tuple[float, ...], element_size: float, layers: int,
+            smooth: float) -> FloatArray:
+    """Divide between corners evenly, then geometrically towards each, the smooth end left out.
+
+    Stress is singular at the re-entrant corners and at the clamp's edges.
+    """
+    spans = [np.linspace(a, b, 1 + max(1, int(np.ceil((b - a) / element_size))))
+             for a, b in zip(corners, corners[1:], strict=False)]
+    steps = _GRADING ** np.arange(1, layers + 1)
+    cuts = list(spans)
+    for span in spans:
+        for corner, neighbour in ((span[0], span[1]), (span[-1], span[-2])):
+            if corner != smooth:
+                cuts.append(corner + (neighbour - corner) * steps)
     return np.unique(np.concatenate(cuts).round(12))
 
 
 def _lowest(basis: skfem.CellBasis, material: Material, clamped: FloatArray,
             count: int) -> list[_SectionMode]:
-    """Go up in nodal diameters until a harmonic's lowest mode lies above the count-th found."""
+    """Return all modes up to the one after the count-th, of as many harmonics as reach there."""
     mass = _mass.assemble(basis) * material.density
     stiffness = _stiffness_family(basis, material)
-    modes: list[_SectionMode] = []
-    n, lowest_of_last = 0, 0.0
-    while len(modes) <= count or lowest_of_last <= modes[count].frequency:
-        new = _harmonic(basis, stiffness(n), mass, clamped, n, 1 + count // 4)
-        lowest_of_last, n = min(m.frequency for m in new), n + 1
-        modes = sorted(modes + new, key=lambda m: (round(m.frequency, 6), m.half))
-    return modes
+    each = 1 + count // 4
+    while True:
+        modes: list[_SectionMode] = []
+        lowest, highest = [0.0], []
+        while len(modes) <= count or lowest[-1] <= modes[count].frequency:
+            n = len(highest)
+            new = _harmonic(basis, stiffness(n), mass, clamped, n, each)
+            lowest.append(new[0].frequency)
+            highest.append(new[-1].frequency)
+            modes = sorted(modes + new, key=lambda m: (round(m.frequency, 6), m.half))
+        if min(highest) > modes[count].frequency:
+            return modes
+        each *= 2  # a harmonic has more modes below the cut than were asked for
 
 
 def _stiffness_family(basis: skfem.CellBasis, material: Material) -> Callable[[int], Any]:

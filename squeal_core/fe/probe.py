@@ -12,6 +12,7 @@ from squeal_core.errors import SquealError
 
 _CANDIDATES = 12  # elements with the nearest centres that are tried for a point
 _NEWTON_STEPS = 12
+_ROUNDING = 1e-9  # on a face, as far as rounding can tell
 _OUTSIDE = 1e-2  # how far outside its element a point may lie, in units of the element
 
 
@@ -45,7 +46,7 @@ def _locate(basis: skfem.CellBasis, points: FloatArray) -> tuple[Any, FloatArray
     cells = np.zeros(points.shape[1], dtype=np.int64)
     local, best = np.zeros((*points.shape, 1)), np.full(points.shape[1], np.inf)
     for candidate in near.reshape(-1, count).T:
-        open_ = np.flatnonzero(best > 0.0)
+        open_ = np.flatnonzero(best > _ROUNDING)
         if open_.size == 0:
             break
         x = _invert(basis.mapping, points[:, open_], candidate[open_])

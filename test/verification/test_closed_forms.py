@@ -57,7 +57,7 @@ def test_disc_carries_the_forward_wave() -> None:
     """cos(n t) a1 + sin(n t) a2 of the higher root runs with the rotation: a2 = -i a1."""
     model, q = doublet(1e4, 6.0), point(rotor_speed=20.0)
     for root, turn in zip(upper(model, q), (1j, -1j), strict=True):
-        vector = mode_vectors(model, q, root * (1 + 1e-13)).right  # rounding, were it exact
+        vector = mode_vectors(model, q, complex(root)).right
         assert vector[1] / vector[0] == pytest.approx(turn, abs=1e-9)
 
 
