@@ -95,14 +95,17 @@ class BrakePlayer:
         record : callable
             Given topic, type, time [ns] and CDR bytes of each message.
         """
-        start = time.monotonic()
+        step_time = self._signals.time[1] - self._signals.time[0]
+        start = time.monotonic() + step_time / speed_up
         for step, seconds in enumerate(self._signals.time):
-            yield self._until(start + seconds / speed_up)
+            # half a step ahead of the clock, so that they are there when it reaches their stamps
+            yield self._until(start + (seconds - 0.5 * step_time) / speed_up)
             now = ORIGIN + round(seconds * 1e9) if simulated else time.time_ns()
             for topic, message in self._messages(step, now):
                 self._publishers[topic].publish(message)
                 record(f'/{topic}', _type_name(message), now, serialize_message(message))
             if simulated:
+                yield self._until(start + seconds / speed_up)
                 self._clock.publish(Clock(clock=_time(now)))
         yield self._until(time.monotonic() + 0.5)
 

@@ -5,6 +5,7 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 from array import array
 from collections.abc import Callable, Sequence
 from importlib import import_module
+import signal
 import sys
 from typing import Any
 
@@ -151,8 +152,8 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             return
         problems = len(self._router.problems)
         now = self.get_clock().now().nanoseconds
-        for brake, signal, sample in self._router.samples(topic, message, now):
-            self._monitor.receive(brake, signal, sample)
+        for brake, name, sample in self._router.samples(topic, message, now):
+            self._monitor.receive(brake, name, sample)
         if len(self._router.problems) > problems:  # said once, counted after
             self.get_logger().warning(f'cannot read {list(self._router.problems)[-1]}')
 
@@ -271,6 +272,8 @@ def _descriptor(key: Key) -> ParameterDescriptor:
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; 2 for a configuration that cannot be used."""
     context, started = Context(), False
+    # rclpy's own handler ends the context; a KeyboardInterrupt beside it could strike anywhere
+    signal.signal(signal.SIGINT, lambda *_: None)
     try:
         rclpy.init(args=arguments, context=context,
                    signal_handler_options=SignalHandlerOptions.ALL)
@@ -280,7 +283,7 @@ def main(arguments: list[str] | None = None) -> int:
         executor.add_node(node)
         node.bring_up()
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     except SquealError as error:
         return _refuse(error)

@@ -16,6 +16,7 @@ import pytest  # noqa: E402
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from domains import free_domain  # noqa: E402
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
@@ -28,7 +29,6 @@ from squeal_ros.node import SquealMonitor  # noqa: E402
 
 TIMEOUT = 20.0
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_domain = os.getpid() % 90
 
 
 class Vehicle:
@@ -119,20 +119,19 @@ def parameters(**values: Any) -> list[Parameter]:
 def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
             **values: Any) -> Iterator[Vehicle]:
     """Run a node for one brake in a domain of its own, with settings that suit a test."""
-    global _domain
-    _domain = _domain % 100 + 1
-    context = Context()
-    rclpy.init(context=context, domain_id=_domain)
     chosen = {'brakes': [brake], 'rate': 20.0, 'diagnostics_rate': 20.0, **values}
-    try:
-        monitor = SquealMonitor(
-            context=context, namespace=namespace, parameter_overrides=parameters(**chosen))
-        car = Vehicle(context, monitor, brake, namespace)
-        if bring_up:
-            monitor.bring_up()
-        yield car
-        car.executor.shutdown()
-        monitor.destroy_node()
-        car.node.destroy_node()
-    finally:
-        context.try_shutdown()
+    with free_domain() as domain:
+        context = Context()
+        rclpy.init(context=context, domain_id=domain)
+        try:
+            monitor = SquealMonitor(
+                context=context, namespace=namespace, parameter_overrides=parameters(**chosen))
+            car = Vehicle(context, monitor, brake, namespace)
+            if bring_up:
+                monitor.bring_up()
+            yield car
+            car.executor.shutdown()
+            monitor.destroy_node()
+            car.node.destroy_node()
+        finally:
+            context.try_shutdown()

@@ -1,5 +1,6 @@
 """The demo on real processes and real DDS, for the first seconds of the cycle."""
 
+from collections.abc import Iterator
 import os
 from pathlib import Path
 import re
@@ -8,25 +9,33 @@ import subprocess
 import sys
 import time
 
+from domains import free_domain
 import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('rosbags', reason='needs rosbags')
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 
-COMMAND = [sys.executable, '-m', 'squeal_ros.cli', 'demo', '--speed-up', '8']
-ENVIRONMENT = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-               'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'ROS_DOMAIN_ID': str(os.getpid() % 90 + 1)}
+COMMAND = [sys.executable, '-m', 'squeal_ros.cli', 'demo', '--speed-up', '4']
+ENVIRONMENT: dict[str, str] = {}
+
+
+@pytest.fixture(scope='module', autouse=True)
+def environment() -> Iterator[dict[str, str]]:
+    """Run every process of this module in a domain of its own."""
+    with free_domain() as domain:
+        ENVIRONMENT.update(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
+                           FASTDDS_BUILTIN_TRANSPORTS='UDPv4', ROS_DOMAIN_ID=str(domain))
+        yield ENVIRONMENT
 
 
 def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     """Live and replayed risk: equal bit for bit where both saw the same samples.
 
-    They may differ by one sample (0.1 s of the drive): friction has no stamp and holds from its
-    receipt, and a message may arrive after the tick it belongs to. The risk then moves by as
-    much as it does in 0.1 s; that is bounded here by one assessment in twenty.
+    They may differ by one sample (0.1 s of the drive) where a message arrives after the tick it
+    belongs to: here later than 12 ms, so seldom unless the machine is busy.
     """
-    done = subprocess.run([*COMMAND, '--duration', '45'], cwd=tmp_path, env=ENVIRONMENT,
+    done = subprocess.run([*COMMAND, '--duration', '40'], cwd=tmp_path, env=ENVIRONMENT,
                           capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     found = re.search(r'(\d+) assessments, (\d+) of (\d+) with the same samples equal bit for bit',
@@ -35,7 +44,7 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     compared, equal, same = map(int, found.groups())
     assert equal == same
     assert same > 0.5 * compared
-    assert compared > 4 * 40  # 45 s, a tick a second, four brakes, less start and end
+    assert compared > 4 * 35  # 40 s, a tick a second, four brakes, less start and end
     ticks = re.search(r'ticks done (\d+), lost (\d+)\n(?!.*ticks done)', done.stdout)
     assert ticks is not None
     folder = tmp_path / 'demo_output'

@@ -21,7 +21,8 @@ OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 
 
 def steady(car: Vehicle) -> None:
-    car.until(lambda: car.risk > 0.99, 'risk near one')
+    car.until(lambda: car.risk > 0.99 and car.status is not None and car.status.level == WARN,
+              'risk near one')
 
 
 def test_braking_gives_the_modes_of_the_full_solution(kang: BrakeModel) -> None:

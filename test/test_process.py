@@ -1,5 +1,6 @@
 """The node and the commands as processes: signals, exit codes, one-line errors, threads."""
 
+from collections.abc import Iterator
 import json
 import os
 from pathlib import Path
@@ -8,14 +9,23 @@ import subprocess
 import sys
 from typing import Any
 
+from domains import free_domain
 import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 NODE = [sys.executable, '-m', 'squeal_ros.node', '--ros-args']
 SQUEAL = [sys.executable, '-m', 'squeal_ros.cli']
-ENVIRONMENT = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-               'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'ROS_DOMAIN_ID': str(os.getpid() % 90 + 1)}
+ENVIRONMENT: dict[str, str] = {}
+
+
+@pytest.fixture(scope='module', autouse=True)
+def environment() -> Iterator[dict[str, str]]:
+    """Run every process of this module in a domain of its own."""
+    with free_domain() as domain:
+        ENVIRONMENT.update(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
+                           FASTDDS_BUILTIN_TRANSPORTS='UDPv4', ROS_DOMAIN_ID=str(domain))
+        yield ENVIRONMENT
 
 
 def run(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

@@ -178,7 +178,8 @@ def _lowest(basis: skfem.CellBasis, material: Material, clamped: FloatArray,
     each = 1 + count // 4
     while True:
         modes: list[_SectionMode] = []
-        lowest, highest = [0.0], []
+        lowest: list[float] = [0.0]
+        highest: list[float] = []
         while len(modes) <= count or lowest[-1] <= modes[count].frequency:
             n = len(highest)
             new = _harmonic(basis, stiffness(n), mass, clamped, n, each)
