@@ -27,6 +27,7 @@ from squeal_core.settings import (
 from squeal_ros import messages
 from squeal_ros.signals import Router
 
+_LATE = 0.02  # of a period: a tick this late still counts as aligned
 
 
 class RosMessages:
@@ -157,18 +158,24 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         if len(self._router.problems) > problems:  # said once, counted after
             self.get_logger().warning(f'cannot read {list(self._router.problems)[-1]}')
 
-    def _align_timer(self) -> None:
-        """Tick on multiples of the period: replayed ticks then fall on the same times."""
+    def _align_timer(self, tries: int = 5) -> None:
+        """Tick on multiples of the period: replayed ticks then fall on the same times.
+
+        The first timer leads to a multiple, the second goes on from there; where the first comes
+        late (a coarse simulated clock, a busy start) it is tried again.
+        """
         self._stop_timer()
-        period, now = self.settings.period, self.get_clock().now().nanoseconds
-        wait = period - now % period
+        period, tick = self.settings.period, self._safely(self._tick)
 
         def start() -> None:
+            if tries and self.get_clock().now().nanoseconds % period > _LATE * period:
+                self._align_timer(tries - 1)
+                return
             self._stop_timer()
             self._timer = self.create_timer(period * 1e-9, tick)
             tick()
 
-        tick = self._safely(self._tick)
+        wait = period - self.get_clock().now().nanoseconds % period
         self._timer = self.create_timer(wait * 1e-9, self._safely(start))
 
     def _stop_timer(self) -> None:

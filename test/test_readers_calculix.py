@@ -1,0 +1,82 @@
+"""CalculiX solves the pad of Kang (2009) on a mesh of its own; its modes are those found here."""
+
+from pathlib import Path
+import shutil
+import subprocess
+from typing import Any
+
+import numpy as np
+import pytest
+
+from squeal_core.brake import Brake
+from squeal_core.fe.mass import EDGES
+from squeal_core.modal_basis import modal_assurance, Quadrature
+from squeal_core.readers import read_modes
+
+MODES, ELEMENTS = 20, (8, 16, 2)
+
+
+def mesh_of(brake: Brake) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes [mm] of a sector and its C3D20 elements by place of their nodes."""
+    contact = brake.contact
+    steps = np.array(ELEMENTS)
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0],
+                        [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]])
+    local = np.vstack([corners, corners[np.array(EDGES['hex'])].mean(axis=1).astype(int)])
+    origins = 2 * np.stack(np.meshgrid(*map(np.arange, steps), indexing='ij'), -1).reshape(-1, 3)
+    grid, nodes = np.unique((origins[:, None] + local).reshape(-1, 3), axis=0, return_inverse=True)
+    part = grid / (2 * steps)
+    r = contact.inner_radius + part[:, 0] * (contact.outer_radius - contact.inner_radius)
+    t = (part[:, 1] - 0.5) * contact.angle
+    where = np.stack([r * np.cos(t), r * np.sin(t), part[:, 2] * brake.pad.thickness], axis=1)
+    return 1e3 * where, nodes.reshape(-1, 20)
+
+
+def deck(brake: Brake) -> str:
+    """Input in mm, t, s: MPa and t/mm^3."""
+    where, elements = mesh_of(brake)
+    material = brake.pad.material
+    lines = ['*NODE, NSET=ALL']
+    lines += [f'{k + 1}, ' + ', '.join(f'{c:.9e}' for c in p) for k, p in enumerate(where)]
+    lines.append('*ELEMENT, TYPE=C3D20, ELSET=PAD')
+    for k, nodes in enumerate((elements + 1).tolist()):
+        words = [str(n) for n in (k + 1, *nodes)]
+        lines += [', '.join(words[:11]) + ',', ', '.join(words[11:])]
+    return '\n'.join([
+        *lines, '*MATERIAL, NAME=STEEL', '*ELASTIC',
+        f'{1e-6 * material.young_modulus:.9e}, {material.poisson_ratio}', '*DENSITY',
+        f'{1e-12 * material.density:.9e}', '*SOLID SECTION, ELSET=PAD, MATERIAL=STEEL', '*STEP',
+        '*FREQUENCY', str(MODES), '*NODE FILE', 'U', '*END STEP', ''])
+
+
+@pytest.fixture(scope='module')
+def results(brake: Brake, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    ccx = shutil.which('ccx')
+    if ccx is None:
+        pytest.skip('CalculiX is not installed (Debian, Ubuntu: apt install calculix-ccx)')
+    folder = tmp_path_factory.mktemp('calculix')
+    (folder / 'pad.inp').write_text(deck(brake))
+    run = subprocess.run([ccx, '-i', 'pad'], cwd=folder, capture_output=True, text=True,
+                         timeout=60, env={'OMP_NUM_THREADS': '1', 'PATH': '/usr/bin:/bin'})
+    assert (folder / 'pad.frd').exists(), run.stdout[-500:]
+    return folder / 'pad.frd'
+
+
+def test_modes_agree(results: Path, brake: Brake, pad: Any) -> None:
+    """Frequencies within 0.5 %, MAC above 0.99; the rigid modes span the same space."""
+    found = read_modes(results, length_unit='mm', mass_unit='t',
+                       density=brake.pad.material.density, mass_tolerance=1e-3)
+    x, y, z = found.coordinates.T
+    sampled = pad.sample(Quadrature(np.hypot(x, y), np.arctan2(y, x), z, np.ones_like(x)))
+    c, s = np.cos(sampled.points.angle), np.sin(sampled.points.angle)
+    own = np.stack([c * sampled.radial - s * sampled.tangential,
+                    s * sampled.radial + c * sampled.tangential, sampled.normal], axis=2)
+    own, theirs = own.reshape(len(own), -1), found.shapes.reshape(MODES, -1)
+    np.testing.assert_allclose(found.angular_frequencies[6:], pad.angular_frequencies[6:MODES],
+                               rtol=5e-3)
+    assert modal_assurance(theirs[6:], own[6:MODES]).diagonal().min() > 0.99
+    np.testing.assert_allclose(np.sum(theirs[6:]**2, axis=1), np.sum(own[6:MODES]**2, axis=1),
+                               rtol=1e-2)  # the normalisation too
+    turn = np.linalg.lstsq(theirs[:6].T, own[:6].T, rcond=None)[0]
+    np.testing.assert_allclose(turn @ turn.T, np.eye(6), atol=1e-4)
+    np.testing.assert_allclose(turn.T @ theirs[:6], own[:6], atol=1e-4 * np.abs(own[:6]).max())
