@@ -16,7 +16,7 @@ demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot
 	@$(BIN)/squeal demo
 
 test: $(VENV)/installed  ## all tests
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(VENV)/installed  ## ruff and mypy
 	$(BIN)/ruff check .

@@ -13,9 +13,11 @@ CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'co
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 FE = ['scikit-fem>=10']
 BAGS = ['rosbags>=0.10']
+READERS = [*FE, 'h5py']
+NASTRAN = [*READERS, 'pyNastran']  # asks for numpy below 2, so it is not in `all`
 VIEW = ['matplotlib>=3.6', 'rich>=13']
-TEST = ['pytest>=7', 'pytest-timeout', 'hypothesis', 'threadpoolctl', 'ruff', 'mypy',
-        'types-PyYAML']
+TEST = ['pytest>=7', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'threadpoolctl', 'ruff',
+        'mypy', 'types-PyYAML']
 
 setup(
     name=PACKAGE,
@@ -39,9 +41,10 @@ setup(
     zip_safe=True,
     install_requires=['setuptools', 'numpy>=1.26', 'scipy>=1.11', 'PyYAML'],
     extras_require={
-        'ros': ROS, 'fe': FE, 'bags': BAGS, 'view': VIEW, 'test': TEST,
+        'ros': ROS, 'fe': FE, 'readers': READERS, 'nastran': NASTRAN, 'bags': BAGS, 'view': VIEW,
+        'test': TEST,
         'demo': ROS + BAGS + VIEW,
-        'all': ROS + FE + BAGS + VIEW + TEST,
+        'all': ROS + READERS + BAGS + VIEW + TEST,
     },
     entry_points={'console_scripts': [
         'squeal = squeal_ros.cli:main',

@@ -8,7 +8,7 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 import sys
 
 from squeal_core import BrakeModel, OperatingPoint, resources
-from squeal_core.brake import read_brake
+from squeal_core.brake_file import read_brake
 from squeal_core.build import build_model
 from squeal_core.stability import complex_modes
 

@@ -16,6 +16,7 @@ from squeal_core.operating_point import Coefficients, OperatingPoint
 
 OPERATORS = ('gyroscopic', 'contact_stiffness', 'friction_couple', 'radial_dissipation',
              'negative_slope', 'follower')
+SUPPORTS = ('support_stiffness', 'support_damping')
 MAX_MODES = 2000
 
 _KANG = Contact(inner_radius=0.1, outer_radius=0.142, angle=np.deg2rad(62.0), stiffness=0.35e11)
@@ -34,6 +35,8 @@ class BrakeModel:
     gyroscopic, contact_stiffness, friction_couple, radial_dissipation, negative_slope, follower :
         (N, N) arrays G0, A0, B0, R0, S0, F0 without their scalars (`squeal_core.operators`); what
         is None is left out of the model.
+    support_stiffness, support_damping : (N, N) arrays
+        What holds the pads, the same at every operating point [1/s^2], [1/s]; None: nothing (K09).
     contact_area : float
         A_c [m^2] of one pad.
     contact_radius : float
@@ -61,6 +64,8 @@ class BrakeModel:
     radial_dissipation: FloatArray | None = None
     negative_slope: FloatArray | None = None
     follower: FloatArray | None = None
+    support_stiffness: FloatArray | None = None
+    support_damping: FloatArray | None = None
     contact_area: float = _KANG.area
     contact_radius: float = _KANG.mean_radius
     nominal_contact_stiffness: float = _KANG.stiffness
@@ -82,7 +87,7 @@ class BrakeModel:
             raise ModelError(
                 f'damping_ratios: shape {damping.shape}; give {w.shape} or one number')
         self._keep('damping_ratios', np.broadcast_to(damping, w.shape))
-        for name in OPERATORS:
+        for name in (*OPERATORS, *SUPPORTS):
             self._check_operator(name)
         for name in ('contact_area', 'contact_radius', 'nominal_contact_stiffness'):
             check_number(name, getattr(self, name), above=0.0)
@@ -123,7 +128,7 @@ class BrakeModel:
         Their columns of K vanish at every operating point, so each gives an exact root at zero.
         """
         free = self.angular_frequencies == 0.0
-        for name in ('contact_stiffness', 'friction_couple', 'follower'):
+        for name in ('contact_stiffness', 'friction_couple', 'follower', 'support_stiffness'):
             array = getattr(self, name)
             if array is not None:
                 free = free & (np.abs(array).max(axis=0) <= 1e-12 * np.abs(array).max())
@@ -133,12 +138,16 @@ class BrakeModel:
         """Return D(q) [1/s], (N, N)."""
         c = point.coefficients()
         matrix = np.diag(self.structural_damping)
+        if self.support_damping is not None:
+            matrix += self.support_damping
         return self._add(matrix, c, 'gyroscopic', 'radial_dissipation', 'negative_slope')
 
     def stiffness(self, point: OperatingPoint) -> FloatArray:
         """Return K(q) [1/s^2], (N, N)."""
         c = point.coefficients()
         matrix = np.diag(self.angular_frequencies**2)
+        if self.support_stiffness is not None:
+            matrix += self.support_stiffness
         return self._add(matrix, c, 'contact_stiffness', 'friction_couple', 'follower')
 
     def _add(self, matrix: FloatArray, coefficients: Coefficients, *names: str) -> FloatArray:

@@ -1,23 +1,30 @@
-"""From a brake description to its modal model: modes, contact faces, six arrays."""
+"""From a brake description to its modal model: modes, contact faces, arrays, audit."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
+import math
 import platform
 from typing import Any
 
 import numpy as np
 
 from squeal_core import operators
-from squeal_core.brake import Brake
+from squeal_core.arrays import FloatArray
+from squeal_core.audit import audit, interpolation, refuse_wrong
+from squeal_core.brake import Brake, HatDisc, ModalResults, Pad, Support
 from squeal_core.brake_model import BrakeModel
+from squeal_core.modal_basis import keep_whole_doublets, ModalBasis, Quadrature
 from squeal_core.planar_mesh import sector_quadrature
+
+# neighbours this close in frequency are a doublet; a mesh without symmetry splits it a little
+_DOUBLET = 5e-3
 
 
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
                 disc_order: int = 4, pad_elements: tuple[int, int, int] = (9, 18, 3),
                 contact_points: int = 4, follower: bool = False) -> BrakeModel:
-    """Return the modal brake model of a brake described by its dimensions.
+    """Return the modal brake model of a brake.
 
     Parameters
     ----------
@@ -32,39 +39,159 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         Gauss points of the contact patch in each direction of a pad element.
     follower : bool
         Keep the in-plane follower force F0, which K09 leaves out of its results.
-    """
-    from squeal_core.fe.axisymmetric import disc_modes
-    from squeal_core.fe.solid import pad_modes
 
-    progress('disc modes')
-    disc = disc_modes(brake.disc, brake.disc_modes, order=disc_order)
+    Raises
+    ------
+    SquealError
+        For modal results that cannot be read, or do not cover the contact.
+    """
+    panels = (pad_elements[0], pad_elements[1])
     progress('pad modes')
-    pad = pad_modes(brake.pad, brake.contact, brake.pad_modes, elements=pad_elements)
+    pads = _pads(brake, pad_elements)
+    progress('disc modes')
+    disc = _disc(brake, disc_order)
+    bases = (pads[0].basis, pads[1].basis)
     progress('contact and gyroscopic arrays')
-    half = 0.5 * brake.disc.rotor_thickness
-    pad1, pad2 = replace(pad, offset=half), replace(pad, offset=-half - brake.pad.thickness)
-    top, bottom = (sector_quadrature(
-        brake.contact, z, panels=pad_elements[:2], points=contact_points) for z in (half, -half))
-    faces = (operators.top_face(pad1.sample(top), disc.sample(top), len(pad2.names)),
-             operators.bottom_face(pad2.sample(bottom), disc.sample(bottom), len(pad1.names)))
-    rim = len(pad.names)
-    gyroscopic = np.pad(operators.gyroscopic(disc.volume_layers(), disc.density), rim)
+    faces = contact_faces(brake, disc.basis, bases, panels, contact_points)
+    model = _assembled(brake, disc, bases, faces, follower)
+    progress('audit')
+    checks = audit(
+        model, disc.basis, _circle(brake),
+        lambda: contact_arrays(contact_faces(brake, disc.basis, bases, panels,
+                                             contact_points + 2)),
+        [(name, part.mac) for name, part in (('disc', disc), ('pad 1', pads[0]),
+                                             ('pad 2', pads[1])) if part.mac is not None])
+    refuse_wrong(checks)
+    return replace(model, provenance={
+        **_provenance(brake, disc_order=disc_order, pad_elements=pad_elements,
+                      contact_points=contact_points),
+        'audit': [check.to_json() for check in checks]})
+
+
+@dataclass(frozen=True)
+class _Component:
+    """A component's modes, its density [kg/m^3], and the MAC where they were interpolated."""
+
+    basis: ModalBasis
+    density: float = math.nan
+    mac: float | None = None
+
+
+def _assembled(brake: Brake, disc: _Component, pads: tuple[ModalBasis, ModalBasis],
+               faces: tuple[operators.ContactFace, ...], follower: bool) -> BrakeModel:
+    before, after = (len(pad.names) for pad in pads)
+    gyroscopic = operators.gyroscopic(disc.basis.volume_layers(), disc.density)
     return BrakeModel(
         angular_frequencies=np.concatenate([
-            pad1.angular_frequencies, disc.angular_frequencies, pad2.angular_frequencies]),
-        damping_ratios=brake.damping_ratio, gyroscopic=gyroscopic,
-        contact_stiffness=operators.contact_stiffness(faces),
-        friction_couple=operators.friction_couple(faces),
-        radial_dissipation=operators.radial_dissipation(faces),
-        negative_slope=operators.negative_slope(faces),
+            part.angular_frequencies for part in (pads[0], disc.basis, pads[1])]),
+        damping_ratios=brake.damping_ratio,
+        gyroscopic=np.pad(gyroscopic, ((before, after), (before, after))),
+        **contact_arrays(faces),  # type: ignore[arg-type]
         follower=operators.follower(faces) if follower else None,
+        support_stiffness=_supports(brake, pads, len(gyroscopic), 'stiffness'),
+        support_damping=_supports(brake, pads, len(gyroscopic), 'damping'),
         contact_area=brake.contact.area, contact_radius=brake.contact.mean_radius,
         nominal_contact_stiffness=brake.contact.stiffness, caliper=brake.caliper,
         friction_law=brake.friction_law, friction_table=brake.friction_table,
-        names=(*(f'pad 1 {n}' for n in pad.names), *disc.names,
-               *(f'pad 2 {n}' for n in pad.names)),
-        provenance=_provenance(brake, disc_order=disc_order, pad_elements=pad_elements,
-                               contact_points=contact_points))
+        names=(*(f'pad 1 {n}' for n in pads[0].names), *disc.basis.names,
+               *(f'pad 2 {n}' for n in pads[1].names)))
+
+
+def contact_arrays(faces: tuple[operators.ContactFace, ...]) -> dict[str, FloatArray]:
+    """Return A0, B0, R0, S0 by the names a `BrakeModel` gives them."""
+    return {name: getattr(operators, name)(faces) for name in (
+        'contact_stiffness', 'friction_couple', 'radial_dissipation', 'negative_slope')}
+
+
+def _circle(brake: Brake, count: int = 128) -> Quadrature:
+    """Return points around the rotor's top face at the pads' mean radius."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    ones = np.ones(count)
+    return Quadrature(brake.contact.mean_radius * ones, angle,
+                      0.5 * rotor_thickness(brake) * ones, ones)
+
+
+def contact_faces(brake: Brake, disc: ModalBasis, pads: tuple[ModalBasis, ModalBasis],
+                  panels: tuple[int, int], points: int) -> tuple[operators.ContactFace, ...]:
+    """Return the top and the bottom face, sampled on a planar mesh that pads and disc share."""
+    half = 0.5 * rotor_thickness(brake)
+    top, bottom = (sector_quadrature(brake.contact, z, panels=panels, points=points)
+                   for z in (half, -half))
+    first, second = pads
+    return (operators.top_face(first.sample(top), disc.sample(top), len(second.names)),
+            operators.bottom_face(second.sample(bottom), disc.sample(bottom), len(first.names)))
+
+
+def rotor_thickness(brake: Brake) -> float:
+    """Return h [m]: the contact faces lie at z = +-h/2."""
+    disc = brake.disc
+    return disc.rotor_thickness if isinstance(disc, HatDisc) else disc.thickness
+
+
+def _disc(brake: Brake, order: int) -> _Component:
+    if isinstance(brake.disc, ModalResults):
+        return _read(brake.disc, brake.disc_modes, doublets=True)
+    from squeal_core.fe.axisymmetric import disc_modes
+    return _Component(disc_modes(brake.disc, brake.disc_modes, order=order),
+                      brake.disc.material.density)
+
+
+def _pads(brake: Brake, elements: tuple[int, int, int]) -> tuple[_Component, _Component]:
+    half = 0.5 * rotor_thickness(brake)
+    solved: dict[Pad, Any] = {}  # equal pads share one solution
+
+    def component(pad: Pad | ModalResults, bottom: float) -> _Component:
+        if isinstance(pad, ModalResults):
+            return _read(pad, brake.pad_modes)
+        from squeal_core.fe.solid import pad_modes
+        if pad not in solved:
+            solved[pad] = pad_modes(pad, brake.contact, brake.pad_modes, elements=elements)
+        return _Component(replace(solved[pad], offset=bottom))
+
+    first, second = brake.pads
+    return component(first, half), component(second, -half - second.thickness)
+
+
+def _read(results: ModalResults, count: int, *, doublets: bool = False) -> _Component:
+    """Read modes of another package: through their elements, or through planar layers of nodes."""
+    from squeal_core.fe.solid import SolidModes
+    from squeal_core.planar_mesh import LayeredNodes, PlanarModes
+    from squeal_core.readers import read_modes
+
+    nodal = read_modes(
+        results.file, format=results.format, length_unit=results.length_unit,
+        mass_unit=results.mass_unit, axis=results.axis,  # type: ignore[arg-type]
+        origin=results.origin, modal_mass=results.modal_mass,
+        density=results.density if results.modal_mass is None else None)
+    count = min(count, len(nodal.names))
+    if doublets:
+        count = keep_whole_doublets(nodal.angular_frequencies, count, tolerance=_DOUBLET)
+    nodal = nodal.keep(count)
+    basis: ModalBasis = (SolidModes.from_nodal(nodal, density=results.density) if nodal.elements
+                         else PlanarModes(LayeredNodes(nodal)))
+    return _Component(basis, results.density, interpolation(basis, nodal))
+
+
+def _supports(brake: Brake, pads: tuple[ModalBasis, ModalBasis], disc_modes: int,
+              kind: str) -> FloatArray | None:
+    """Return what holds the pads at their back faces, None where nothing does."""
+    blocks = []
+    half = 0.5 * rotor_thickness(brake)
+    for side, pad, basis, support in zip((1.0, -1.0), brake.pads, pads, brake.supports,
+                                         strict=True):
+        if support == Support():
+            blocks.append(np.zeros((len(basis.names), len(basis.names))))
+            continue
+        back = basis.sample(sector_quadrature(brake.contact, side * (half + pad.thickness)))
+        blocks.append(operators.support(back, *(
+            getattr(support, f'{way}_{kind}') for way in ('radial', 'tangential', 'axial'))))
+    if not any(np.any(block) for block in blocks):
+        return None
+    before, after = (len(block) for block in blocks)
+    whole = np.zeros((before + disc_modes + after, before + disc_modes + after))
+    whole[:before, :before] = blocks[0]
+    whole[before + disc_modes:, before + disc_modes:] = blocks[1]
+    return whole
 
 
 def _provenance(brake: Brake, **settings: Any) -> dict[str, Any]:

@@ -16,6 +16,7 @@ UNITS: dict[str, dict[str, float]] = {
     'modulus': {'pa': 1.0, 'mpa': 1e6, 'gpa': 1e9},
     'density': {'kg_m3': 1.0},
     'stiffness': {'n_m3': 1.0},
+    'damping': {'ns_m3': 1.0},
     'inverse_speed': {'s_m': 1.0},
     'number': {'': 1.0},
 }

@@ -1,5 +1,6 @@
 """Modes of a component: frequencies, names and mass-normalised shapes that can be sampled."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -63,6 +64,9 @@ class ModalBasis(Protocol):
 
     def sample(self, points: Quadrature) -> SampledShapes:
         """Return the shapes at points of the component."""
+
+    def volume_layers(self) -> Iterator[SampledShapes]:
+        """Yield samples that together integrate over the component's volume."""
 
 
 def modal_assurance(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ import numpy as np
 from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Caliper
-from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS
+from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
 from squeal_core.errors import ModelFileError, quoted, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
 
@@ -30,10 +30,11 @@ MAX_BYTES = 8 * MAX_MODES**2  # of one array
 UNITS = {
     'angular_frequencies': 'rad/s', 'damping_ratios': '-', 'gyroscopic': '-',
     'contact_stiffness': 'm^2/kg', 'friction_couple': 'm^2/kg', 'radial_dissipation': 'm/kg',
-    'negative_slope': 'm^2/kg', 'follower': 'm/kg', 'contact_area': 'm^2', 'contact_radius': 'm',
+    'negative_slope': 'm^2/kg', 'follower': 'm/kg', 'support_stiffness': '1/s^2',
+    'support_damping': '1/s', 'contact_area': 'm^2', 'contact_radius': 'm',
     'nominal_contact_stiffness': 'N/m^3', 'piston_area': 'm^2', 'temperature': 'K',
 }
-_ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS)
+_ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
 _SCALARS = ('contact_area', 'contact_radius', 'nominal_contact_stiffness')
 
 

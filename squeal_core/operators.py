@@ -83,6 +83,20 @@ def follower(faces: Iterable[ContactFace]) -> FloatArray:
     return _sum((f.radial * f.weight / f.radius) @ f.spin.T for f in faces)
 
 
+def support(back: SampledShapes, radial: float, tangential: float, normal: float) -> FloatArray:
+    """Sum over directions of s int phi^T phi dA, symmetric: what holds a pad at its back face.
+
+    Parameters
+    ----------
+    back : SampledShapes
+        On the pad's back face, weights in m^2.
+    radial, tangential, normal : float
+        Stiffness [N/m^3] or damping [N s/m^3] per area; the result is in 1/s^2 or 1/s.
+    """
+    parts = ((radial, back.radial), (tangential, back.tangential), (normal, back.normal))
+    return _sum(s * (phi * back.points.weight) @ phi.T for s, phi in parts)
+
+
 def gyroscopic(layers: Iterable[SampledShapes], density: float) -> FloatArray:
     """G0 = P - P^T [-] of the disc, skew; K09 eq. (38).
 

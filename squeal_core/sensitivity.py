@@ -1,4 +1,4 @@
-"""How a root moves with the coefficients of the affine family."""
+"""How a root moves with the coefficients of the affine family, and with the parameters."""
 
 import numpy as np
 
@@ -49,3 +49,41 @@ def growth_change(sensitivity: dict[str, complex], before: Coefficients,
     return float(sum(sensitivity[name].real * step
                      for name, step in zip(Coefficients._fields, change, strict=True)
                      if name in sensitivity))
+
+
+def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
+                          eigenvalue: complex) -> dict[str, complex]:
+    """Return d lambda / d q for each parameter q of the operating point, the others held.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    point : OperatingPoint
+    eigenvalue : complex
+        A simple root of the model at the point [1/s].
+
+    Returns
+    -------
+    dict
+        By parameter name; in 1/s per SI unit of the parameter.
+
+    Notes
+    -----
+    The chain rule over the coefficients, and `root_sensitivity` for theirs.
+    """
+    root = root_sensitivity(model, point, eigenvalue)
+    return {parameter: sum((factor * root.get(name, 0.0) for name, factor in slopes.items()), 0j)
+            for parameter, slopes in _slopes(point).items()}
+
+
+def _slopes(q: OperatingPoint) -> dict[str, dict[str, float]]:
+    """d c / d q of each coefficient by each parameter, where not zero."""
+    speed, load = q.rotor_speed, q.contact_pressure
+    return {
+        'rotor_speed': {'gyroscopic': 1.0, 'radial_dissipation': -load * q.friction / speed**2},
+        'friction': {'radial_dissipation': load / speed, 'follower': load,
+                     'friction_couple': q.contact_stiffness},
+        'friction_slope': {'negative_slope': load},
+        'contact_pressure': {'radial_dissipation': q.friction / speed, 'follower': q.friction,
+                             'negative_slope': q.friction_slope},
+        'contact_stiffness': {'contact_stiffness': 1.0, 'friction_couple': q.friction}}

@@ -1,5 +1,6 @@
 """Complex modes of the brake at an operating point, and what kind each of them is."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 import warnings
@@ -183,3 +184,48 @@ def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: Compl
 def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
     """Sum of the sizes of the pencil's terms; in Frobenius norms, as they cost the least."""
     return float(abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k))
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How far a root can be relied on.
+
+    Parameters
+    ----------
+    backward_error : float
+        Relative change of the matrices that would make the root exact.
+    condition : float
+        Relative change of the root over that of the matrices, at most (Tisseur 2000): 1 at best,
+        without bound towards a merging. Infinite for a root at zero.
+    error : float
+        Bound of the rounding error of the root, to first order [1/s]: the product of both and
+        |lambda|.
+    """
+
+    backward_error: float
+    condition: float
+    error: float
+
+
+def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tuple[Trust, ...]:
+    """Return what the modes' roots are worth, from their vectors; some ms a mode.
+
+    Notes
+    -----
+    For right and left vectors x and y of norm 1 the condition of a simple root is
+    (|lambda|^2 + |lambda| |D| + |K|) / (|lambda| |y^H (2 lambda + D) x|), here in Frobenius norms.
+    F. Tisseur, Backward error and condition of polynomial eigenvalue problems, Linear Algebra
+    Appl. 309 (2000), theorems 1 and 5.
+    """
+    d, k = model.damping(point), model.stiffness(point)
+    return tuple(_trust(mode, mode_vectors(model, point, mode.eigenvalue), d, k) for mode in modes)
+
+
+def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> Trust:
+    root, x = mode.eigenvalue, vectors.right
+    turn = abs(vectors.left.conj() @ (2.0 * root * x + d @ x))
+    size = _size(root, d, k)
+    if mode.kind == 'rigid' or turn == 0.0:
+        return Trust(vectors.backward_error, np.inf, np.inf)
+    return Trust(vectors.backward_error, float(size / (abs(root) * turn)),
+                 float(vectors.backward_error * size / turn))

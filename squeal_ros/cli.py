@@ -40,6 +40,9 @@ def parser() -> argparse.ArgumentParser:
     _build(sub.add_parser('build', help='a brake description -> a modal brake model'))
     _info(sub.add_parser('info', help='what a model file holds'))
     _modes(sub.add_parser('modes', help='complex modes at an operating point'))
+    _map(sub.add_parser('map', help='stability over one or two parameters'))
+    _locus(sub.add_parser('locus', help='modes followed over a parameter'))
+    _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _replay(sub.add_parser('replay', help='the monitor over a recorded bag'))
     _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
@@ -64,7 +67,62 @@ def _info(p: argparse.ArgumentParser) -> None:
 def _modes(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.modes)
     _model(p)
-    p.add_argument('--rotor-speed', type=float, required=True, metavar='RAD/S')
+    _point(p, needs_speed=True)
+    p.add_argument('--all', action='store_true', help='list stable modes too')
+    p.add_argument('--json', action='store_true')
+
+
+def _map(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('stability_map'))
+    _sweep(p, 'default: contact_stiffness from 1 to 200 % of nominal; twice: two parameters')
+
+
+def _locus(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('locus'))
+    _sweep(p, 'default: friction=0:0.8:81')
+    p.add_argument('--modes', type=_numbers, metavar='25,26',
+                   help="whose loci to plot (K09's numbering); default: growth rates of all")
+    p.add_argument('--without-rotation', action='store_true',
+                   help='plot the loci of the disc that does not rotate too')
+
+
+def _critical(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('critical'))
+    _model(p)
+    _point(p, needs_speed=True)
+    p.add_argument('--parameter', default='friction', metavar='NAME', help='default friction')
+    p.add_argument('--bounds', type=float, nargs=2, default=(0.0, 1.0), metavar=('LOW', 'HIGH'))
+    p.add_argument('--json', action='store_true')
+
+
+def _analysis(name: str) -> Callable[[argparse.Namespace], int]:
+    """Return a command of `squeal_ros.analysis`, imported when it is run."""
+    def run(options: argparse.Namespace) -> int:
+        from squeal_ros import analysis as commands_of_many_points
+        command: Callable[[argparse.Namespace], int] = getattr(commands_of_many_points, name)
+        return command(options)
+    return run
+
+
+def _numbers(text: str) -> list[int]:
+    return [int(number) for number in text.split(',')]
+
+
+def _sweep(p: argparse.ArgumentParser, default: str) -> None:
+    _model(p)
+    _point(p, needs_speed=False)
+    p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT', help=default)
+    p.add_argument('-o', '--output', metavar='FILE', help='record, .npz, .csv or .json')
+    p.add_argument('--plot', metavar='PNG')
+    p.add_argument('--title', default='')
+    p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
+    p.add_argument('--json', action='store_true')
+
+
+def _point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
+    """Add what says where the brake operates."""
+    p.add_argument('--rotor-speed', type=float, required=needs_speed, metavar='RAD/S',
+                   help=None if needs_speed else 'default 5')
     p.add_argument('--friction', type=float, metavar='MU', help="default: the friction law's")
     slope = p.add_mutually_exclusive_group()
     slope.add_argument('--friction-slope', type=float, metavar='S/M',
@@ -75,8 +133,6 @@ def _modes(p: argparse.ArgumentParser) -> None:
     load.add_argument('--preload', type=float, metavar='N', help='of one pad (default 2000)')
     load.add_argument('--pressure', type=float, metavar='PA')
     p.add_argument('--contact-stiffness', type=float, metavar='N/M^3', help='default: nominal')
-    p.add_argument('--all', action='store_true', help='list stable modes too')
-    p.add_argument('--json', action='store_true')
 
 
 def _settings(p: argparse.ArgumentParser) -> None:

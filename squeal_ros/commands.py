@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from squeal_core import resources
-from squeal_core.brake import read_brake
+from squeal_core.brake_file import read_brake
 from squeal_core.brake_model import BrakeModel, OPERATORS
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.errors import SquealError
 from squeal_core.history import Row, squeal_events
+from squeal_core.mechanism import Mechanism, mechanisms
 from squeal_core.model_file import read_header
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.settings import load_settings
@@ -35,6 +36,10 @@ def build(options: argparse.Namespace) -> int:
     brake = read_brake(resources.find('brakes', options.brake, '.yaml'))
     model = build_model(brake, progress=_progress, follower=options.follower)
     model.save(options.output)
+    for check in model.provenance['audit']:
+        if not check['passed']:
+            print(f'squeal: warning: {check["name"]} is {check["value"]:.3g}, limit '
+                  f'{check["limit"]:g} ({check["meaning"]})', file=sys.stderr)
     print(f'{options.output}: {brake.name}, {model.size} modes')
     return 0
 
@@ -63,6 +68,10 @@ def info(options: argparse.Namespace) -> int:
     for group in ('settings', 'software'):
         for name, value in provenance.get(group, {}).items():
             print(f'{name:16} {value}')
+    for check in provenance.get('audit', []):
+        verdict = 'ok' if check['passed'] else 'WARNING'
+        print(f'audit            {verdict:8}{check["name"]:36} {check["value"]:9.2e}  '
+              f'limit {check["limit"]:g}')
     print('component modes  Hz')
     for name, frequency in zip(model.names, model.angular_frequencies / 2.0 / np.pi, strict=False):
         print(f'  {name:22} {frequency:10.2f}')
@@ -72,21 +81,24 @@ def info(options: argparse.Namespace) -> int:
 def modes(options: argparse.Namespace) -> int:
     """Show the complex modes at an operating point."""
     model = BrakeModel.load(options.model)
-    point = _point(model, options)
+    point = operating_point(model, options)
     found = complex_modes(model, point)
+    why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
     if options.json:
         print(json.dumps({'model': options.model, 'point': point.__dict__,
-                          'modes': [_mode_json(mode) for mode in found.modes]}))
+                          'modes': [_mode_json(mode, why.get(mode.index))
+                                    for mode in found.modes]}))
         return 0
     print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
           f'{point.friction_slope:.4g} s/m, contact pressure {point.contact_pressure / 1e5:.3f} '
           f'bar, contact stiffness {point.contact_stiffness:.4g} N/m^3')
     shown = found.modes if options.all else found.unstable
     print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable')
-    print(f'{"index":>5} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} {"damping ratio":>14}')
+    print(f'{"index":>5} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} {"damping ratio":>14}  '
+          'mechanism')
     for m in shown:
         print(f'{m.index:5d} {m.kind:>10} {m.frequency_hz:10.2f} {m.growth_rate:+11.3f} '
-              f'{m.damping_ratio:+14.6f}')
+              f'{m.damping_ratio:+14.6f}  {_in_brief(why.get(m.index))}'.rstrip())
     return 0
 
 
@@ -170,7 +182,7 @@ def demo(options: argparse.Namespace) -> int:
     return 0 if live.ticks_done else 1
 
 
-def _point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
+def operating_point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
     """Make the operating point that the options describe."""
     law = model.friction_law
     speed = model.contact_radius * options.rotor_speed
@@ -198,9 +210,19 @@ def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
     return model.caliper.preload(options.pressure)
 
 
-def _mode_json(mode: Mode) -> dict[str, Any]:
+def _in_brief(why: Mechanism | None) -> str:
+    if why is None:
+        return ''
+    parts = ', '.join(f'{share.name} {share.fraction:.0%}' for share in why.participation[:3])
+    return f'{why.label}: {parts}'
+
+
+def _mode_json(mode: Mode, why: Mechanism | None) -> dict[str, Any]:
+    """A mode as `--json` prints it; modes that do not grow have no mechanism."""
     return {'index': mode.index, 'kind': mode.kind, 'frequency_hz': mode.frequency_hz,
-            'growth_rate': mode.growth_rate, 'damping_ratio': mode.damping_ratio}
+            'growth_rate': mode.growth_rate, 'damping_ratio': mode.damping_ratio,
+            'mechanism': why.label if why else None,
+            'participation': {s.name: s.fraction for s in why.participation} if why else None}
 
 
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:

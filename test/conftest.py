@@ -1,10 +1,18 @@
 """Fixtures that tests share: the shipped model, its brake, and the modes the model is made of."""
 
+import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
+
+from hypothesis import settings
 import pytest
 
 from squeal_core import BrakeModel
-from squeal_core.brake import Brake, read_brake
+from squeal_core.brake import Brake
+from squeal_core.brake_file import read_brake
 from squeal_core.resources import config_folder
+
+# a busy machine is no fault of an example
+settings.register_profile('no deadline', deadline=None)
+settings.load_profile('no deadline')
 
 
 @pytest.fixture(scope='session')

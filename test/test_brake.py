@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 import yaml
 
-from squeal_core.brake import Brake, Caliper, parse_brake, read_brake
+from squeal_core.brake import Brake, Caliper
+from squeal_core.brake_file import parse_brake, read_brake
 from squeal_core.errors import BrakeDescriptionError
 
 SHIPPED = Path(__file__).parents[1] / 'config' / 'brakes' / 'kang2009.yaml'

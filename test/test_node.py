@@ -156,6 +156,7 @@ def unreadable(car: Vehicle) -> int:
 def ask(car: Vehicle, kind: Any, name: str, request: Any) -> Any:
     client = car.node.create_client(kind, f'/squeal_monitor/{name}')
     car.until(client.service_is_ready)
+    car.spin(0.3)  # ready is known of the request's way only; a response too early is lost
     future = client.call_async(request)
     car.until(future.done)
     return future.result()

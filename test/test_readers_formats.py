@@ -83,6 +83,16 @@ def test_pyuff_reads_what_this_reads(tmp_path: Path) -> None:
     np.testing.assert_allclose(shapes[-1]['r3'], RAW.shapes[-1, :, 2], rtol=1e-5)
 
 
+def test_the_example_of_the_manual(tmp_path: Path) -> None:
+    manual = Path(__file__).parents[1] / 'docs' / 'modal_results.md'
+    example, = re.findall(r'```csv\n(.*?)```', manual.read_text(encoding='utf-8'), re.DOTALL)
+    (tmp_path / 'block.csv').write_text(example)
+    modes = read_modes(tmp_path / 'block.csv')
+    np.testing.assert_allclose(modes.angular_frequencies / (2 * np.pi), [0.0, 5230.5])
+    assert modes.shapes[0, :, 2] == pytest.approx(np.full(8, (7850 * 1e-4)**-0.5), rel=1e-4)
+    assert modes.shapes[1, :, 2].sum() == 0.0
+
+
 def test_numbers_that_touch(tmp_path: Path) -> None:
     """Ansys and Fortran leave no blank before a minus that fills its column."""
     write_ansys(tmp_path / 'pad.txt')

@@ -85,7 +85,8 @@ def test_shapes_are_restored_from_the_density(tmp_path: Path) -> None:
                 values = [float(lines[i][k:k + 12]) * factor for k in (13, 25, 37)]
                 lines[i] = lines[i][:13] + b''.join(b'%12.5E' % v for v in values)
     path = tmp_path / 'scaled.frd'
-    path.write_bytes(b'\n'.join(lines).replace(b'1PGM                1.0', b'1PGM                0.0'))
+    text = b'\n'.join(lines)
+    path.write_bytes(text.replace(b'PGM                1.0', b'PGM                0.0'))
     found = read_modes(path, length_unit='mm', density=7820.0)
     np.testing.assert_allclose(found.shapes, want.shapes,
                                atol=1e-4 * float(np.abs(want.shapes).max()))
@@ -98,11 +99,11 @@ def test_shapes_are_restored_from_the_density(tmp_path: Path) -> None:
 
 def test_density_is_held_against_the_stated_masses() -> None:
     read_modes(FRD, **PAD, density=7820.0 * 1.04)
-    with pytest.raises(ReaderError, match=r'mode \d+ has a modal mass of 1.1\d* kg by density'):
+    with pytest.raises(ReaderError, match=r'mode \d has a modal mass of 1100\.\d+ kg by'):
         read_modes(FRD, **PAD, density=7820.0 * 1.1)
-    with pytest.raises(ReaderError, match='1000 kg by what is stated; check density'):
-        read_modes(FRD, **PAD, modal_mass=1000.0, density=7820.0)
-    with pytest.raises(ReaderError, match='check modal_mass'):
+    with pytest.raises(ReaderError, match=r'1000 kg by density .* 2e\+06 kg by what'):
+        read_modes(FRD, **PAD, modal_mass=2000.0, density=7820.0)
+    with pytest.raises(ReaderError, match='1000.05 kg by density'):
         read_modes(FRD, **PAD, density=7820.0, mass_tolerance=1e-6)
 
 
@@ -140,9 +141,9 @@ def test_axis_and_origin(axis: Any, back: list[int], tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(('told', 'message'), [
-    ({'length_unit': 'm'}, r"spans 146 m with length_unit 'm', which no brake does; give the len"),
+    ({'length_unit': 'm'}, r"spans 146 m with length_unit 'm', which no brake does; give the"),
     ({'length_unit': 'cm'}, "length_unit is 'cm'; give one of m, mm, inch"),
-    ({'length_unit': 'mm'}, r'would weigh about 0.\d+ kg, [\d.]+ kg to a cubic metre .* mass_unit'),
+    ({'length_unit': 'mm'}, r'would weigh about 0.\d+ kg, [\d.]+ kg to a cubic metre .* mass_u'),
     ({**PAD, 'modal_mass': 1e-3}, 'kg to a cubic metre of the box around it'),
     ({**PAD, 'mass_unit': 'tonne'}, "mass_unit is 'tonne'; give one of kg, t, g, lb, slinch"),
     ({**PAD, 'axis': 'r'}, "axis is 'r'; give one of x, y, z"),
@@ -158,7 +159,7 @@ def test_axis_and_origin(axis: Any, back: list[int], tmp_path: Path) -> None:
     ({**PAD, 'frequencies_hz': [-5.0, *range(8)]}, r'mode 1 has -5.0 Hz; give real normal modes'),
     ({**PAD, 'frequencies_hz': [0.0] * 8 + [np.nan]}, r'mode 9 has nan Hz; give real'),
     ({**PAD, 'frequencies_hz': [0.0] * 8 + [3e6]}, r'mode 9 has 3000000.0 Hz; give real'),
-    ({**PAD, 'frequencies_hz': [0.9] * 7 + [2, 3]}, r'has 7 modes below 1.0 Hz, but one free comp'),
+    ({**PAD, 'frequencies_hz': [0.9] * 7 + [2, 3]}, r'has 7 modes below 1.0 Hz, but one free'),
     ({**PAD, 'format': 'odb'}, "format is 'odb'; give format: one of unv, frd, nastran_h5"),
 ], ids=str)
 def test_confusions_are_refused_in_one_line(told: dict[str, Any], message: str) -> None:

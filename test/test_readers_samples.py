@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal_core.readers import frd
+from squeal_core.readers import frd, read_modes, ReaderError
 
 FRD = Path(__file__).parent / 'data' / 'readers' / 'pad.frd'
 RAW = frd.read(FRD)
@@ -132,15 +132,15 @@ def write_nastran_h5(path: Path) -> None:
             file.create_dataset(f'/NASTRAN/{name}', data=table, compression='gzip')
 
 
-def write_op2(path: Path) -> None:
+def write_op2(path: Path, *, geometry: bool = True) -> None:
     """By pyNastran, which leaves the table of eigenvalues (LAMA) out: it is put in its place."""
     geom = module('pyNastran.op2.op2_geom')
     vectors = module('pyNastran.op2.tables.oug.oug_eigenvectors').RealEigenvectorArray
     model = geom.OP2Geom(debug=None, mode='msc')
     model.date = (1, 2, 2003)
-    for number, point in zip(IDS.tolist(), RAW.coordinates, strict=True):
+    for number, point in zip(IDS.tolist(), RAW.coordinates if geometry else [], strict=geometry):
         model.add_grid(number, point)
-    for k, nodes in enumerate(IDS[HEX][:, SIDES_FIRST].tolist()):
+    for k, nodes in enumerate(IDS[HEX][:, SIDES_FIRST].tolist() if geometry else []):
         model.add_chexa(k + 1, 1, nodes)
     n, m = RAW.shapes.shape[:2]
     squares = (2 * np.pi * np.array(HERTZ))**2
@@ -262,3 +262,15 @@ def write_sample(name: str, folder: Path) -> Path:
 def options(name: str) -> dict[str, Any]:
     """What a reader must be told about a sample."""
     return PAD if SAMPLES[name][3] else {**PAD, 'modal_mass': 1.0}
+
+
+def refusal(path: Path, **told: Any) -> str:
+    """The one line that a file gives; its path is cut off."""
+    with pytest.raises(ReaderError) as caught:
+        read_modes(path, **told)
+    text = str(caught.value)
+    assert text.startswith(str(path))
+    assert '\n' not in text
+    assert '; ' in text
+    assert len(text) < 400 + len(str(path))
+    return text.removeprefix(str(path)).removeprefix(': ').removeprefix(', ')

@@ -145,10 +145,9 @@ def test_an_overdamped_mode_keeps_its_number() -> None:
                        negative_slope=np.diag([0.0, 0.1]))
     there = replace(POINT, friction_slope=1.0)
     found = identify(model, there)
+    assert [m.kind for m in found.modes] == ['stable', 'stable']
     assert [m.frequency_hz > 0.0 for m in found.modes] == [False, True]
     assert list(map(str, found.identities)) == ['2', '1']
-    assert found.modes == complex_modes(model, there).modes or [
-        m.kind for m in found.modes] == ['stable', 'stable']
 
 
 def test_a_mode_that_starts_to_oscillate_carries_the_others_numbers() -> None:

@@ -1,35 +1,43 @@
-"""Pad modes from a three-dimensional solid: free, quadratic hexahedra, six exact rigid modes."""
+"""Modes of three-dimensional solids, free or clamped, on hexahedra or tetrahedra.
 
+Any mesh of scikit-fem's will do (`skfem.Mesh.load` reads many formats), and so will modes of
+another package that come with their elements: both are sampled through the elements' own shape
+functions, theta derivatives included. With Cartesian components, d/dtheta of a polar field is
+(x d/dy - y d/dx) of its components, so no difference is taken anywhere.
+"""
+
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 try:
     import skfem
-    from skfem.helpers import ddot, dot, eye, sym_grad, trace
 except ImportError as error:
     raise ImportError(
         "finite element modes need scikit-fem: pip install 'squeal_ros[fe]'") from error
+from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import eigsh, LinearOperator, splu
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, Material, Pad
-from squeal_core.fe.probe import probe_matrix
+from squeal_core.errors import SquealError
+from squeal_core.fe.meshes import foreign_mesh, isoparametric, KINDS, sector_mesh, vtk_order
+from squeal_core.fe.mode_cache import content_key, remembered
+from squeal_core.fe.probe import _locate
 from squeal_core.modal_basis import Quadrature, SampledShapes
+from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
 
 RIGID_NAMES = ('slide radial', 'slide tangential', 'spin', 'lift', 'roll', 'pitch')
 
-
-@skfem.BilinearForm  # type: ignore[untyped-decorator]
-def _mass(u: Any, v: Any, _: Any) -> Any:
-    return dot(u, v)
+_CHUNK = 20_000  # quadrature points at a time: 50 MB for 52 modes
+_TELL_EVERY = 25  # solves between two words of progress
 
 
-@skfem.BilinearForm  # type: ignore[untyped-decorator]
-def _stiffness(u: Any, v: Any, w: Any) -> Any:
-    e, f = sym_grad(u), sym_grad(v)
-    return ddot(w.lame * eye(trace(e), 3) + 2.0 * w.shear * e, f)
+def _quiet(_: str) -> None:
+    pass
 
 
 @dataclass(frozen=True)
@@ -39,11 +47,14 @@ class SolidModes:
     Parameters
     ----------
     basis : skfem.CellBasis
+        Of the vector element.
     angular_frequencies : (N,) array
         Rising [rad/s]; the rigid modes' are exactly zero.
     shapes : (N, dofs) array
         Mass normalised [kg^-1/2].
     names : tuple of str
+    density : float
+        rho [kg/m^3].
     offset : float
         How far the solid stands above its mesh [m]: equal pads share one solution.
     """
@@ -52,16 +63,156 @@ class SolidModes:
     angular_frequencies: FloatArray
     shapes: FloatArray
     names: tuple[str, ...]
+    density: float
     offset: float = 0.0
 
+    @classmethod
+    def from_nodal(cls, nodal: NodalModes, *, density: float | None = None) -> 'SolidModes':
+        """Return modes of another package, sampled through the elements they came with.
+
+        Parameters
+        ----------
+        nodal : NodalModes
+            With elements of one kind of `meshes.KINDS`.
+        density : float, optional
+            rho [kg/m^3]; where None, what makes the shapes mass normalised on average.
+
+        Raises
+        ------
+        ModesError
+            For no elements, elements of several kinds or of one that is not known.
+        """
+        kinds = sorted({block.kind for block in nodal.elements})
+        if len(kinds) != 1:
+            raise ModesError(f'{nodal.source or "modes"}: elements of kinds {kinds}; give one '
+                             'kind, or nodes in planar layers and no elements')
+        mesh, element, nodes = foreign_mesh(nodal.coordinates, ElementBlock(
+            kinds[0], np.vstack([block.nodes for block in nodal.elements])))
+        basis = _vector_basis(mesh, element)
+        shapes = np.zeros((len(nodal.names), basis.N))
+        for axis in range(3):
+            shapes[:, basis.element_dofs[axis::3]] = nodal.shapes[:, nodes, axis]
+        if density is None:
+            unit = _assembled(basis, Material(1.0, 1.0, 0.0))[1]
+            density = len(shapes) / float(np.sum(shapes * (unit @ shapes.T).T))
+        return cls(basis, nodal.angular_frequencies, shapes, nodal.names, density)
+
+    def nodal(self) -> NodalModes:
+        """Return the same modes at the mesh's nodes, elements in VTK's order."""
+        plain = skfem.CellBasis(self.basis.mesh, self.basis.elem.elem, intorder=1)
+        shapes = np.empty((len(self.names), plain.N, 3))
+        for axis in range(3):
+            shapes[:, plain.element_dofs, axis] = self.shapes[:, self.basis.element_dofs[axis::3]]
+        nodes = np.empty_like(plain.element_dofs.T)
+        nodes[:, vtk_order(plain.elem)] = plain.element_dofs.T
+        kind = next(kind for kind, row in KINDS.items() if isinstance(plain.elem, row[0]))
+        return NodalModes(plain.doflocs.T + [0.0, 0.0, self.offset], self.angular_frequencies,
+                          shapes, (ElementBlock(kind, nodes),), self.names)
+
     def sample(self, points: Quadrature) -> SampledShapes:
-        """Return the shapes at points; theta derivatives are not needed of a pad and are NaN."""
+        """Return the shapes and their theta derivatives at points of the solid."""
+        x, y = points.radius * np.cos(points.angle), points.radius * np.sin(points.angle)
+        cells, local = _locate(self.basis, np.vstack([x, y, points.height - self.offset]))
+        element, mapping = self.basis.elem.elem, self.basis.mapping
+        inverse = mapping.invDF(local, cells)[..., 0]
+        functions = [element.lbasis(local[..., 0], k) for k in range(self.basis.Nbfun // 3)]
+        values = np.array([np.broadcast_to(value, x.shape) for value, _ in functions])
+        gradients = np.array([np.einsum('ijp,ip->jp', inverse, np.broadcast_to(
+            gradient, (3, x.size))) for _, gradient in functions])
+        dofs = self.basis.element_dofs[:, cells]
+        return self._polar(self._at(dofs, values),
+                           self._at(dofs, x * gradients[:, 1] - y * gradients[:, 0]), points)
+
+    def _at(self, dofs: Any, values: FloatArray) -> FloatArray:
+        """Return Cartesian components (3, N, P) from function values (n, P) and dofs (3n, P)."""
+        count, points = values.shape
+        rows = np.tile(np.arange(points), count)
+        return np.array([(coo_matrix((values.ravel(), (rows, dofs[axis::3].ravel())),
+                                     shape=(points, self.basis.N)).tocsr() @ self.shapes.T).T
+                         for axis in range(3)])
+
+    def volume_layers(self) -> Iterator[SampledShapes]:
+        """Yield samples at the elements' quadrature points, which together cover the volume."""
+        plain = _scalar_basis(self.basis)
+        values, gradients = _tables(plain)
+        where, weights = plain.global_coordinates().value, plain.dx
+        turned = where[0] * gradients[:, 1] - where[1] * gradients[:, 0]
+        step = max(1, _CHUNK // weights.shape[1])
+        for start in range(0, len(weights), step):
+            part = slice(start, start + step)
+            x, y, z = where[:, part].reshape(3, -1)
+            points = Quadrature(np.hypot(x, y), np.arctan2(y, x), z + self.offset,
+                                weights[part].ravel())
+            own = self.shapes[:, self.basis.element_dofs[:, part]]
+            field, rotated = (np.array([
+                np.einsum('mke,keq->meq', own[:, axis::3], table[:, part], optimize=True).reshape(
+                    len(own), -1) for axis in range(3)]) for table in (values, turned))
+            yield self._polar(field, rotated, points)
+
+    @staticmethod
+    def _polar(field: FloatArray, turned: FloatArray, points: Quadrature) -> SampledShapes:
+        """Turn Cartesian components (3, N, P) and (x d/dy - y d/dx) of them into polar ones."""
         c, s = np.cos(points.angle), np.sin(points.angle)
-        probe = probe_matrix(self.basis, np.vstack(
-            [points.radius * c, points.radius * s, points.height - self.offset]))
-        x, y, z = (probe @ self.shapes.T).T.reshape(len(self.names), 3, -1).swapaxes(0, 1)
-        unknown = np.full(x.shape, np.nan)
-        return SampledShapes(c * x + s * y, c * y - s * x, z, unknown, unknown, unknown, points)
+        radial, tangential = c * field[0] + s * field[1], c * field[1] - s * field[0]
+        return SampledShapes(
+            radial, tangential, field[2], radial_dtheta=c * turned[0] + s * turned[1] + tangential,
+            tangential_dtheta=c * turned[1] - s * turned[0] - radial, normal_dtheta=turned[2],
+            points=points)
+
+
+def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
+                clamped: Callable[[FloatArray], Any] | None = None,
+                element: skfem.Element | None = None, cache: str | Path | None = None,
+                progress: Callable[[str], None] = _quiet) -> SolidModes:
+    """Return the `count` lowest modes of a solid.
+
+    Parameters
+    ----------
+    mesh : skfem.Mesh
+        Hexahedra or tetrahedra, Cartesian, the axis of rotation along z through the origin [m].
+    material : Material
+    count : int
+        Number of modes; of a free solid the six rigid ones are the first.
+    clamped : callable, optional
+        Tells of points (3, ...) on the surface whether they are held, as `at_radius(r)` does: a
+        face is, if its corners are. Free where None.
+    element : skfem.Element, optional
+        Scalar element; where None, of ten nodes for tetrahedra and 27 for hexahedra.
+    cache : path, optional
+        Folder that keeps solutions (`mode_cache.default_folder()`); None keeps none.
+    progress : callable
+        Told in a few words what is being done.
+
+    Raises
+    ------
+    SquealError
+        Where no face of the mesh is clamped that should be.
+    """
+    element = element or (skfem.ElementTetP2() if mesh.refdom is skfem.refdom.RefTet
+                          else skfem.ElementHex2())
+    basis = _vector_basis(isoparametric(mesh, element), element)
+    if clamped is None:
+        return free_modes(basis, material, count, cache=cache, progress=progress)
+    held = _held(basis, clamped)
+    free = np.setdiff1d(np.arange(basis.N), held)
+
+    def solve() -> tuple[FloatArray, FloatArray]:
+        progress(f'assembling {basis.N} unknowns')
+        stiffness, mass = (a[free][:, free] for a in _assembled(basis, material))
+        squares, shapes = _lowest(stiffness, mass, 0.0, np.zeros((0, free.size)), count, progress)
+        whole = np.zeros((count, basis.N))
+        whole[:, free] = shapes
+        return np.sqrt(squares), whole
+
+    frequencies, shapes = remembered(
+        cache, _key(basis, material, count, held), (count, basis.N), solve)
+    return SolidModes(basis, frequencies, shapes, tuple(f'mode {i + 1}' for i in range(count)),
+                      material.density)
+
+
+def at_radius(radius: float, *, tolerance: float = 1e-4) -> Callable[[FloatArray], Any]:
+    """Return what tells whether points (3, ...) lie at a radius [m], to a relative tolerance."""
+    return lambda x: np.abs(np.hypot(x[0], x[1]) - radius) <= tolerance * radius
 
 
 def pad_modes(pad: Pad, contact: Contact, count: int, *,
@@ -83,28 +234,91 @@ def pad_modes(pad: Pad, contact: Contact, count: int, *,
                       pad.material, count)
 
 
-def free_modes(basis: skfem.CellBasis, material: Material, count: int) -> SolidModes:
+def free_modes(basis: skfem.CellBasis, material: Material, count: int, *,
+               cache: str | Path | None = None,
+               progress: Callable[[str], None] = _quiet) -> SolidModes:
     """Return the `count` lowest modes of a free solid: six rigid ones, then flexible ones."""
-    e, nu = material.young_modulus, material.poisson_ratio
-    mass = _mass.assemble(basis) * material.density
-    stiffness = _stiffness.assemble(
-        basis, lame=e * nu / (1 + nu) / (1 - 2 * nu), shear=e / 2 / (1 + nu))
-    rigid = _rigid_shapes(basis, mass)
-    squares, flexible = _flexible(stiffness, mass, rigid, count - 6)
+    def solve() -> tuple[FloatArray, FloatArray]:
+        progress(f'assembling {basis.N} unknowns')
+        stiffness, mass = _assembled(basis, material)
+        rigid = _rigid_shapes(basis, mass)
+        # below zero, where a free solid has no mode and the matrix can be factorised
+        shift = -1e-4 * stiffness.diagonal().mean() / mass.diagonal().mean()
+        squares, flexible = _lowest(stiffness, mass, shift, rigid, count - 6, progress)
+        return np.concatenate([np.zeros(6), np.sqrt(squares)]), np.vstack([rigid, flexible])
+
+    frequencies, shapes = remembered(
+        cache, _key(basis, material, count, np.zeros(0, int)), (count, basis.N), solve)
     names = RIGID_NAMES + tuple(f'flexible {i}' for i in range(1, count - 5))
-    return SolidModes(basis, np.concatenate([np.zeros(6), np.sqrt(squares)]),
-                      np.vstack([rigid, flexible]), names)
+    return SolidModes(basis, frequencies, shapes, names, material.density)
 
 
-def sector_mesh(contact: Contact, bottom: float, top: float,
-                elements: tuple[int, int, int]) -> skfem.MeshHex2:
-    """Return second-order hexahedra over an annular sector, mid-nodes on the true curve."""
-    box = skfem.MeshHex2.from_mesh(skfem.MeshHex.init_tensor(
-        *(np.linspace(0.0, 1.0, n + 1) for n in elements)))
-    r = contact.inner_radius + box.doflocs[0] * (contact.outer_radius - contact.inner_radius)
-    t = (box.doflocs[1] - 0.5) * contact.angle
-    z = bottom + box.doflocs[2] * (top - bottom)
-    return skfem.MeshHex2(np.vstack([r * np.cos(t), r * np.sin(t), z]), box.t)
+def _vector_basis(mesh: skfem.Mesh, element: skfem.Element) -> skfem.CellBasis:
+    """Unknowns only: at more than one point an element its tables would take most memory."""
+    return skfem.CellBasis(mesh, skfem.ElementVector(element), intorder=1)
+
+
+def _scalar_basis(basis: skfem.CellBasis) -> skfem.CellBasis:
+    """Return the element's own functions at points that integrate the product of any two."""
+    element = basis.elem.elem
+    linear = type(element) in (skfem.ElementTetP1, skfem.ElementHex1)
+    tetrahedra = element.refdom is skfem.refdom.RefTet
+    order = (2 if linear else 4) if tetrahedra else (3 if linear else 5)
+    return skfem.CellBasis(basis.mesh, element, mapping=basis.mapping, intorder=order)
+
+
+def _tables(plain: skfem.CellBasis) -> tuple[FloatArray, FloatArray]:
+    """Values (n, E, Q) and gradients (n, 3, E, Q) of the element's functions."""
+    fields = [row[0] for row in plain.basis]
+    shape = plain.dx.shape
+    return (np.array([np.broadcast_to(f.value, shape) for f in fields]),
+            np.array([np.broadcast_to(f.grad, (3, *shape)) for f in fields]))
+
+
+def _assembled(basis: skfem.CellBasis, material: Material) -> tuple[Any, Any]:
+    """Return stiffness and mass; element matrices at once, not by pairs of functions."""
+    e, nu = material.young_modulus, material.poisson_ratio
+    lame, shear = e * nu / (1 + nu) / (1 - 2 * nu), e / 2 / (1 + nu)
+    plain = _scalar_basis(basis)
+    values, gradients = _tables(plain)
+    count, _, cells, points = gradients.shape
+    g = gradients.transpose(2, 0, 1, 3).reshape(cells, -1, points)
+    products = ((g * plain.dx[:, None]) @ g.swapaxes(1, 2)).reshape(cells, count, 3, count, 3)
+    stiffness = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
+    laplace = shear * np.einsum('ekili->ekl', products)
+    v = values.swapaxes(0, 1)
+    masses = material.density * ((v * plain.dx[:, None]) @ v.swapaxes(1, 2))
+    mass = np.zeros_like(stiffness)
+    for axis in range(3):
+        stiffness[:, :, axis, :, axis] += laplace
+        mass[:, :, axis, :, axis] = masses
+    return _gathered(basis, stiffness), _gathered(basis, mass)
+
+
+def _gathered(basis: skfem.CellBasis, blocks: FloatArray) -> Any:
+    dofs = basis.element_dofs.T
+    rows = np.broadcast_to(dofs[:, :, None], (*dofs.shape, dofs.shape[1]))
+    matrix = coo_matrix((blocks.ravel(), (rows.ravel(), rows.swapaxes(1, 2).ravel())),
+                        shape=(basis.N, basis.N)).tocsc()
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def _held(basis: skfem.CellBasis, clamped: Callable[[FloatArray], Any]) -> Any:
+    mesh = basis.mesh
+    faces = mesh.boundary_facets()
+    faces = faces[np.all(clamped(mesh.p[:, mesh.facets[:, faces]]), axis=0)]
+    if faces.size == 0:
+        raise SquealError('clamped: no face of the mesh lies where it should be held; check the '
+                          'place and the unit of the mesh')
+    return basis.get_dofs(faces).all()
+
+
+def _key(basis: skfem.CellBasis, material: Material, count: int, held: Any) -> str:
+    return content_key(
+        element=type(basis.elem.elem).__name__, places=basis.mesh.doflocs, cells=basis.mesh.t,
+        held=held, count=count, material=[
+            material.young_modulus, material.density, material.poisson_ratio])
 
 
 def _rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
@@ -129,15 +343,17 @@ def _rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
     return np.linalg.solve(np.linalg.cholesky(shapes @ (mass @ shapes.T)), shapes)
 
 
-def _flexible(stiffness: Any, mass: Any, rigid: FloatArray,
-              count: int) -> tuple[FloatArray, FloatArray]:
-    """Shift-invert below zero on the complement of the rigid modes: they cannot leak in."""
-    scale = stiffness.diagonal().mean() / mass.diagonal().mean()
-    shift = -1e-4 * scale
+def _lowest(stiffness: Any, mass: Any, shift: float, rigid: FloatArray, count: int,
+            progress: Callable[[str], None]) -> tuple[FloatArray, FloatArray]:
+    """Shift-invert on the complement of the rigid modes, which cannot leak in."""
+    progress('factorising')
     factor = splu((stiffness - shift * mass).tocsc(), permc_spec='MMD_AT_PLUS_A',
                   diag_pivot_thresh=0.0, options={'SymmetricMode': True})
+    solves = iter(range(1, 1_000_000))
 
     def solve(b: FloatArray) -> FloatArray:
+        if (done := next(solves)) % _TELL_EVERY == 0:
+            progress(f'{done} solves for {count} modes')
         x: FloatArray = factor.solve(b - mass @ (rigid.T @ (rigid @ b)))
         return np.asarray(x - rigid.T @ (rigid @ (mass @ x)))
 

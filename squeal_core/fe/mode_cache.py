@@ -1,0 +1,95 @@
+"""Solved modes kept on disk, under a hash of all that they depend on; no pickle.
+
+An entry that cannot be read, or is not what its name says, counts as absent and is written anew.
+A cache that cannot be written costs a warning, not the result.
+"""
+
+from collections.abc import Callable
+import hashlib
+import os
+from pathlib import Path
+import tempfile
+from typing import TypeAlias
+import warnings
+import zipfile
+import zlib
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal_core.arrays import FloatArray
+
+Solution: TypeAlias = tuple[FloatArray, FloatArray]
+
+_SCHEME = 1  # raise it when the same inputs come to give other modes
+_UNREADABLE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
+
+
+def default_folder() -> Path:
+    """Return $XDG_CACHE_HOME/squeal_ros, or ~/.cache/squeal_ros."""
+    base = os.environ.get('XDG_CACHE_HOME')
+    return (Path(base) if base else Path.home() / '.cache') / 'squeal_ros'
+
+
+def content_key(**parts: ArrayLike | str) -> str:
+    """Return a hash of named arrays, numbers and texts: names, types, shapes and every bit."""
+    digest = hashlib.sha256(f'{_SCHEME}'.encode())
+    for name, part in sorted(parts.items()):
+        array = np.ascontiguousarray(part)
+        digest.update(f'|{name}|{array.dtype.str}|{array.shape}|'.encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def remembered(folder: str | Path | None, key: str, shape: tuple[int, int],
+               compute: Callable[[], Solution]) -> Solution:
+    """Return frequencies (N,) and shapes (N, unknowns) from the cache, or compute and keep them.
+
+    Parameters
+    ----------
+    folder : path, optional
+        Of the cache; None: compute, keep nothing.
+    key : str
+        From `content_key`.
+    shape : (2,) ints
+        N and the number of unknowns.
+    compute : callable
+        Gives the two arrays.
+    """
+    if folder is None:
+        return compute()
+    path = Path(folder) / f'modes-{key[:32]}.npz'
+    found = _read(path, key, shape)
+    if found is None:
+        found = compute()
+        try:
+            _write(path, key, found)
+        except OSError as error:
+            warnings.warn(f'modes are not cached: {error}', RuntimeWarning, stacklevel=2)
+    return found
+
+
+def _read(path: Path, key: str, shape: tuple[int, int]) -> Solution | None:
+    try:
+        with np.load(path, allow_pickle=False) as entry:
+            same = str(entry['key']) == key
+            frequencies, shapes = entry['angular_frequencies'], entry['shapes']
+    except _UNREADABLE:
+        return None
+    sound = (same and frequencies.shape == shape[:1] and shapes.shape == shape
+             and frequencies.dtype == shapes.dtype == np.float64
+             and bool(np.isfinite(frequencies).all() and np.isfinite(shapes).all()))
+    return (frequencies, shapes) if sound else None
+
+
+def _write(path: Path, key: str, solution: Solution) -> None:
+    """Write beside the entry and rename: whoever reads at the same time sees all or nothing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(suffix='.tmp', dir=path.parent)
+    try:
+        with os.fdopen(handle, 'wb') as file:
+            np.savez(file, key=np.array(key), angular_frequencies=solution[0], shapes=solution[1])
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,163 @@
+"""Universal files (UNV, UFF): nodes 15 and 2411, elements 2412, shapes 55 and 2414, units 164.
+
+The columns are read here, not by pyuff: it keeps no line numbers, passes over a dataset that was
+cut short, and reads no number of a Fortran D exponent in dataset 55. The tests hold it against
+this reader in both directions.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from squeal_core.readers.raw import AGAIN, assemble, NodeField, RawModes, ReaderError
+from squeal_core.readers.text import Text
+
+_MARK = b'    -1'
+_BEAMS = (11, 21, 22, 23, 24)  # their elements take three records
+# descriptor -> kind, and where the file has the node that ElementBlock wants next: quadratic
+# elements go round the bottom, corner and middle in turn, then up the sides, then round the top
+_ROUND = (0, 2, 4, 6, 12, 14, 16, 18, 1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11)
+_DESCRIPTORS: dict[int, tuple[str, tuple[int, ...]]] = {
+    111: ('tet4', tuple(range(4))), 112: ('wedge6', tuple(range(6))),
+    113: ('wedge15', (0, 2, 4, 9, 11, 13, 1, 3, 5, 10, 12, 14, 6, 7, 8)),
+    115: ('hex8', tuple(range(8))), 116: ('hex20', _ROUND),
+    118: ('tet10', (0, 2, 4, 9, 1, 3, 5, 6, 7, 8))}
+_SOLIDS = range(101, 120)
+_NORMAL_MODE, _DISPLACEMENT = 2, 8
+_VECTORS = {2: 3, 3: 6}  # data characteristic -> values a node: translations, and rotations
+_REAL = (2, 4)  # data types: single, double precision
+
+
+@dataclass
+class _Found:
+    """What was met so far."""
+
+    nodes: NodeField | None = None
+    cells: dict[str, list[list[int]]] = field(default_factory=dict)
+    fields: list[NodeField] = field(default_factory=list)
+    frequencies_hz: list[float] = field(default_factory=list)
+    masses: list[float] = field(default_factory=list)
+    length_unit_m: float | None = None
+
+
+def read(path: Path) -> RawModes:
+    """Read a universal file; datasets of other numbers are passed over."""
+    text, found = Text.read(path), _Found()
+    readers = {15: _nodes_15, 2411: _nodes_2411, 2412: _elements, 55: _shape_55, 2414: _shape_2414,
+               164: _units}
+    for number, start, stop in _datasets(text):
+        if number in readers:
+            readers[number](text, start, stop, found)
+    if found.nodes is None:
+        raise ReaderError(path, 'holds no nodes (dataset 15 or 2411)', 'export the nodes as well')
+    masses = found.masses if min(found.masses, default=0.0) > 0.0 else None
+    return assemble(path, found.nodes, found.fields, found.frequencies_hz, found.cells,
+                    modal_masses=masses, length_unit_m=found.length_unit_m)
+
+
+def _datasets(text: Text) -> Iterator[tuple[int, int, int]]:
+    """Number, first line and end of each dataset: it stands between two lines of -1."""
+    marks = [i for i, line in enumerate(text.lines) if line.rstrip() == _MARK]
+    if not marks:
+        raise ReaderError(text.path, 'has no line of -1 in columns 5 and 6, as each dataset of a '
+                          'universal file begins and ends with', 'check the format')
+    if len(marks) % 2:
+        raise text.error(marks[-1], 'begins a dataset that has no end, or ends one that has no '
+                         'beginning', 'the file was cut short or altered: ' + AGAIN)
+    for start, stop in zip(marks[::2], marks[1::2], strict=True):
+        if stop > start + 1:
+            yield text.number(start + 1, 0, 6, int), start + 2, stop
+
+
+def _keep_nodes(text: Text, start: int, found: _Found, heads: np.ndarray,
+                values: np.ndarray, number: int) -> None:
+    bad = np.flatnonzero((heads[:, 1:3] > 1).any(axis=1))
+    if bad.size:
+        node, place, shift = heads[bad[0], :3].tolist()
+        raise ReaderError(f'{text.path}, dataset {number} at line {start}', f'gives node {node} '
+                          f'in coordinate systems {place} and {shift}; the global Cartesian one '
+                          '(0 or 1) is read', 'export in global Cartesian coordinates')
+    if found.nodes is not None:
+        raise text.error(start - 1, 'begins a second dataset of nodes', 'export one component')
+    found.nodes = NodeField(heads[:, 0], values, f'dataset {number} at line {start}')
+
+
+def _nodes_15(text: Text, start: int, stop: int, found: _Found) -> None:
+    rows = range(start, stop)
+    _keep_nodes(text, start, found, text.fixed(rows, 0, 10, 4, int),
+                text.fixed(rows, 40, 13, 3), 15)
+
+
+def _nodes_2411(text: Text, start: int, stop: int, found: _Found) -> None:
+    if (stop - start) % 2:
+        raise text.error(stop - 1, 'ends dataset 2411 in the middle of a node')
+    _keep_nodes(text, start, found, text.fixed(range(start, stop, 2), 0, 10, 4, int),
+                text.fixed(range(start + 1, stop, 2), 0, 25, 3), 2411)
+
+
+def _units(text: Text, start: int, stop: int, found: _Found) -> None:
+    factor = text.number(start + 1, 0, 25)
+    if not 1e-6 < factor < 1e6:
+        raise text.error(start + 1, f'gives {factor} units of length to a metre')
+    found.length_unit_m = 1.0 / factor
+
+
+def _elements(text: Text, start: int, stop: int, found: _Found) -> None:
+    i = start
+    while i < stop:
+        descriptor, size = text.number(i, 10, 20, int), text.number(i, 50, 60, int)
+        kind, order = _DESCRIPTORS.get(descriptor, ('', tuple(range(size))))
+        if (not kind and descriptor in _SOLIDS) or size != len(order) or not size:
+            raise text.error(i, f'has an element of descriptor {descriptor} with {size} nodes, '
+                             'which is not known', 'mesh with tetrahedra, hexahedra or wedges')
+        i += 2 if descriptor in _BEAMS else 1
+        if kind:
+            nodes = [text.number(i + k // 8, 10 * (k % 8), 10 * (k % 8) + 10, int)
+                     for k in range(size)]
+            found.cells.setdefault(kind, []).append([nodes[place] for place in order])
+        i += -(-size // 8)
+    if i != stop:
+        raise text.error(stop, 'ends dataset 2412 in the middle of an element')
+
+
+def _shape_55(text: Text, start: int, stop: int, found: _Found) -> None:
+    width = _mode_width(text, start + 5)
+    if width:
+        found.frequencies_hz.append(text.number(start + 7, 0, 13))
+        found.masses.append(text.number(start + 7, 13, 26))
+        _keep_shape(text, start, range(start + 8, stop), width, found, 55)
+
+
+def _shape_2414(text: Text, start: int, stop: int, found: _Found) -> None:
+    at_nodes = text.number(start + 2, 0, 10, int) == 1
+    width = _mode_width(text, start + 8) if at_nodes else 0
+    if width:
+        found.frequencies_hz.append(text.number(start + 11, 13, 26))
+        found.masses.append(text.number(start + 11, 39, 52))
+        _keep_shape(text, start, range(start + 13, stop), width, found, 2414)
+
+
+def _mode_width(text: Text, i: int) -> int:
+    """Values a node, from the record that says what the data are; 0 for what is no mode shape."""
+    _, analysis, vector, quantity, kind, width = (
+        text.number(i, 10 * k, 10 * k + 10, int) for k in range(6))
+    if analysis in (3, 7) or (analysis == _NORMAL_MODE and kind not in _REAL):
+        raise text.error(i, f'has complex modes (analysis type {analysis}, data type {kind})',
+                         'export real normal modes')
+    if analysis != _NORMAL_MODE or quantity not in (_DISPLACEMENT, 0, 1):
+        return 0
+    if _VECTORS.get(vector) != width:
+        raise text.error(i, f'has {width} values a node of data characteristic {vector}, not 3 '
+                         'translations, or 3 with 3 rotations', 'export displacement vectors')
+    return int(width)
+
+
+def _keep_shape(text: Text, start: int, rows: range, width: int, found: _Found,
+                number: int) -> None:
+    if len(rows) % 2:
+        raise text.error(rows.stop - 1, f'ends dataset {number} in the middle of a node')
+    ids = text.fixed(rows[::2], 0, 10, 1, int)[:, 0]
+    values = text.fixed(rows[1::2], 0, 13, width)[:, :3]
+    found.fields.append(NodeField(ids, values, f'dataset {number} at line {start}'))

@@ -1,0 +1,183 @@
+"""Stability over one or two parameters: maps, loci and growth rates, as plain records.
+
+Sources: K09 figs 10 and 13 (contact stiffness), 11 and 12 (friction, with and without rotation),
+15 (speed, with the friction law).
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from itertools import product
+import multiprocessing
+import os
+import signal
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal_core.arrays import FloatArray, readonly
+from squeal_core.brake_model import BrakeModel
+from squeal_core.errors import SquealError
+from squeal_core.mechanism import without_rotation
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.stability import complex_modes, Mode, Tolerances
+from squeal_core.sweep_record import make_sweep, Sweep
+from squeal_core.tracking import moved, PARAMETERS, track
+
+_CHUNK = 8  # points a worker takes at a time
+_THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
+
+Progress: TypeAlias = Callable[[int, int], None]
+_Row: TypeAlias = tuple[list[complex], list[str], list[str]]
+
+
+def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike], *,
+          rotation: bool = True, friction_law: bool = False, tracked: bool = False,
+          workers: int = 0, progress: Progress | None = None,
+          tolerances: Tolerances | None = None) -> Sweep:
+    """Solve for the modes over one or two parameters.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    point : OperatingPoint
+        What the parameters that are not swept are. With friction its slope goes in proportion.
+    axes : mapping
+        Values by name of parameter (`tracking.PARAMETERS`); one or two.
+    rotation : bool
+        False: without G, R and S, K09's disc that does not rotate.
+    friction_law : bool
+        Friction and slope by the model's law at each speed.
+    tracked : bool
+        Carry identities along the last axis, from those at its first value.
+    workers : int
+        Processes to use; 0: this one. The workers' BLAS runs one thread; where it does here too
+        results are the same bit for bit.
+    progress : callable, optional
+        Told how many points are done, and of how many.
+    tolerances : Tolerances, optional
+
+    Notes
+    -----
+    An interrupt (Ctrl-C) ends the sweep early: what is done is returned, `complete` is False.
+    """
+    if not 1 <= len(axes) <= 2 or not set(axes) <= set(PARAMETERS):
+        raise SquealError(f'axes are {list(axes)}; give one or two of {", ".join(PARAMETERS)}')
+    if friction_law and not set(axes).isdisjoint(('friction', 'friction_slope')):
+        raise SquealError('friction_law: it gives friction and slope; sweep other parameters, or '
+                          'leave it off')
+    grid = {name: readonly(np.atleast_1d(np.asarray(v, float))) for name, v in axes.items()}
+    if not all(values.ndim == 1 and values.size for values in grid.values()):
+        raise SquealError(f'axes: shapes {[v.shape for v in grid.values()]}; give lists of values')
+    points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
+              for values in product(*grid.values())]
+    about = {'model': str(model.provenance.get('brake', '')), 'rotation': rotation,
+             'friction_law': friction_law, 'tracked': tracked,
+             'nominal_contact_stiffness': model.nominal_contact_stiffness}
+    if not rotation:
+        model = without_rotation(model)
+    length = len(list(grid.values())[-1]) if tracked else _CHUNK
+    jobs = {start: (model, points[start:start + length], tracked, tolerances or Tolerances())
+            for start in range(0, len(points), length)}
+    rows: dict[int, _Row] = {}
+    try:
+        for place, row in _solved(jobs, workers):
+            rows[place] = row
+            if progress:
+                progress(len(rows), len(points))
+    except KeyboardInterrupt:
+        pass
+    return _record(grid, points, rows, model.size, about)
+
+
+def _point(model: BrakeModel, point: OperatingPoint, values: Mapping[str, float],
+           friction_law: bool) -> OperatingPoint:
+    for name in sorted(values, key=lambda name: name == 'friction_slope'):
+        point = moved(model, point, name, float(values[name]))
+    if friction_law:
+        point = moved(model, point, 'rotor_speed', point.rotor_speed, friction_law=True)
+    return point
+
+
+def _solved(jobs: Mapping[int, Any], workers: int) -> Iterator[tuple[int, _Row]]:
+    """Yield rows by place of their point, as they are done."""
+    if workers < 1:
+        for start, job in jobs.items():
+            yield from enumerate(_rows(*job), start)
+        return
+    context = multiprocessing.get_context('spawn')  # a forked process may keep locked locks
+    with _one_thread(), ProcessPoolExecutor(workers, context, _ignore_interrupts) as pool:
+        with _no_interrupts():
+            futures: dict[Future[list[_Row]], int] = {
+                pool.submit(_solve, *job): start for start, job in jobs.items()}
+        try:
+            for future in as_completed(futures):
+                yield from enumerate(future.result(), futures[future])
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _solve(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
+           limits: Tolerances) -> list[_Row]:
+    return list(_rows(model, points, tracked, limits))
+
+
+def _rows(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
+          limits: Tolerances) -> Iterator[_Row]:
+    if tracked:
+        for here in track(model, points, tolerances=limits):
+            yield _row(here.modes, list(map(str, here.identities)))
+    else:
+        for point in points:
+            modes = complex_modes(model, point, tolerances=limits).modes
+            yield _row(modes, [str(mode.index) for mode in modes])
+
+
+def _row(modes: Sequence[Mode], identities: list[str]) -> _Row:
+    return ([mode.eigenvalue for mode in modes], [mode.kind for mode in modes],
+            identities)
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C goes to every process of a terminal; it is the parent's to end its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _no_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back while workers are started: they inherit that, and are deaf from birth."""
+    if not hasattr(signal, 'pthread_sigmask'):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Pin BLAS in processes that start meanwhile: it reads its environment as it loads."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, '1'))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _record(grid: dict[str, FloatArray], points: Sequence[OperatingPoint],
+            rows: Mapping[int, _Row], size: int, about: dict[str, Any]) -> Sweep:
+    blank: _Row = ([complex(np.nan, np.nan)] * size, [''] * size, [''] * size)
+    roots, kinds, identities = zip(
+        *(rows.get(place, blank) for place in range(len(points))), strict=True)
+    return make_sweep(
+        axes=grid, points=[[getattr(point, name) for name in PARAMETERS] for point in points],
+        growth_rates=np.real(roots), angular_frequencies=np.imag(roots), kinds=kinds,
+        identities=identities, about=about)

@@ -1,0 +1,120 @@
+"""Loci: frequency and growth rate of a few modes over one parameter."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+try:
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+import numpy as np
+
+from squeal_core.arrays import FloatArray
+from squeal_core.sweep_record import Sweep
+from squeal_core.view.stability_map import axis_of, conditions, STYLE
+
+_COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
+
+
+def plot_loci(record: Sweep, numbers: Sequence[int], path: str | Path, *,
+              without: Sweep | None = None, title: str = '') -> None:
+    """Draw the loci of some modes, with rotation (solid) and without (broken), as K09 figs 11, 12.
+
+    Parameters
+    ----------
+    record : Sweep
+        Of one parameter, tracked.
+    numbers : sequence of int
+        Identities of the modes.
+    path : path
+    without : Sweep, optional
+        The same without rotation.
+    title : str
+    """
+    (parameter,) = record.axes
+    label = axis_of(record, parameter)[1]
+    with rc_context(STYLE):
+        figure = Figure(figsize=(9.5, 4.4), layout='constrained')
+        frequency, growth = figure.subplots(1, 2)
+        for one, style in ((record, '-'), (without, '--')):
+            if one is None:
+                continue
+            x = axis_of(one, parameter)[0]
+            for number, colour in zip(numbers, _COLOURS, strict=False):
+                roots = one.of(number)
+                name = f'mode {number}' + ('' if style == '-' else ', without rotation')
+                look = {'color': colour, 'linestyle': style, 'linewidth': 1.6, 'label': name}
+                frequency.plot(x, roots.imag / (2.0 * np.pi), **look)
+                growth.plot(x, roots.real, **look)
+        growth.axhline(0.0, color='0.4', linewidth=0.8, zorder=0)
+        frequency.set(xlabel=label, ylabel='frequency  Hz')
+        growth.set(xlabel=label, ylabel='Re λ  1/s')
+        for panel in (frequency, growth):
+            panel.margins(x=0.0)
+            panel.grid(color='0.93')
+        figure.legend(*frequency.get_legend_handles_labels(), loc='outside lower center',
+                      ncols=2 * len(numbers), frameon=False)
+        figure.suptitle(f'{title}\n{conditions(record)}' if title else conditions(record),
+                        fontsize=11, x=0.01, ha='left')
+        figure.savefig(path, dpi=130)
+
+
+def plot_growth_rates(record: Sweep, path: str | Path, *, title: str = '',
+                      numbers: Sequence[int] | None = None) -> None:
+    """Draw growth rates over a parameter, as K09 fig. 15 over speed; divergence apart.
+
+    Parameters
+    ----------
+    record : Sweep
+        Of one parameter, tracked.
+    path : path
+    title : str
+    numbers : sequence of int, optional
+        Identities; by default of the oscillating modes that grow anywhere in the sweep.
+    """
+    (parameter,) = record.axes
+    x, label = axis_of(record, parameter)
+    chosen = _growing(record) if numbers is None else list(numbers)
+    divergence = np.where(record.kinds == 'divergence', record.eigenvalues.real, np.nan)
+    apart = bool(np.isfinite(divergence).any())
+    with rc_context(STYLE):
+        figure = Figure(figsize=(8.5, 6.5 if apart else 5.0), layout='constrained')
+        panels = figure.subplots(2 if apart else 1, 1, sharex=True, squeeze=False,
+                                 height_ratios=(1, 3) if apart else (1,))[:, 0]
+        if apart:
+            panels[0].plot(x, divergence, color='0.25', linewidth=1.4)
+            panels[0].set(ylabel='divergence  1/s')
+            panels[0].set_ylim(bottom=0.0)
+        _lines(panels[-1], record, x, chosen)
+        panels[-1].set(xlabel=label, ylabel='Re λ of oscillating modes  1/s')
+        for panel in panels:
+            panel.grid(color='0.93')
+            panel.set_xlim(x.min(), x.max())
+        panels[0].set_title(f'{title}\n{conditions(record)}' if title else conditions(record))
+        figure.savefig(path, dpi=130)
+
+
+def _growing(record: Sweep) -> list[int]:
+    """Return the numbers of the modes that flutter somewhere, once for a merged pair."""
+    texts = np.unique(record.identities[record.kinds == 'flutter']).tolist()
+    return sorted({int(text.split('/')[0]) for text in texts})
+
+
+def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int]) -> None:
+    axes.axhline(0.0, color='0.4', linewidth=0.8, zorder=0)
+    floor = 0.0
+    for i, number in enumerate(numbers):
+        roots = record.of(number)
+        if not np.isfinite(roots).any():
+            continue
+        # at one end of the sweep or between, where it is worst
+        worst = int(np.nanargmax(roots.real))
+        colour = _COLOURS[i % len(_COLOURS)]
+        axes.plot(x, roots.real, color=colour, linewidth=1.6, label=(
+            f'{number}: {roots.imag[worst] / 2.0 / np.pi:.0f} Hz'))
+        floor = min(floor, -np.nanmax(roots.real))
+    axes.set_ylim(bottom=1.2 * floor)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc='upper left', bbox_to_anchor=(1.0, 1.0), frameon=False, title='mode')

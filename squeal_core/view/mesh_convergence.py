@@ -1,0 +1,114 @@
+"""The picture of how the matrices converge with the planar mesh, and what they make unstable."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+try:
+    import matplotlib
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+import numpy as np
+
+_MARKERS = 'os^vDP'
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """What came of a ladder of meshes, the coarsest first.
+
+    Parameters
+    ----------
+    title : str
+    points : sequence of int
+        How fine each mesh is.
+    errors : mapping of str to sequence of float
+        Relative error of each matrix on each mesh.
+    growth_rates : sequence of float
+        Largest growth rate of the brake built on each mesh [1/s]; may be empty.
+    order : float
+        Of convergence that theory says, drawn as a guide; 0: none.
+    """
+
+    title: str
+    points: Sequence[int]
+    errors: Mapping[str, Sequence[float]]
+    growth_rates: Sequence[float] = field(default=())
+    order: float = 0.0
+
+
+def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: str | Path, *,
+                          growth_rate: float) -> None:
+    """Draw errors and growth rates over the fineness of planar meshes to a PNG file.
+
+    Parameters
+    ----------
+    rules : sequence of Ladder
+        Up to three: exact shapes on finer and finer grids, one rule each.
+    meshes : Ladder
+        The default grid, fed from irregular nodes that lie denser and denser.
+    path : path
+    growth_rate : float
+        What the growth rate would be without any error [1/s].
+    """
+    matplotlib.rcParams['font.size'] = 9
+    figure = Figure(figsize=(11.0, 7.6), layout='constrained')
+    grid = figure.add_gridspec(2, 6, height_ratios=(1.15, 1.0))
+    top = [figure.add_subplot(grid[0, 2 * i:2 * i + 2]) for i in range(len(rules))]
+    for axes, ladder in zip(top, rules, strict=True):
+        _errors(axes, ladder)
+        axes.sharey(top[0])
+        axes.set_xlabel('points across the contact in $\\theta$')
+    top[0].set_ylabel('relative error of the matrix')
+    top[0].legend(ncols=2, frameon=False, loc='lower left')
+    growth, nodes = (figure.add_subplot(grid[1, part]) for part in (slice(0, 3), slice(3, 6)))
+    _growth_rates(growth, rules, growth_rate)
+    _errors(nodes, meshes)
+    nodes.set(xlabel='nodes round the disc', ylabel='relative error of the matrix')
+    figure.savefig(path, dpi=100)
+
+
+def _errors(axes: Any, ladder: Ladder) -> None:
+    for number, (name, values) in enumerate(ladder.errors.items()):
+        axes.loglog(ladder.points, values, color=f'C{number}', marker=_MARKERS[number % 6],
+                    markersize=4, linewidth=1.1, label=name)
+    axes.axhline(5e-3, color='0.5', linewidth=0.8, linestyle=':')
+    axes.annotate('0.5 %', (1.0, 5e-3), xycoords=('axes fraction', 'data'), ha='right',
+                  va='bottom', color='0.4')
+    if ladder.order:
+        points = np.array([ladder.points[0], ladder.points[-1]], float)
+        start = 1.6 * max(values[0] for values in ladder.errors.values())
+        axes.loglog(points, start * (points / points[0])**-ladder.order, color='0.3',
+                    linewidth=0.9, linestyle='--')
+        power = '' if ladder.order == 1.0 else f'^{ladder.order:g}'
+        axes.annotate(f'$h{power}$', (points[1], start * (points[1] / points[0])**-ladder.order),
+                      textcoords='offset points', xytext=(0, 5), ha='center', color='0.3')
+    _plain_ticks(axes, ladder.points)
+    axes.set_title(ladder.title, fontsize=9)
+
+
+def _growth_rates(axes: Any, rules: Sequence[Ladder], exact: float) -> None:
+    for number, ladder in enumerate(rules):
+        axes.loglog(ladder.points, ladder.growth_rates, color=f'C{number + 6}',
+                    marker=_MARKERS[number], markersize=5, label=ladder.title.partition('\n')[0])
+    axes.axhline(exact, color='0.3', linewidth=0.9, linestyle='--')
+    axes.annotate(f'exact: {exact:.1f} 1/s', (0.99, exact), xycoords=('axes fraction', 'data'),
+                  ha='right', va='bottom', color='0.3')
+    axes.set(xlabel='points across the contact in $\\theta$',
+             ylabel='largest growth rate  1/s',
+             title='what the errors do to the brake')
+    axes.title.set_fontsize(9)
+    axes.legend(frameon=False)
+    _plain_ticks(axes, sorted({p for ladder in rules for p in ladder.points}))
+
+
+def _plain_ticks(axes: Any, points: Sequence[int]) -> None:
+    apart = [points[0]]
+    for point in points[1:]:
+        if point > 1.25 * apart[-1]:
+            apart.append(point)
+    axes.set_xticks(apart, [str(point) for point in apart])
+    axes.minorticks_off()
+    axes.grid(color='0.9')

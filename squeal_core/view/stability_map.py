@@ -1,0 +1,131 @@
+"""Maps of stability: all frequencies over one parameter, or the growth rate over two."""
+
+from pathlib import Path
+from typing import Any
+
+try:
+    from matplotlib import colormaps, rc_context
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, PowerNorm
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+import numpy as np
+
+from squeal_core.arrays import FloatArray
+from squeal_core.sweep_record import Sweep
+
+STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
+         'axes.linewidth': 0.8, 'axes.titlesize': 11, 'axes.titlelocation': 'left'}
+# from yellow-orange on: the lightest colours of a map are lost on white
+GROWTH = ListedColormap(colormaps['inferno_r'](np.linspace(0.22, 0.92, 256)), 'growth')
+GROWTH_OR_NOT = ListedColormap(colormaps['inferno_r'](np.linspace(0.02, 0.92, 256)),
+                               'growth or not').with_extremes(under='white')
+_LABELS = {
+    'rotor_speed': 'rotor speed  rad/s', 'friction': 'friction coefficient',
+    'friction_slope': 'friction slope  s/m', 'contact_pressure': 'contact pressure  bar',
+    'contact_stiffness': 'contact stiffness  % of nominal'}
+
+
+def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
+    """Return a swept parameter in the unit it is shown in, and the axis' label."""
+    values = record.axes[parameter]
+    if parameter == 'contact_stiffness':
+        values = 100.0 * values / record.about['nominal_contact_stiffness']
+    elif parameter == 'contact_pressure':
+        values = values / 1e5
+    return values, _LABELS[parameter]
+
+
+def conditions(record: Sweep) -> str:
+    """Return in words what was not swept."""
+    about, parts = record.about, [str(record.about['model'])]
+    law = about['friction_law']
+    for name, text in (('rotor_speed', 'Ω = {:g} rad/s'), ('friction', 'µ = {:g}'),
+                       ('contact_pressure', 'p₀ = {:.3g} bar')):
+        value = record.column(name)[0] / (1e5 if name == 'contact_pressure' else 1.0)
+        if name not in record.axes and not (law and name == 'friction'):
+            parts.append(text.format(value))
+    parts += ['friction by its law of speed'] if law else []
+    parts += [] if about['rotation'] else ['without rotation']
+    parts += [] if record.complete else [f'{record.done.sum()} of {len(record.points)} points']
+    return ', '.join(filter(None, parts))
+
+
+def plot_stability_map(record: Sweep, path: str | Path, *, title: str = '',
+                       highest_hz: float = 8000.0) -> None:
+    """Draw the frequencies of all modes over a parameter; those that grow are marked.
+
+    Parameters
+    ----------
+    record : Sweep
+        Of one parameter.
+    path : path
+        PNG, SVG or PDF.
+    title : str
+    highest_hz : float
+        Where the frequency axis ends.
+
+    Notes
+    -----
+    As K09 figs 10 and 13: a circle marks Re(lambda) > 0; its colour is the growth rate.
+    """
+    (parameter,) = record.axes
+    x, label = axis_of(record, parameter)
+    oscillating = np.where(np.isin(record.kinds, ('flutter', 'stable')),
+                           record.frequencies_hz, np.nan) / 1e3
+    with rc_context(STYLE):
+        figure = Figure(figsize=(9.0, 6.5), layout='constrained')
+        axes = figure.subplots()
+        axes.plot(x, oscillating, color='0.72', linewidth=0.7, zorder=1)
+        place, mode = np.nonzero(record.kinds == 'flutter')
+        growth = record.eigenvalues.real[place, mode]
+        frequency = oscillating[place, mode]
+        shown = frequency <= highest_hz / 1e3
+        if shown.any():
+            shade = ScalarMappable(PowerNorm(0.5, 0.0, growth[shown].max()), GROWTH)
+            axes.scatter(x[place[shown]], frequency[shown], s=22, marker='o', facecolors='none',
+                         edgecolors=shade.to_rgba(growth[shown]), linewidths=1.3, zorder=2)
+            figure.colorbar(shade, ax=axes, label='growth rate of unstable modes  1/s', pad=0.02,
+                            aspect=35)
+        axes.set(xlabel=label, ylabel='frequency  kHz', ylim=(0.0, highest_hz / 1e3),
+                 xlim=(x.min(), x.max()))
+        _titles(axes, title, record)
+        figure.savefig(path, dpi=130)
+
+
+def plot_growth_map(record: Sweep, path: str | Path, *, title: str = '',
+                    band_hz: tuple[float, float] = (1250.0, 16000.0)) -> None:
+    """Draw the largest growth rate in a band over two parameters; the black line is its zero.
+
+    Parameters
+    ----------
+    record : Sweep
+        Of two parameters.
+    path : path
+    title : str
+    band_hz : (2,) floats
+    """
+    first, second = record.axes
+    (y, y_label), (x, x_label) = axis_of(record, first), axis_of(record, second)
+    growth = np.maximum(record.largest_growth(*band_hz), -1e3)  # -inf: no mode in the band
+    known = growth[np.isfinite(growth)]
+    with rc_context(STYLE):
+        figure = Figure(figsize=(8.0, 6.0), layout='constrained')
+        axes = figure.subplots()
+        axes.set_facecolor('0.85')
+        norm = PowerNorm(0.5, 0.0, max(known.max(initial=0.0), 1.0))
+        shades = axes.pcolormesh(x, y, np.ma.masked_invalid(growth), cmap=GROWTH_OR_NOT,
+                                 shading='nearest', norm=norm)
+        if known.min(initial=0.0) < 0.0 < known.max(initial=0.0) and min(growth.shape) > 1:
+            axes.contour(x, y, growth, levels=[0.0], colors='black', linewidths=1.4)
+        figure.colorbar(shades, ax=axes, pad=0.02, aspect=35, extend='min', label=(
+            f'largest growth rate, {band_hz[0] / 1e3:g} to {band_hz[1] / 1e3:g} kHz  1/s\n'
+            '(white: stable, grey: not done)'))
+        axes.set(xlabel=x_label, ylabel=y_label)
+        _titles(axes, title, record)
+        figure.savefig(path, dpi=130)
+
+
+def _titles(axes: Any, title: str, record: Sweep) -> None:
+    axes.set_title(f'{title}\n{conditions(record)}' if title else conditions(record))

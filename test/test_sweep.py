@@ -1,0 +1,431 @@
+"""Sweeps against solves at single points; their files; interrupts and workers; pictures."""
+
+from dataclasses import replace
+import json
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+from typing import Any
+
+from matplotlib import rc_context
+import numpy as np
+import pytest
+
+from squeal_core import BrakeModel, OperatingPoint, SquealError
+from squeal_core.stability import complex_modes
+from squeal_core.sweep import sweep
+from squeal_core.sweep_record import load_sweep, make_sweep, save_sweep, Sweep, SweepFileError
+from squeal_core.tracking import identities, moved, PARAMETERS
+from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
+from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
+
+SKEW = np.array([[0.0, 1e-3], [-1e-3, 0.0]])
+# K = diag(w^2) + mu k_c SKEW: flutter from mu = 0.202 on at POINT
+PAIR = BrakeModel(angular_frequencies=[1e4, 1.02e4], damping_ratios=[1e-4, 1e-4 / 1.02],
+                  friction_couple=SKEW, nominal_contact_stiffness=1e10,
+                  gyroscopic=1e-3 * SKEW, radial_dissipation=1e-4 * np.eye(2))
+POINT = OperatingPoint(rotor_speed=5.0, friction=0.1, contact_pressure=1e5, contact_stiffness=1e10)
+FRICTIONS = [0.0, 0.1, 0.3, 0.6]
+
+
+def at(model: BrakeModel, speed: float = 5.0) -> OperatingPoint:
+    return OperatingPoint(rotor_speed=speed, friction=0.42, contact_stiffness=0.35e11,
+                          contact_pressure=2000.0 / model.contact_area)
+
+
+def same(one: Sweep, other: Sweep) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=name[0] != 'k'
+                              and name != 'identities')
+               for name in ('points', 'eigenvalues', 'kinds', 'identities')) and (
+        one.about == other.about and list(one.axes) == list(other.axes)
+        and all(np.array_equal(one.axes[k], other.axes[k]) for k in one.axes))
+
+
+# ---------------------------------------------------------------- values
+
+def test_one_parameter(kang: BrakeModel) -> None:
+    """K09 fig. 10 in small: every mode at every stiffness, those that grow marked."""
+    values = np.array([0.2, 1.0, 1.6]) * 0.35e11
+    found = sweep(kang, at(kang), {'contact_stiffness': values})
+    assert found.complete
+    assert found.shape == (3,)
+    for i, value in enumerate(values):
+        modes = complex_modes(kang, replace(at(kang), contact_stiffness=value)).modes
+        assert found.eigenvalues[i].tolist() == [m.eigenvalue for m in modes]
+        assert found.kinds[i].tolist() == [m.kind for m in modes]
+        assert found.frequencies_hz[i].tolist() == [m.frequency_hz for m in modes]
+        assert found.unstable[i].tolist() == [m.unstable for m in modes]
+        assert found.identities[i].tolist() == [str(m.index) for m in modes]
+    assert np.flatnonzero(found.unstable[1]).tolist() == [12, 25]
+    assert found.column('contact_stiffness').tolist() == values.tolist()
+    assert found.column('friction').tolist() == [0.42] * 3
+
+
+def test_two_parameters() -> None:
+    """The last one runs fastest."""
+    speeds = [2.0, 8.0]
+    found = sweep(PAIR, POINT, {'rotor_speed': speeds, 'friction': FRICTIONS})
+    assert found.shape == (2, 4)
+    growth = found.largest_growth()
+    for i, speed in enumerate(speeds):
+        for j, friction in enumerate(FRICTIONS):
+            there = replace(POINT, rotor_speed=speed, friction=friction)
+            assert growth[i, j] == max(m.growth_rate for m in complex_modes(PAIR, there).modes)
+            assert found.points[4 * i + j].tolist() == [
+                getattr(there, name) for name in PARAMETERS]
+    assert (growth > 0.0).tolist() == [[False, False, True, True]] * 2
+    assert np.all(np.isneginf(found.largest_growth(1.0, 2.0)))
+
+
+def test_without_rotation(kang: BrakeModel) -> None:
+    """G, R and S off; not so without the option."""
+    still = replace(kang, gyroscopic=None, radial_dissipation=None, negative_slope=None)
+    point = replace(at(kang), friction_slope=-0.05)
+    values = {'friction': [0.3, 0.5]}
+    found = sweep(kang, point, values, rotation=False)
+    assert same(replace(found, about={}), replace(sweep(still, point, values), about={}))
+    assert not np.array_equal(found.eigenvalues, sweep(kang, point, values).eigenvalues)
+    assert found.about['rotation'] is False
+
+
+def test_with_the_friction_law(kang: BrakeModel) -> None:
+    """K09 fig. 15: speed sets friction and slope."""
+    assert kang.caliper is not None
+    found = sweep(kang, at(kang), {'rotor_speed': [2.0, 10.0]}, friction_law=True)
+    for i, speed in enumerate((2.0, 10.0)):
+        point = kang.operating_point(rotor_speed=speed,
+                                     pressure=2000.0 / kang.caliper.piston_area)
+        assert found.points[i] == pytest.approx([getattr(point, p) for p in PARAMETERS], rel=1e-12)
+    torsion = found.eigenvalues.real[:, 11]
+    assert torsion[0] > torsion[1] > 0.0
+    assert (found.kinds[:, 0] == 'divergence').all()
+
+
+def test_friction_takes_its_slope_along() -> None:
+    point = replace(POINT, friction_slope=-0.1)
+    found = sweep(PAIR, point, {'friction': FRICTIONS})
+    assert found.column('friction_slope') == pytest.approx(-np.array(FRICTIONS), abs=1e-15)
+    both = sweep(PAIR, point, {'friction_slope': [-0.3], 'friction': FRICTIONS})
+    assert both.column('friction_slope').tolist() == [-0.3] * 4
+    assert both.column('friction').tolist() == FRICTIONS
+
+
+def test_tracked_identities(kang: BrakeModel) -> None:
+    """K09 fig. 12: from no friction on, and merged without rotation."""
+    values = np.linspace(0.0, 0.5, 6)
+    found = sweep(kang, at(kang), {'friction': values}, tracked=True)
+    assert found.identities[0].tolist() == [str(i) for i in range(1, 93)]
+    assert found.identities[-1].tolist() == [
+        str(i) for i in identities(kang, moved(kang, at(kang), 'friction', 0.5))]
+    roots = found.of(13)
+    assert np.abs(np.diff(roots)).max() < 40.0
+    assert roots.real[0] < 0.0 < roots.real[-1]
+    free = sweep(kang, at(kang), {'friction': values}, tracked=True, rotation=False)
+    assert '13/14' in free.identities[-1]
+    # of a merged pair the lower number is the one that grows
+    assert free.of(13)[-1].real > 0.0 > free.of(14)[-1].real
+    assert free.of(13)[-1].imag == pytest.approx(free.of(14)[-1].imag, rel=1e-4)
+    assert np.isnan(free.of(93)).all()
+
+
+def test_each_line_of_a_grid_is_tracked_by_itself() -> None:
+    found = sweep(PAIR, POINT, {'contact_stiffness': [1e9, 1e10], 'friction': FRICTIONS},
+                  tracked=True)
+    assert found.identities.tolist() == [['1', '2']] * 6 + [['1/2', '1/2']] * 2
+
+
+@pytest.mark.parametrize(('axes', 'text'), [
+    ({}, 'one or two'), ({'mu': [0.1]}, r"\['mu'\]"), ({'friction': []}, 'lists of values'),
+    (dict.fromkeys(PARAMETERS[:3], [1.0]), 'one or two'), ({'friction': [[0.1]]}, 'shapes'),
+    ({'rotor_speed': [0.0]}, 'rotor_speed is 0')])
+def test_axes_that_cannot_be_meant(axes: dict[str, Any], text: str) -> None:
+    with pytest.raises(SquealError, match=text):
+        sweep(PAIR, POINT, axes)
+
+
+def test_a_law_that_is_swept_over(kang: BrakeModel) -> None:
+    with pytest.raises(SquealError, match='friction_law'):
+        sweep(kang, at(kang), {'friction': [0.1]}, friction_law=True)
+    with pytest.raises(SquealError, match='friction_law'):
+        sweep(PAIR, POINT, {'rotor_speed': [1.0]}, friction_law=True)
+
+
+# ---------------------------------------------------------------- progress, interrupts, workers
+
+@pytest.mark.parametrize('tracked', [False, True])
+def test_progress(tracked: bool) -> None:
+    told: list[tuple[int, int]] = []
+    sweep(PAIR, POINT, {'friction': FRICTIONS}, tracked=tracked,
+          progress=lambda *counts: told.append(counts))
+    assert told == [(1, 4), (2, 4), (3, 4), (4, 4)]
+
+
+def interrupted(count: int, **options: Any) -> Sweep:
+    def progress(done: int, _: int) -> None:
+        if done == count:
+            raise KeyboardInterrupt
+
+    values = {'friction': np.linspace(0.0, 0.9, 20)}
+    return sweep(PAIR, POINT, values, progress=progress, **options)
+
+
+@pytest.mark.parametrize('tracked', [False, True])
+def test_an_interrupt_keeps_what_is_done(tracked: bool) -> None:
+    found = interrupted(7, tracked=tracked)
+    whole = sweep(PAIR, POINT, {'friction': np.linspace(0.0, 0.9, 20)}, tracked=tracked)
+    assert not found.complete
+    assert found.done.tolist() == [True] * 7 + [False] * 13
+    assert np.array_equal(found.eigenvalues[:7], whole.eigenvalues[:7])
+    assert np.array_equal(found.identities[:7], whole.identities[:7])
+    assert np.isnan(found.eigenvalues[7:]).all()
+    assert (found.kinds[7:] == '').all()
+    assert np.isnan(found.largest_growth()).tolist() == (~found.done).tolist()
+    assert np.isnan(found.of(1)).tolist() == (~found.done).tolist()
+
+
+def test_an_interrupt_ends_workers() -> None:
+    found = interrupted(3, workers=2)
+    assert 3 <= found.done.sum() < 20
+    whole = sweep(PAIR, POINT, {'friction': np.linspace(0.0, 0.9, 20)})
+    assert found.eigenvalues[found.done] == pytest.approx(whole.eigenvalues[found.done], rel=1e-12)
+
+
+SCRIPT = """
+import os
+import numpy as np
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.sweep import sweep
+if __name__ == '__main__':
+    kang = BrakeModel.load('kang2009')
+    point = OperatingPoint(rotor_speed=5.0, friction=0.42, contact_stiffness=0.35e11,
+                           contact_pressure=2000.0 / kang.contact_area)
+    axes = {'rotor_speed': [5.0, 20.0], 'friction': np.linspace(0.0, 0.5, 6)}
+    before = dict(os.environ)
+    for tracked in (False, True):
+        one, two = (sweep(kang, point, axes, tracked=tracked, workers=n) for n in (0, 2))
+        assert two.complete
+        print(one.eigenvalues.tobytes() == two.eigenvalues.tobytes(),
+              one.identities.tobytes() == two.identities.tobytes())
+    print(before == dict(os.environ))
+"""
+
+
+def test_workers_equal_one_process_bit_for_bit(tmp_path: Path) -> None:
+    script = tmp_path / 'script.py'
+    script.write_text(SCRIPT)
+    pinned = {**os.environ, 'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1',
+              'PYTHONPATH': str(Path(__file__).parents[1])}
+    run = subprocess.run([sys.executable, script], env=pinned, capture_output=True, text=True,
+                         timeout=120)
+    assert run.stderr == ''
+    assert run.stdout.split() == ['True'] * 5
+
+
+LONG = """
+import numpy as np
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.sweep import sweep
+if __name__ == '__main__':
+    kang = BrakeModel.load('kang2009')
+    point = OperatingPoint(rotor_speed=5.0, friction=0.42, contact_stiffness=0.35e11,
+                           contact_pressure=2000.0 / kang.contact_area)
+    found = sweep(kang, point, {'friction': np.linspace(0.0, 0.8, 20000)}, workers=2,
+                  progress=lambda done, count: print(done, flush=True))
+    print('kept', found.done.sum(), found.complete, flush=True)
+"""
+
+
+def test_ctrl_c_with_workers(tmp_path: Path) -> None:
+    """It goes to all processes of the terminal; the parent returns its part, nobody complains."""
+    script = tmp_path / 'script.py'
+    script.write_text(LONG)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True,
+                          env={**os.environ, 'PYTHONPATH': str(Path(__file__).parents[1])},
+                          stderr=subprocess.PIPE, start_new_session=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == '1\n'
+        os.killpg(process.pid, signal.SIGINT)
+        output, complaints = process.communicate(timeout=60)
+    last = output.splitlines()[-1].split()
+    assert (last[0], last[2]) == ('kept', 'False')
+    assert 1 <= int(last[1]) < 20000
+    assert complaints == ''
+
+
+# ---------------------------------------------------------------- files
+
+@pytest.fixture(scope='module', params=['whole', 'partial', 'grid'])
+def record(request: pytest.FixtureRequest) -> Sweep:
+    if request.param == 'grid':
+        return sweep(PAIR, POINT, {'rotor_speed': [2.0, 8.0], 'friction': FRICTIONS})
+    return interrupted(20 if request.param == 'whole' else 5, tracked=True)
+
+
+@pytest.mark.parametrize('suffix', ['.npz', '.json', '.csv'])
+def test_a_file_holds_the_record(suffix: str, record: Sweep, tmp_path: Path) -> None:
+    path = tmp_path / f'sweep{suffix}'
+    save_sweep(record, path)
+    again = load_sweep(path)
+    assert same(again, record)
+    assert again.complete == record.complete
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    with pytest.raises(ValueError, match='read-only'):
+        again.eigenvalues[0, 0] = 0.0
+
+
+def test_files_are_plain(tmp_path: Path) -> None:
+    record = interrupted(5)
+    for suffix in ('.npz', '.json', '.csv'):
+        save_sweep(record, tmp_path / f'a{suffix}')
+    with np.load(tmp_path / 'a.npz', allow_pickle=False) as archive:
+        assert archive['points'].shape == (20, 5)
+    whole = json.loads((tmp_path / 'a.json').read_text(), parse_constant=pytest.fail)
+    assert whole['schema'] == 1
+    assert whole['growth_rates'][19] == [None, None]
+    lines = (tmp_path / 'a.csv').read_text().splitlines()
+    assert lines[0].startswith('# {"format": "squeal_ros sweep"')
+    assert lines[1].split(',')[:2] == ['rotor_speed', 'friction']
+    assert len(lines) == 2 + 20 * 2
+    assert float(lines[2].split(',')[8]) == record.eigenvalues[0, 0].real
+
+
+@pytest.mark.parametrize('suffix', ['.npz', '.json', '.csv'])
+def test_damaged_files_are_refused_in_one_line(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f'sweep{suffix}'
+    save_sweep(interrupted(20), path)
+    whole = path.read_bytes()
+    for content in (whole[:len(whole) // 2], b'', b'\x00\xff' * 40, b'[]', b'{}'):
+        path.write_bytes(content)
+        with pytest.raises(SweepFileError, match='is damaged or no sweep') as caught:
+            load_sweep(path)
+        assert str(path) in str(caught.value)
+        assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize(('changes', 'text'), [
+    ({'schema': 2}, 'has schema 2; this version reads up to 1'), ({'schema': True}, 'schema True'),
+    ({'format': 'other'}, 'no record of a sweep'), ({'kinds': [['odd', 'odd']] * 4}, 'kinds are'),
+    ({'points': [[1.0] * 5] * 3}, '4 points by the axes'), ({'axes': {'mu': [1.0]}}, 'axes are'),
+    ({'identities': [['1'] * 3] * 4}, '4 points by the axes'), ({'axes': None}, 'damaged')])
+def test_contents_that_do_not_fit(changes: dict[str, Any], text: str, tmp_path: Path) -> None:
+    path = tmp_path / 'sweep.json'
+    save_sweep(sweep(PAIR, POINT, {'friction': FRICTIONS}), path)
+    path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
+    with pytest.raises(SweepFileError, match=text):
+        load_sweep(path)
+
+
+def test_no_pickle_is_read(tmp_path: Path) -> None:
+    path = tmp_path / 'sweep.npz'
+    save_sweep(sweep(PAIR, POINT, {'friction': FRICTIONS}), path)
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    arrays['kinds'] = arrays['kinds'].astype(object)
+    np.savez(path, **arrays)
+    with pytest.raises(SweepFileError, match='allow_pickle=False'):
+        load_sweep(path)
+
+
+def test_paths_that_cannot_be_meant(tmp_path: Path) -> None:
+    record = sweep(PAIR, POINT, {'friction': FRICTIONS})
+    with pytest.raises(SweepFileError, match='end it in .npz, .json or .csv'):
+        save_sweep(record, tmp_path / 'sweep.pkl')
+    with pytest.raises(SweepFileError, match=r'give a \.npz'):
+        load_sweep(tmp_path / 'sweep')
+    with pytest.raises(SweepFileError, match='cannot be written'):
+        save_sweep(record, tmp_path / 'no' / 'sweep.npz')
+    for suffix in ('.npz', '.json', '.csv'):
+        with pytest.raises(SweepFileError, match='cannot be read'):
+            load_sweep(tmp_path / f'none{suffix}')
+
+
+def test_records_are_frozen() -> None:
+    record = sweep(PAIR, POINT, {'friction': FRICTIONS})
+    for array in (record.points, record.eigenvalues, record.kinds, record.axes['friction']):
+        assert not array.flags.writeable
+    with pytest.raises(ValueError, match='points by the axes'):
+        make_sweep(axes=record.axes, points=record.points[:3], about={},
+                   growth_rates=record.eigenvalues.real, kinds=record.kinds,
+                   angular_frequencies=record.eigenvalues.imag, identities=record.identities)
+
+
+# ---------------------------------------------------------------- pictures
+
+def marks(svg: str) -> int:
+    """Number of circles of a scatter plot."""
+    groups = re.findall(r'<g id="PathCollection_1">(.*?)</g>\s*</g>', svg, re.DOTALL)
+    return len(re.findall('<use', groups[0])) if groups else 0
+
+
+def drawn(path: Path, plot: Any, *args: Any, **options: Any) -> str:
+    with rc_context({'svg.fonttype': 'none'}):
+        plot(*args, path, **options)
+    return path.read_text(encoding='utf-8')
+
+
+def test_map_of_stability(kang: BrakeModel, tmp_path: Path) -> None:
+    """A circle for each mode that flutters below the frequency shown."""
+    record = sweep(kang, at(kang), {'contact_stiffness': np.linspace(0.5, 1.5, 5) * 0.35e11})
+    svg = drawn(tmp_path / 'map.svg', plot_stability_map, record, title='Fig. 10')
+    expected = (record.kinds == 'flutter') & (record.frequencies_hz <= 8000.0)
+    assert marks(svg) == expected.sum() > 8
+    for text in ('contact stiffness  % of nominal', 'frequency  kHz', 'Fig. 10', 'Ω = 5 rad/s',
+                 'µ = 0.42', 'growth rate of unstable modes  1/s'):
+        assert text in svg
+    low = drawn(tmp_path / 'low.svg', plot_stability_map, record, highest_hz=2000.0)
+    assert marks(low) == ((record.kinds == 'flutter') & (record.frequencies_hz <= 2000.0)).sum()
+    stable = drawn(tmp_path / 'none.svg', plot_stability_map, sweep(
+        PAIR, POINT, {'friction': [0.0, 0.1]}))
+    assert marks(stable) == 0
+
+
+def test_map_of_growth(tmp_path: Path) -> None:
+    values = {'rotor_speed': [2.0, 5.0, 8.0], 'friction': FRICTIONS}
+    svg = drawn(tmp_path / 'a.svg', plot_growth_map, sweep(PAIR, POINT, values))
+    assert 'ContourSet' in svg or 'PathCollection' in svg  # the line of zero growth
+    for text in ('rotor speed  rad/s', 'friction coefficient', 'largest growth rate'):
+        assert text in svg
+    values['friction'] = [0.4, 0.6]  # all grow
+    svg = drawn(tmp_path / 'b.svg', plot_growth_map, sweep(PAIR, POINT, values))
+    assert 'ContourSet' not in svg
+    assert 'PathCollection' not in svg
+
+
+def test_loci(tmp_path: Path) -> None:
+    values = {'friction': np.linspace(0.0, 0.5, 6)}
+    one, other = (sweep(PAIR, POINT, values, tracked=True, rotation=r) for r in (True, False))
+    svg = drawn(tmp_path / 'a.svg', lambda path, **k: plot_loci(one, (1, 2), path, **k),
+                without=other, title='Fig. 12')
+    for text in ('mode 1', 'mode 2, without rotation', 'Re λ  1/s', 'Fig. 12', 'stroke-dasharray'):
+        assert text in svg
+    alone = drawn(tmp_path / 'b.svg', lambda path: plot_loci(one, (1,), path))
+    assert 'without rotation' not in alone
+    assert 'mode 2' not in alone
+
+
+def test_growth_rates_over_speed(kang: BrakeModel, tmp_path: Path) -> None:
+    """Modes that flutter somewhere, and divergence in a panel of its own."""
+    record = sweep(kang, at(kang), {'rotor_speed': [3.0, 5.0, 10.0]}, friction_law=True,
+                   tracked=True)
+    svg = drawn(tmp_path / 'a.svg', plot_growth_rates, record)
+    legend = re.findall(r'>(\d+): (\d+) Hz<', svg)
+    assert [number for number, _ in legend] == ['12', '13', '18', '26']
+    assert float(legend[0][1]) == pytest.approx(1363.0, abs=3.0)
+    assert 'divergence  1/s' in svg
+    assert 'friction by its law of speed' in svg
+    plain = drawn(tmp_path / 'b.svg', plot_growth_rates, sweep(
+        PAIR, POINT, {'friction': FRICTIONS}, tracked=True))
+    assert 'divergence' not in plain
+    assert len(re.findall(r'>\d+: \d+ Hz<', plain)) == 1  # a merged pair is one
+
+
+def test_a_part_can_be_drawn(tmp_path: Path) -> None:
+    record = interrupted(5, tracked=True)
+    for name, plot in (('map', plot_stability_map), ('rates', plot_growth_rates)):
+        assert '5 of 20 points' in drawn(tmp_path / f'{name}.svg', plot, record)
+    plot_growth_map(sweep(PAIR, POINT, {'rotor_speed': [2.0, 5.0], 'friction': [0.1]}),
+                    tmp_path / 'line.png')
+    assert (tmp_path / 'line.png').read_bytes().startswith(b'\x89PNG')
