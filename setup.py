@@ -17,7 +17,7 @@ READERS = [*FE, 'h5py']
 NASTRAN = [*READERS, 'pyNastran']  # asks for numpy below 2, so it is not in `all`
 VIEW = ['matplotlib>=3.6', 'rich>=13']
 TEST = ['pytest>=7', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'threadpoolctl', 'ruff',
-        'mypy', 'types-PyYAML']
+        'mypy', 'types-PyYAML', 'pyuff', 'meshio']
 
 setup(
     name=PACKAGE,

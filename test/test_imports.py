@@ -94,7 +94,7 @@ LEAVES = {
     'rosbags': ('squeal_ros.bag',),
     'skfem': ('squeal_core.fe',),
     'yaml': ('squeal_core.yaml_file',),
-    'h5py': ('squeal_core.readers.nastran_h5', 'squeal_core.readers.hdf5_tables'),
+    'h5py': ('squeal_core.readers.hdf5_tables',),
     'pyNastran': ('squeal_core.readers.nastran_op2',),
     'matplotlib': ('squeal_core.view',),
     'rich': ('squeal_core.view',),

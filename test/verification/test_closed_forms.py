@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
@@ -128,6 +128,7 @@ def test_two_modes_flutter_above_critical_friction(
         gap: float, couple: float, contact: float, work: float) -> None:
     model = two_modes(gap, couple, contact, work)
     critical = brentq(lambda mu: discriminant(model, mu), 0.0, 10.0, xtol=1e-14)
+    assume(critical > 0.1)  # elsewhere the pair has met already, and the steps below are large
     middle = 0.5 * np.trace(model.stiffness(point(friction=critical)))
     below, above = (complex_modes(model, point(friction=critical * (1.0 + side * 1e-3)))
                     for side in (-1, 1))
