@@ -18,7 +18,7 @@ from squeal_core.operating_point import OperatingPoint
 from squeal_core.sweep import sweep
 from squeal_core.sweep_record import save_sweep, Sweep
 from squeal_core.tracking import PARAMETERS
-from squeal_ros.commands import operating_point
+from squeal_ros.commands import operating_point, report_progress
 
 MOST_POINTS = 100_000
 
@@ -66,6 +66,20 @@ def critical(options: argparse.Namespace) -> int:
             f'{crossing.value:.6g}, {crossing.frequency_hz:.1f} Hz: ')
         print(f'{way}: {at}{crossing.reason}')
     return 0
+
+
+def verify(options: argparse.Namespace) -> int:
+    """Rerun the paper: its claims, what this gives, and what is not reproduced with the reason."""
+    from squeal_core import verification
+
+    result = verification.verify(
+        BrakeModel.load(options.model), progress=report_progress, workers=options.workers)
+    print(json.dumps(result.to_json()) if options.json else verification.as_text(result))
+    if options.figures:
+        from squeal_core.view.verification_figures import write_figures
+        for path in write_figures(result, options.figures, progress=report_progress):
+            print(path, file=sys.stderr)
+    return 0 if result.passed else 1
 
 
 def _start(options: argparse.Namespace,

@@ -43,6 +43,7 @@ def parser() -> argparse.ArgumentParser:
     _map(sub.add_parser('map', help='stability over one or two parameters'))
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
+    _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _replay(sub.add_parser('replay', help='the monitor over a recorded bag'))
     _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
@@ -84,6 +85,14 @@ def _locus(p: argparse.ArgumentParser) -> None:
                    help="whose loci to plot (K09's numbering); default: growth rates of all")
     p.add_argument('--without-rotation', action='store_true',
                    help='plot the loci of the disc that does not rotate too')
+
+
+def _verify(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('verify'))
+    p.add_argument('model', nargs='?', default='kang2009', metavar='MODEL')
+    p.add_argument('--figures', metavar='FOLDER', help='write figures 8 to 16 as PNG')
+    p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
+    p.add_argument('--json', action='store_true')
 
 
 def _critical(p: argparse.ArgumentParser) -> None:

@@ -34,7 +34,7 @@ def build(options: argparse.Namespace) -> int:
     from squeal_core.build import build_model
 
     brake = read_brake(resources.find('brakes', options.brake, '.yaml'))
-    model = build_model(brake, progress=_progress, follower=options.follower)
+    model = build_model(brake, progress=report_progress, follower=options.follower)
     model.save(options.output)
     for check in model.provenance['audit']:
         if not check['passed']:
@@ -139,7 +139,8 @@ def drive(options: argparse.Namespace) -> int:
     simulated = not options.wall_time
     speed_up = 1.0 if options.wall_time else _positive('--speed-up', options.speed_up)
     with BrakePlayer(signals, namespace=options.namespace) as player:
-        _progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real time')
+        report_progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real '
+                        'time')
         if options.record:
             with BagWriter(options.record) as bag:
                 list(player.play(speed_up=speed_up, simulated=simulated, record=bag.write))
@@ -247,6 +248,6 @@ def _positive(name: str, value: float) -> float:
     return value
 
 
-def _progress(text: str) -> None:
+def report_progress(text: str) -> None:
     if sys.stderr.isatty():
         print(f'{text} ...', file=sys.stderr)

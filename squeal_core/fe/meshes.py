@@ -1,13 +1,15 @@
-"""Meshes of hat discs, pads and foreign modal results: hexahedra or tetrahedra, second order.
+"""Meshes of hat discs, pads and foreign modal results, and where in them points lie.
 
-Generated meshes are turned from a section of quadrilaterals, with mid-nodes on the true curves.
-They can be made irregular on purpose: what is found on them must not depend on it.
+Generated meshes are of second order, turned from a section of quadrilaterals, with mid-nodes on
+the true curves. They can be made irregular on purpose: what is found on them must not depend on
+it.
 """
 
 from itertools import permutations
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 try:
     import skfem
@@ -17,8 +19,14 @@ except ImportError as error:
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, HatDisc
+from squeal_core.errors import SquealError
 from squeal_core.fe.axisymmetric import hat_section
 from squeal_core.nodal_modes import ElementBlock, ModesError
+
+_CANDIDATES = (16, 64, 256, 1024)  # elements tried for a point, those with the nearest centres
+_NEWTON_STEPS = 12
+_ROUNDING = 1e-9  # on a face, as far as rounding can tell
+_OUTSIDE = 1e-2  # how far outside its element a point may lie, in units of the element
 
 Shape: TypeAlias = Literal['hexahedra', 'tetrahedra']
 
@@ -150,6 +158,84 @@ def foreign_mesh(coordinates: FloatArray, block: ElementBlock) -> tuple[
         linear = _bent(linear, mesh_type, np.einsum(
             'np,ane->ape', _shapes(element, mesh_type.elem.doflocs), coordinates.T[:, nodes]))
     return linear, element(), nodes
+
+
+def locate(mesh: skfem.Mesh, points: FloatArray) -> tuple[Any, FloatArray]:
+    """Return the element that each point (3, P) lies in, and its local coordinates (3, P).
+
+    scikit-fem's own search takes elements by their corners and loses points between a chord and
+    its arc; this one inverts the curved geometry. An element is tried only for points within its
+    reach, so that long elements do not hide behind short ones.
+
+    Raises
+    ------
+    SquealError
+        For points outside the mesh.
+    """
+    nodes = mesh.doflocs[:, mesh.dofs.element_dofs]
+    centres = nodes.mean(axis=1)
+    reach = 1.05 * np.linalg.norm(nodes - centres[:, None], axis=0).max(axis=0)
+    tree, tried = cKDTree(centres.T), 0
+    cells = np.zeros(points.shape[1], dtype=np.int64)
+    local, best = np.zeros(points.shape), np.full(points.shape[1], np.inf)
+    for count in _CANDIDATES:
+        left = np.flatnonzero(best > (_OUTSIDE if tried else _ROUNDING))
+        distance, near = tree.query(points[:, left].T, k=range(tried + 1, count + 1))
+        for candidate, far in zip(near.T, distance.T, strict=True):
+            mine = np.flatnonzero((far < np.inf) & (best[left] > _ROUNDING))
+            mine = mine[far[mine] <= reach[candidate[mine]]]
+            at, own = left[mine], candidate[mine]
+            x = _invert(mesh, points[:, at], own)
+            outside = _outside(mesh, x)
+            won = outside < best[at]
+            at = at[won]
+            cells[at], best[at], local[:, at] = own[won], outside[won], x[:, won]
+        tried = count
+        if best.max(initial=0.0) <= _OUTSIDE or tried >= mesh.nelements:
+            break
+    _check_found(best, points)
+    return cells, local
+
+
+def _check_found(outside: FloatArray, points: FloatArray) -> None:
+    lost = np.flatnonzero(outside > _OUTSIDE)
+    if lost.size:
+        raise SquealError(
+            f'{lost.size} of {outside.size} points lie outside the mesh, one at x, y, z = '
+            f'{points[:, lost[outside[lost].argmax()]].round(6).tolist()} m; check that the mesh '
+            'covers the contact patch and is in the right place and unit')
+
+
+def functions(element: skfem.Element, local: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return an element's functions (n, P) at local points (3, P), and gradients (n, 3, P)."""
+    found = [element.lbasis(local.copy(), i) for i in range(len(element.doflocs))]
+    return (np.array([value + 0.0 * local[0] for value, _ in found]),
+            np.array([np.asarray(slope) + 0.0 * local for _, slope in found]))
+
+
+def geometry(mesh: skfem.Mesh, cells: Any, local: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return places (3, P) of local points, and their gradients (3, 3, P) dx_i / d local_j."""
+    values, slopes = functions(mesh.elem(), local)
+    nodes = mesh.doflocs[:, mesh.dofs.element_dofs[:, cells]]
+    return (np.einsum('inp,np->ip', nodes, values),
+            np.einsum('inp,njp->ijp', nodes, slopes))
+
+
+def _invert(mesh: skfem.Mesh, points: FloatArray, cells: Any) -> FloatArray:
+    x = np.full(points.shape, 0.25 if mesh.refdom is skfem.refdom.RefTet else 0.5)  # the middle
+    for _ in range(_NEWTON_STEPS):
+        places, slopes = geometry(mesh, cells, x)
+        step = np.linalg.solve(slopes.transpose(2, 0, 1), (points - places).T[..., None])[..., 0].T
+        x = np.clip(x + step, -0.5, 1.5)
+        if np.abs(step).max(initial=0.0) < 1e-13:
+            break
+    return x
+
+
+def _outside(mesh: skfem.Mesh, x: FloatArray) -> FloatArray:
+    """How far local coordinates (3, P) lie outside the reference element; none below zero."""
+    over = x.sum(axis=0) if mesh.refdom is skfem.refdom.RefTet else x.max(axis=0)
+    return np.asarray(np.maximum(np.maximum(-x.min(axis=0), over - 1.0), 0.0))
 
 
 def isoparametric(mesh: skfem.Mesh, element: skfem.Element) -> skfem.Mesh:

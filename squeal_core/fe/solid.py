@@ -24,9 +24,17 @@ from scipy.sparse.linalg import eigsh, LinearOperator, splu
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, Material, Pad
 from squeal_core.errors import SquealError
-from squeal_core.fe.meshes import foreign_mesh, isoparametric, KINDS, sector_mesh, vtk_order
+from squeal_core.fe.meshes import (
+    foreign_mesh,
+    functions,
+    geometry,
+    isoparametric,
+    KINDS,
+    locate,
+    sector_mesh,
+    vtk_order,
+)
 from squeal_core.fe.mode_cache import content_key, remembered
-from squeal_core.fe.probe import _locate
 from squeal_core.modal_basis import Quadrature, SampledShapes
 from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
 
@@ -112,13 +120,11 @@ class SolidModes:
     def sample(self, points: Quadrature) -> SampledShapes:
         """Return the shapes and their theta derivatives at points of the solid."""
         x, y = points.radius * np.cos(points.angle), points.radius * np.sin(points.angle)
-        cells, local = _locate(self.basis, np.vstack([x, y, points.height - self.offset]))
-        element, mapping = self.basis.elem.elem, self.basis.mapping
-        inverse = mapping.invDF(local, cells)[..., 0]
-        functions = [element.lbasis(local[..., 0], k) for k in range(self.basis.Nbfun // 3)]
-        values = np.array([np.broadcast_to(value, x.shape) for value, _ in functions])
-        gradients = np.array([np.einsum('ijp,ip->jp', inverse, np.broadcast_to(
-            gradient, (3, x.size))) for _, gradient in functions])
+        mesh = self.basis.mesh
+        cells, local = locate(mesh, np.vstack([x, y, points.height - self.offset]))
+        values, slopes = functions(self.basis.elem.elem, local)
+        inverse = np.linalg.inv(geometry(mesh, cells, local)[1].transpose(2, 0, 1))
+        gradients = np.einsum('pji,njp->nip', inverse, slopes)
         dofs = self.basis.element_dofs[:, cells]
         return self._polar(self._at(dofs, values),
                            self._at(dofs, x * gradients[:, 1] - y * gradients[:, 0]), points)

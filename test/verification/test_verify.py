@@ -1,0 +1,291 @@
+"""`squeal verify`: the table against the paper's printed numbers, and figures against shapes."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+import json
+from pathlib import Path
+import re
+import sys
+
+import numpy as np
+from PIL import Image
+import pytest
+
+from squeal_core import BrakeModel, verification
+from squeal_core.brake import Brake
+from squeal_core.errors import SquealError
+from squeal_core.stability import complex_modes, eigenvalues
+from squeal_core.verification import as_text, Case, Parts, Row, Verification, verify
+from squeal_core.view import verification_figures
+from squeal_core.view.verification_figures import write_figures
+
+ROOT = Path(__file__).parents[2]
+DATA = json.loads((Path(__file__).parents[1] / 'data' / 'k09.json').read_text(encoding='utf-8'))
+KNOWN = {'2521 Hz: added by gyroscopic term', 'further pairs at 20 rad/s',
+         '25/26 merge without rotation, K 100 %',
+         'radial term raises critical friction of 25/26', '... down to standstill'}
+
+
+@pytest.fixture(scope='module')
+def found(kang: BrakeModel) -> Verification:
+    """The whole verification; takes half a minute."""
+    return verify(kang)
+
+
+@pytest.fixture(scope='module')
+def parts(found: Verification) -> Parts:
+    assert found.parts is not None, found.skipped
+    return found.parts
+
+
+def row(found: Verification, claim: str) -> Row:
+    (one,) = [r for r in found.rows if r.claim == claim]
+    return one
+
+
+def numbers(text: str) -> list[float]:
+    return [float(word) for word in re.findall(r'(?<![\w/])[-+]?\d+(?:\.\d+)?', text)]
+
+
+# ---------------------------------------------------------------- the table
+
+def test_nothing_unexpected(found: Verification) -> None:
+    assert found.passed
+    assert found.skipped == ()
+    assert {r.claim for r in found.rows if r.verdict == 'NOT reproduced'} == KNOWN
+    assert len({r.claim for r in found.rows}) == len(found.rows) >= 30
+    for r in found.rows:
+        assert bool(r.reason) == (r.verdict != 'reproduced')
+        assert r.known == (r.verdict == 'NOT reproduced')
+
+
+def test_every_figure_is_there(found: Verification) -> None:
+    sources = {r.source for r in found.rows}
+    assert {f'fig. {i}' for i in (8, 10, 11, 12, 14, 15, 16)} <= sources
+
+
+def test_printed_frequencies_are_the_papers(found: Verification) -> None:
+    printed = {item['frequency_hz']: item['mode'] for item in DATA['printed_hz']}
+    assert {number: name for number, name, *_ in verification.PRINTED} == printed
+    for number, name, words, *_ in verification.PRINTED:
+        r = row(found, words)
+        assert numbers(r.paper) == [number]
+        own = found.model.angular_frequencies[found.model.names.index(name)] / 2.0 / np.pi
+        assert numbers(r.project)[0] == pytest.approx(own, abs=0.051)
+
+
+def test_merging_without_rotation(found: Verification, kang: BrakeModel) -> None:
+    """Roots of K = W + k A0 + mu k B0 alone: near 71 % two of them meet as friction grows."""
+    def closest(stiffness: float, friction: float, near_hz: float) -> tuple[float, float]:
+        k = stiffness * kang.nominal_contact_stiffness
+        matrix = np.diag(kang.angular_frequencies**2) + k * (
+            kang.contact_stiffness + friction * kang.friction_couple)
+        roots = np.sqrt(np.linalg.eigvals(matrix).astype(complex)) / 2.0 / np.pi
+        pair = roots[np.argsort(np.abs(roots.real - near_hz))[:2]]
+        return abs(np.ptp(pair.real)), float(np.ptp(pair.imag))
+
+    gap, split = closest(0.71, 0.42, 2698.0)
+    assert gap < 2.0 < 10.0 < split  # Hz: past their merging
+    assert closest(0.71, 0.05, 2700.0)[0] > 8.0
+    gap, split = closest(1.0, 0.42, 3204.0)
+    assert gap > 10.0 > 1.0 > split
+    assert numbers(row(found, '25/26 merge without rotation, K 100 %').project)[0] == (
+        pytest.approx(gap, abs=0.1))
+    for stiffness, friction in zip((0.70, 0.71, 0.72), numbers(row(
+            found, 'such a merging at K 70 to 72 %').project), strict=True):
+        near = {0.70: 2679.7, 0.71: 2698.0, 0.72: 2714.5}[stiffness]
+        before, after = (closest(stiffness, friction + step, near) for step in (-0.06, 0.06))
+        assert before[0] > before[1]
+        assert after[0] < after[1]
+
+
+def test_critical_frictions_are_where_growth_changes_sign(found: Verification) -> None:
+    low, high, both = numbers(row(
+        found, 'radial term raises critical friction of 13/14').project)
+    still = verification.without_rotation(found.model)
+    damped = replace(still, radial_dissipation=found.model.radial_dissipation)
+    for model, friction in ((still, low), (damped, high), (found.model, both)):
+        grows = [max(m.growth_rate for m in complex_modes(model, Case(model).at(
+            5.0, friction=friction + step)).modes if 1600.0 < m.frequency_hz < 1700.0) > 0.0
+            for step in (-2e-3, 2e-3)]
+        assert grows == [False, True]
+
+
+def test_speeds_are_where_growth_changes_sign(found: Verification) -> None:
+    edges = {words: numbers(row(found, f'{words} doublet stable at low speed').project)[0]
+             for words in ('third', 'fourth')}
+    for words, hertz in (('third', 1660.0), ('fourth', 2523.0)):
+        grows = [any(m.kind == 'flutter' and abs(m.frequency_hz - hertz) < 20.0
+                     for m in complex_modes(found.model, Case(found.model).by_law(
+                         edges[words] + step)).modes) for step in (-0.2, 0.2)]
+        assert grows == [False, True]
+
+
+def test_text_is_no_wider_than_a_page(found: Verification) -> None:
+    text = as_text(found)
+    assert max(map(len, text.splitlines())) <= 99
+    assert text.splitlines()[-1].endswith('nothing unexpected')
+    first = text.split()
+    assert first[:2] == ['claim', 'source']
+    for r in found.rows:  # every word of a claim, though columns wrap
+        assert set(r.claim.split()) <= set(first)
+
+
+def test_json(found: Verification) -> None:
+    table = json.loads(json.dumps(found.to_json()))
+    assert table['passed'] is True
+    assert [r['verdict'] for r in table['rows']] == [r.verdict for r in found.rows]
+
+
+def test_documentation_shows_this_table(found: Verification) -> None:
+    page = ' '.join((ROOT / 'docs' / 'verification.md').read_text(encoding='utf-8').split())
+    assert as_text(found).splitlines()[-1] in page
+    for r in found.rows:
+        assert r.paper.split()[0] in page
+    for name in re.findall(r'images/(\w+\.png)', page):
+        size = (ROOT / 'docs' / 'images' / name).stat().st_size
+        assert 5_000 < size < 150_000, name
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_two_mode_formula_of_the_theory_page(seed: int) -> None:
+    """4 w^2 s^2 = (c + i w O g)^2 - (n - i w d)^2, docs/theory.md (*), to first order."""
+    w, small = 1e4, np.random.default_rng(seed).uniform(-30.0, 30.0, 3)  # 1/s
+    c, n, turn = 2.0 * w * small[0], 2.0 * w * small[1], small[2]
+    d1, d2 = np.random.default_rng(seed + 100).uniform(0.0, 60.0, 2)
+    k = np.array([[w**2 - n, c], [-c, w**2 + n]])
+    d = np.array([[d1, turn], [-turn, d2]])
+    roots = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-k, -d]]))
+    found = np.sort_complex(roots[roots.imag > 0.0])
+    s = np.sqrt((c + 1j * w * turn)**2 - (n - 0.5j * w * (d1 - d2))**2) / (2.0 * w)
+    expected = np.sort_complex(1j * w - 0.25 * (d1 + d2) + np.array([s, -s]))
+    assert np.abs(found - expected).max() < 5.0 * 60.0**2 / w  # what is left out is of this size
+    assert np.abs(s) > 5.0 * 60.0**2 / w  # and what is predicted is larger
+
+
+# ---------------------------------------------------------------- what ought to be noticed
+
+def verdicts(rows: Iterator[Row]) -> dict[str, Row]:
+    return {r.claim: r for r in rows}
+
+
+@pytest.mark.parametrize(('factor', 'verdict'), [
+    (1.0, 'reproduced'), (1.003, 'within fit'), (0.997, 'within fit'), (1.01, 'NOT reproduced')])
+def test_frequencies_that_are_off(factor: float, verdict: str, kang: BrakeModel) -> None:
+    changed = replace(kang, angular_frequencies=factor * kang.angular_frequencies)
+    r = verdicts(verification._components(Case(changed)))['disc, 3 nodal diameters']
+    assert (r.verdict, r.known) == (verdict, False)
+
+
+def test_a_changed_brake_does_not_pass(kang: BrakeModel, found: Verification) -> None:
+    """Without enough friction couple the third doublet does not squeal: not known, so it fails."""
+    weak = replace(kang, friction_couple=0.5 * kang.friction_couple)
+    rows = tuple(verification._maps(Case(weak)))
+    assert verdicts(iter(rows))['pairs that squeal at 5 rad/s'].verdict == 'NOT reproduced'
+    worse = replace(found, rows=rows)
+    assert not worse.passed
+    assert as_text(worse).endswith('UNEXPECTED differences')
+
+
+def test_other_extra_modes_are_not_known(kang: BrakeModel) -> None:
+    """Without structural damping more doublets squeal at 20 rad/s than is explained."""
+    bare = replace(kang, damping_ratios=1e-6)
+    r = verdicts(verification._maps(Case(bare)))['further pairs at 20 rad/s']
+    assert (r.verdict, r.known) == ('NOT reproduced', False)
+
+
+def test_another_brake_is_refused() -> None:
+    with pytest.raises(SquealError, match=r'pad 1 flexible 1.*kang2009'):
+        verify(BrakeModel(angular_frequencies=np.array([1.0, 2.0])))
+
+
+def test_without_scikit_fem(kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith(('skfem', 'squeal_core.fe.'))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, 'skfem', None)
+    parts, skipped = verification._parts(kang)
+    assert parts is None
+    assert 'scikit-fem' in skipped[0]
+
+
+def test_a_model_that_cannot_be_rebuilt_is_left_out(kang: BrakeModel) -> None:
+    parts, skipped = verification._parts(replace(kang, provenance={}))
+    assert parts is None
+    assert 'missing' in skipped[0]
+
+
+def test_an_interrupted_sweep_is_no_result(kang: BrakeModel,
+                                           monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*arguments: object, **options: object) -> object:
+        return type('Record', (), {'complete': False})
+
+    monkeypatch.setattr(verification, 'sweep', stopped)
+    with pytest.raises(KeyboardInterrupt):
+        verification._records(kang, None, 0)
+
+
+# ---------------------------------------------------------------- parts, and figures of them
+
+def test_parts_are_those_of_the_model(kang: BrakeModel, parts: Parts) -> None:
+    point = Case(kang).at(20.0)
+    old, new = (np.sort_complex(eigenvalues(m, point)) for m in (kang, parts.model))
+    assert np.abs(old - new).max() < 1e-5 * np.abs(old).max()
+
+
+def test_sums_over_nodes_are_too_large(parts: Parts, brake: Brake) -> None:
+    """A0 by a quarter (docs/theory.md); the area by 15/14 * 43/42 and rims counted in full."""
+    exact, sums = parts.model.contact_stiffness, parts.by_sums.contact_stiffness
+    assert np.linalg.norm(sums - exact) / np.linalg.norm(exact) == pytest.approx(0.26, abs=0.01)
+    lift = parts.model.names.index('pad 1 lift')
+    assert sums[lift, lift] / exact[lift, lift] == pytest.approx(15 / 14 * 43 / 42, abs=1e-4)
+
+
+@pytest.mark.parametrize(('name', 'diameters'), [
+    ('disc (0,0)c', 0), ('disc (1,1)c', 1), ('disc (2,2)c', 2), ('disc (3,1)c', 3),
+    ('disc (4,1)c', 4)])
+def test_drawn_shapes_have_their_diameters(name: str, diameters: int, parts: Parts) -> None:
+    picture = verification_figures._Picture.of(parts)
+    vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index(name)]
+    seen = picture.in_phase(1j * vector, 'normal')
+    drawn = [patch.motion(seen, 'normal').real for patch in (*picture.disc, *picture.pads)]
+    assert max(part.max() for part in drawn) == pytest.approx(1.0)
+    assert np.abs(drawn[2]).max() == np.abs(drawn[3]).max() == 0.0
+    rim = np.abs(np.fft.rfft(drawn[1][-1, :-1]))
+    assert rim.argmax() == diameters
+    assert np.delete(rim, diameters).max() < 1e-3 * rim.max()
+
+
+def test_drawn_pad_lifts_as_one(parts: Parts, brake: Brake) -> None:
+    picture = verification_figures._Picture.of(parts)
+    vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index('pad 2 lift')]
+    mass = brake.pad.material.density * brake.pad.thickness * brake.contact.area
+    assert np.abs(picture.pads[1].motion(vector, 'normal')) == pytest.approx(mass**-0.5, rel=1e-3)
+    assert np.abs(picture.pads[0].motion(vector, 'normal')).max() == 0.0
+
+
+def test_torsion_stays_in_plane(parts: Parts) -> None:
+    picture = verification_figures._Picture.of(parts)
+    vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index('disc (0,0)s')]
+    normal, along = (np.abs(picture.disc[1].motion(vector, way)).max()
+                     for way in ('normal', 'tangential'))
+    assert normal < 1e-9 * along
+
+
+def test_figures(found: Verification, tmp_path: Path) -> None:
+    told: list[str] = []
+    written = write_figures(found, tmp_path / 'new', progress=told.append)
+    assert told == [path.name for path in written]
+    assert {path.stem[7:] for path in written} == {
+        '08', '09', '10', '11', '11_softer', '11_sums', '11a', '12', '12a', '13', '14', '15', '16'}
+    for path in written:
+        assert path.stat().st_size < 150_000
+        with Image.open(path) as picture:
+            pixels = np.asarray(picture.convert('L'), float)
+        assert min(pixels.shape) > 300
+        assert 0.02 < np.mean(pixels < 250.0) < 0.9  # something is drawn, not all is
+
+
+def test_figures_without_shapes(found: Verification, tmp_path: Path) -> None:
+    written = write_figures(replace(found, parts=None), tmp_path)
+    assert {path.stem[7:] for path in written} == {
+        '09', '10', '11', '11_softer', '12', '13', '15'}
