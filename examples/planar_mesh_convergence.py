@@ -118,11 +118,12 @@ def arrays(brake: Brake, disc: Any, pad: Any, points: Iterable[Quadrature],
             **{name: function(both) for name, (_, function) in ARRAYS.items()}}
 
 
-def exact_arrays(brake: Brake, disc: Any, pad: Any) -> dict[str, FloatArray]:
+def exact_arrays(brake: Brake, disc: Any, pad: Any,
+                 panels: tuple[int, int] = (18, 36)) -> dict[str, FloatArray]:
     """Return arrays of modes that know their own volume, by a fine Gauss rule on the contact."""
     half = 0.5 * brake.disc.rotor_thickness
-    return arrays(brake, disc, pad, [sector_quadrature(
-        brake.contact, z, panels=(18, 36)) for z in (half, -half)], disc.volume_layers())
+    return arrays(brake, disc, pad, [sector_quadrature(brake.contact, z, panels=panels)
+                                     for z in (half, -half)], disc.volume_layers())
 
 
 def grid_arrays(brake: Brake, disc: ModalBasis, pad: Any, grid: PlanarGrid,
@@ -162,14 +163,15 @@ def unstable(brake: Brake, disc: Any, pad: Any, found: Mapping[str, FloatArray],
 
 
 def largest_growth(brake: Brake, disc: Any, pad: Any, found: Mapping[str, FloatArray]) -> float:
-    return unstable(brake, disc, pad, found)[0].growth_rate
+    return max((mode.growth_rate for mode in unstable(brake, disc, pad, found)), default=0.0)
 
 
-def irregular_disc(brake: Brake, count: int, around: int, **mesh: Any) -> SolidModes:
+def irregular_disc(brake: Brake, count: int, around: int, *, irregularity: float = 0.5,
+                   **mesh: Any) -> SolidModes:
     """Return modes of the disc on hexahedra whose nodes are moved at random within layers."""
     return solid_modes(
-        hat_disc_mesh(brake.disc, around=around, irregularity=0.5, **mesh), brake.disc.material,
-        count, clamped=at_radius(brake.disc.clamp_radius),
+        hat_disc_mesh(brake.disc, around=around, irregularity=irregularity, **mesh),
+        brake.disc.material, count, clamped=at_radius(brake.disc.clamp_radius),
         progress=lambda text: print(f'  {text}', file=sys.stderr))
 
 
@@ -190,7 +192,8 @@ def irregular_errors(brake: Brake, pad: Any, meshes: Iterable[int]) -> list[dict
 def against_axisymmetric(brake: Brake, pad: Any, exact: Mapping[str, FloatArray]) -> None:
     """Print how modes on a fine irregular mesh, carried to the grid, compare with harmonics."""
     reference = disc_modes(brake.disc, brake.disc_modes)
-    solid = irregular_disc(brake, len(reference.names), 60, element_size=0.008, corner_layers=1)
+    solid = irregular_disc(brake, len(reference.names), 64, irregularity=0.3,
+                           element_size=0.0078, corner_layers=1)
     planar = PlanarModes.from_nodal(solid.nodal())
     off = solid.angular_frequencies / reference.angular_frequencies - 1.0
     print(f'\n{solid.basis.N} unknowns: frequencies off by {off.min():.2e} to {off.max():.2e}, '

@@ -14,7 +14,7 @@ from squeal_core.arrays import FloatArray
 from squeal_core.brake import Brake, Contact, Material, Pad
 from squeal_core.errors import SquealError
 from squeal_core.fe import mode_cache, solid
-from squeal_core.fe.meshes import hat_disc_mesh, pad_mesh, sector_mesh
+from squeal_core.fe.meshes import geometry, hat_disc_mesh, locate, pad_mesh, sector_mesh
 from squeal_core.fe.solid import at_radius, free_modes, pad_modes, solid_modes, SolidModes
 from squeal_core.modal_basis import Quadrature
 from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
@@ -214,6 +214,27 @@ def test_irregular_hat_keeps_its_surfaces(shape: Any, brake: Brake) -> None:
     assert off[0] < 2e-4
     assert off[1] / off[2] > 10.0  # mid-nodes on the arcs: h^4, on random meshes more or less
     assert not np.allclose(meshes[0].doflocs, meshes[1].doflocs)
+
+
+@pytest.mark.parametrize('shape', ['hexahedra', 'tetrahedra'])
+def test_points_are_found_in_long_and_crooked_elements(shape: Any, brake: Brake) -> None:
+    """Fifty times as long as thick, bent by four thicknesses: each holds what is put into it."""
+    mesh = hat_disc_mesh(brake.disc, around=16, corner_layers=1, irregularity=0.5, shape=shape)
+    cells = np.random.default_rng(0).integers(0, mesh.nelements, 2000)
+    shares = np.random.default_rng(1).dirichlet(np.ones(4), cells.size).T[:3]
+    points, _ = geometry(mesh, cells, shares)  # a tetrahedron's, and within the hexahedron's
+    found, local = locate(mesh, points)
+    again, slopes = geometry(mesh, found, local)
+    assert np.abs(again - points).max() < 1e-12
+    assert np.array_equal(found, cells)
+    h = 1e-6  # central differences: h^2 and 1e-16 / h
+    for axis in range(3):
+        step = h * np.eye(3)[:, axis:axis + 1]
+        expected = (geometry(mesh, found, local + step)[0]
+                    - geometry(mesh, found, local - step)[0]) / (2.0 * h)
+        assert np.allclose(slopes[:, axis], expected, atol=1e-9)
+    with pytest.raises(SquealError, match=r'1 of 2 points lie outside the mesh.*0\.5, 0\.0, 0\.0'):
+        locate(mesh, np.column_stack([points[:, 0], [0.5, 0.0, 0.0]]))
 
 
 def test_tetrahedra_fit_together(brake: Brake) -> None:

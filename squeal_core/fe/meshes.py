@@ -175,24 +175,22 @@ def locate(mesh: skfem.Mesh, points: FloatArray) -> tuple[Any, FloatArray]:
     nodes = mesh.doflocs[:, mesh.dofs.element_dofs]
     centres = nodes.mean(axis=1)
     reach = 1.05 * np.linalg.norm(nodes - centres[:, None], axis=0).max(axis=0)
-    tree, tried = cKDTree(centres.T), 0
+    tree, tried, left = cKDTree(centres.T), 0, np.arange(points.shape[1])
     cells = np.zeros(points.shape[1], dtype=np.int64)
     local, best = np.zeros(points.shape), np.full(points.shape[1], np.inf)
     for count in _CANDIDATES:
-        left = np.flatnonzero(best > (_OUTSIDE if tried else _ROUNDING))
         distance, near = tree.query(points[:, left].T, k=range(tried + 1, count + 1))
         for candidate, far in zip(near.T, distance.T, strict=True):
             mine = np.flatnonzero((far < np.inf) & (best[left] > _ROUNDING))
             mine = mine[far[mine] <= reach[candidate[mine]]]
             at, own = left[mine], candidate[mine]
-            x = _invert(mesh, points[:, at], own)
-            outside = _outside(mesh, x)
+            x, missed = _invert(mesh, points[:, at], own)
+            outside = np.where(missed < 1e-9 * reach[own], _outside(mesh, x), np.inf)
             won = outside < best[at]
             at = at[won]
             cells[at], best[at], local[:, at] = own[won], outside[won], x[:, won]
+        left = left[(best[left] > _ROUNDING) & (distance[:, -1] <= reach.max())]
         tried = count
-        if best.max(initial=0.0) <= _OUTSIDE or tried >= mesh.nelements:
-            break
     _check_found(best, points)
     return cells, local
 
@@ -221,15 +219,22 @@ def geometry(mesh: skfem.Mesh, cells: Any, local: FloatArray) -> tuple[FloatArra
             np.einsum('inp,njp->ijp', nodes, slopes))
 
 
-def _invert(mesh: skfem.Mesh, points: FloatArray, cells: Any) -> FloatArray:
-    x = np.full(points.shape, 0.25 if mesh.refdom is skfem.refdom.RefTet else 0.5)  # the middle
+def _invert(mesh: skfem.Mesh, points: FloatArray, cells: Any) -> tuple[FloatArray, FloatArray]:
+    """Return local coordinates by Newton's method, and by how far it missed the points (P,).
+
+    It starts near the node next to each point: long elements bend far.
+    """
+    nodes = mesh.doflocs[:, mesh.dofs.element_dofs[:, cells]]
+    next_to = np.linalg.norm(nodes - points[:, None], axis=0).argmin(axis=0)
+    places = mesh.elem.doflocs
+    x = (0.8 * places[next_to] + 0.2 * places.mean(axis=0)).T
     for _ in range(_NEWTON_STEPS):
-        places, slopes = geometry(mesh, cells, x)
-        step = np.linalg.solve(slopes.transpose(2, 0, 1), (points - places).T[..., None])[..., 0].T
+        found, slopes = geometry(mesh, cells, x)
+        step = np.linalg.solve(slopes.transpose(2, 0, 1), (points - found).T[..., None])[..., 0].T
         x = np.clip(x + step, -0.5, 1.5)
         if np.abs(step).max(initial=0.0) < 1e-13:
             break
-    return x
+    return np.asarray(x), np.linalg.norm(points - geometry(mesh, cells, x)[0], axis=0)
 
 
 def _outside(mesh: skfem.Mesh, x: FloatArray) -> FloatArray:
