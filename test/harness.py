@@ -7,6 +7,7 @@ os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
 
 from collections.abc import Callable, Iterator  # noqa: E402
 from contextlib import contextmanager  # noqa: E402
+import gc  # noqa: E402
 import math  # noqa: E402
 import time  # noqa: E402
 from typing import Any  # noqa: E402
@@ -135,3 +136,4 @@ def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
             car.node.destroy_node()
         finally:
             context.try_shutdown()
+            gc.collect()  # what the garbage holds of a node stays in the graph
