@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
 ComplexArray: TypeAlias = NDArray[np.complex128]
+IndexArray: TypeAlias = NDArray[np.intp]
 
 
 def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:

@@ -11,8 +11,8 @@ from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import OperatingPointError
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import Mode, Tolerances
-from squeal_core.tracking import matrices, moved, numbered, state_matrix
+from squeal_core.stability import Mode, state_matrix, Tolerances
+from squeal_core.tracking import matrices, moved, numbered
 
 AFFINE = ('friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
 """Parameters that D and K are linear in; in the rotor speed they are not."""

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, TypeAlias
 import warnings
 
 import numpy as np
 from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 
-from squeal_core.arrays import ComplexArray, FloatArray, readonly
+from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 
@@ -71,22 +72,68 @@ class Mode:
         return self.kind in ('flutter', 'divergence')
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ComplexModes:
-    """All roots (2N,) [1/s], pairs next to each other, and the N modes in order of index."""
+    """All roots at an operating point, and the modes they make.
+
+    Parameters
+    ----------
+    eigenvalues : (2N,) array
+        [1/s]: those that do not oscillate, least stable first, then pairs by frequency.
+    errors : (N,) array
+        What the root of each mode may be off by [1/s], beyond rounding.
+    tolerances : Tolerances
+    source : str
+        'full' for an eigensolution, 'table' for the series of `squeal_core.anchor`.
+    reason : str
+        Why it was solved so, in words.
+    """
 
     eigenvalues: ComplexArray
-    modes: tuple[Mode, ...]
+    errors: FloatArray
+    tolerances: Tolerances
+    source: Literal['full', 'table'] = 'full'
+    reason: str = ''
 
-    @property
+    @cached_property
+    def roots(self) -> ComplexArray:
+        """One root of each mode (N,) [1/s], in order of index: the one with Im >= 0."""
+        quiet = 2 * len(self.errors) - 2 * self._oscillating
+        # of two roots that do not oscillate the less stable one speaks for the mode
+        return readonly(np.concatenate(
+            [self.eigenvalues[:quiet // 2], self.eigenvalues[quiet::2]]), complex)
+
+    @cached_property
+    def _oscillating(self) -> int:
+        return int(np.count_nonzero(self.eigenvalues.imag > self.tolerances.oscillation))
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """All N modes in order of index."""
+        return tuple(self._mode(i) for i in range(self.roots.size))
+
+    @cached_property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
-        return tuple(sorted((m for m in self.modes if m.unstable), key=lambda m: -m.growth_rate))
+        growing = np.flatnonzero(self.roots.real > self.tolerances.growth)
+        return tuple(sorted(map(self._mode, growing.tolist()), key=lambda m: -m.growth_rate))
+
+    def _mode(self, place: int) -> Mode:
+        root = complex(self.roots[place])
+        return Mode(place + 1, root, _kind(root, self.tolerances))
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""
         return tuple(m for m in self.unstable
                      if m.kind == 'flutter' and low_hz <= m.frequency_hz <= high_hz)
+
+    def least_stable(self, low_hz: float, high_hz: float, count: int = 1) -> tuple[Mode, ...]:
+        """Oscillating modes with frequencies in a band, growing or not, worst first."""
+        frequency = self.roots.imag / (2.0 * np.pi)
+        inside = np.flatnonzero((self.roots.imag > self.tolerances.oscillation)
+                                & (frequency >= low_hz) & (frequency <= high_hz))
+        worst = inside[np.argsort(-self.roots[inside].real, kind='stable')[:count]]
+        return tuple(map(self._mode, worst.tolist()))
 
 
 def complex_modes(model: BrakeModel, point: OperatingPoint, *,
@@ -110,28 +157,41 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
     """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
+    state = state_matrix(model, model.damping(point), model.stiffness(point))
+    return np.concatenate([np.zeros(2 * model.size - len(state)), np.linalg.eigvals(state)])
+
+
+def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Return the first-order form without the coordinates that have no stiffness.
+
+    Its states are the coordinates with stiffness, then the velocities of all.
+    """
     moving = np.logical_not(model.free_coordinates)
     held = int(np.count_nonzero(moving))
     state = np.zeros((held + model.size, held + model.size))
     state[:held, held:] = np.eye(model.size)[moving]
-    state[held:, :held] = -model.stiffness(point)[:, moving]
-    state[held:, held:] = -model.damping(point)
-    return np.concatenate([np.zeros(model.size - held), np.linalg.eigvals(state)])
+    state[held:, :held] = -stiffness[:, moving]
+    state[held:, held:] = -damping
+    return state
 
 
-def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:
+def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None, *,
+             source: Literal['full', 'table'] = 'full', reason: str = '') -> ComplexModes:
     """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode."""
-    oscillating = np.sort(roots[roots.imag > tolerances.oscillation])
-    oscillating = oscillating[np.argsort(oscillating.imag, kind='stable')]
-    real = roots[np.abs(roots.imag) <= tolerances.oscillation]
-    real = real[np.argsort(-real.real, kind='stable')]
-    # of two roots that do not oscillate the less stable one speaks for the mode
-    first = real[:real.size // 2]
-    ordered = np.concatenate([first, oscillating])
-    modes = tuple(Mode(i + 1, complex(root), _kind(complex(root), tolerances))
-                  for i, root in enumerate(ordered))
-    pairs = np.column_stack([oscillating, oscillating.conj()]).ravel()
-    return ComplexModes(readonly(np.concatenate([real, pairs]), complex), modes)
+    quiet, upper = order(roots, tolerances)
+    pairs = np.column_stack([roots[upper], roots[upper].conj()]).ravel()
+    off = np.zeros(len(roots)) if errors is None else errors
+    spoken = np.concatenate([quiet[:quiet.size // 2], upper])
+    return ComplexModes(readonly(np.concatenate([roots[quiet], pairs]), complex),
+                        readonly(off[spoken]), tolerances, source, reason)
+
+
+def order(roots: ComplexArray, tolerances: Tolerances) -> tuple[IndexArray, IndexArray]:
+    """Return the places of the roots that do not oscillate, and of those with Im > 0, in order."""
+    quiet = np.flatnonzero(np.abs(roots.imag) <= tolerances.oscillation)
+    upper = np.flatnonzero(roots.imag > tolerances.oscillation)
+    return (quiet[np.argsort(-roots[quiet].real, kind='stable')],
+            upper[np.lexsort((roots[upper].real, roots[upper].imag))])
 
 
 def _kind(root: complex, tolerances: Tolerances) -> Kind:

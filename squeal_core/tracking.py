@@ -7,7 +7,7 @@ merging that the way of each cannot be told, both carry both numbers from there 
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -16,10 +16,12 @@ from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import ModelError, OperatingPointError
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import classify, Mode, Tolerances
+from squeal_core.stability import classify, Mode, state_matrix, Tolerances
 
 # damping and stiffness over the way from 0 to 1
 Family: TypeAlias = Callable[[float], tuple[FloatArray, FloatArray]]
+Law: TypeAlias = bool | Literal['slope']
+"""What follows the friction law: nothing, friction and slope, or the slope alone."""
 PARAMETERS = ('rotor_speed', 'friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
 RESOLUTION = 1e-2  # least step, as a part of the way; friction is not known any better
 LONGEST_STEP = 0.25  # of the way
@@ -124,16 +126,20 @@ def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: fl
     points : sequence of OperatingPoint
         The path is straight between them.
     resolution : float
-        Least step, as a part of the whole path.
+        Least step, as a part of the largest value that a parameter takes on the path: where the
+        path begins makes no difference.
     tolerances : Tolerances, optional
     """
     limits = tolerances or Tolerances()
+    values = np.array([[getattr(point, name) for name in PARAMETERS] for point in points])
+    largest = np.abs(values).max(axis=0, initial=0.0)
     for i, point in enumerate(points):
         if i == 0:
             here = identify(model, point, resolution=resolution, tolerances=limits)
         else:
+            change = np.abs(values[i] - values[i - 1])[largest > 0.0] / largest[largest > 0.0]
             here = follow(model, between(model, points[i - 1], point), here, tolerances=limits,
-                          resolution=resolution, parts=len(points) - 1)
+                          resolution=resolution, parts=1.0 / max(change.max(), resolution))
         yield here
 
 
@@ -152,25 +158,30 @@ def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> Fa
 
 
 def moved(model: BrakeModel, point: OperatingPoint, parameter: str, value: float, *,
-          friction_law: bool = False) -> OperatingPoint:
+          friction_law: Law = False) -> OperatingPoint:
     """Return a point with one parameter set.
 
     With friction its slope goes in proportion, as that of a law scaled to a measured friction;
-    with `friction_law` friction and slope are the law's at the (new) speed.
+    with `friction_law` friction and slope are the law's at the (new) speed, or with 'slope' the
+    slope alone, scaled to the friction.
     """
     if parameter not in PARAMETERS:
-        raise OperatingPointError(f'parameter is {parameter}; give one of {list(PARAMETERS)}')
+        raise OperatingPointError(f'parameter is {parameter}; give one of {", ".join(PARAMETERS)}')
     there = replace(point, **{parameter: value})
     if parameter == 'friction' and point.friction != 0.0:
         there = replace(there, friction_slope=point.friction_slope * value / point.friction)
-    if not friction_law:
-        return there
+    return by_law(model, there, friction_law) if friction_law else there
+
+
+def by_law(model: BrakeModel, point: OperatingPoint, law: Law = True) -> OperatingPoint:
+    """Return a point with friction and slope by the model's law at its speed; see `moved`."""
     if model.friction_law is None:
         raise ModelError('friction_law: this model has none; give one, or leave friction constant')
-    speed = model.contact_radius * there.rotor_speed
-    return replace(
-        there, friction=float(np.copysign(model.friction_law.coefficient(speed), speed)),
-        friction_slope=model.friction_law.slope(speed))
+    speed = model.contact_radius * point.rotor_speed
+    friction = (abs(point.friction) if law == 'slope'
+                else model.friction_law.coefficient(speed))
+    return replace(point, friction=float(np.copysign(friction, speed)),
+                   friction_slope=model.friction_law.slope_at(speed, friction))
 
 
 def numbered(model: BrakeModel, family: Family, *, tolerances: Tolerances) -> Tracked:
@@ -274,17 +285,6 @@ class _Match:
 def matrices(model: BrakeModel, point: OperatingPoint) -> tuple[FloatArray, FloatArray]:
     """Return damping [1/s] and stiffness [1/s^2], (N, N) each."""
     return model.damping(point), model.stiffness(point)
-
-
-def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """Return the first-order form without the coordinates that have no stiffness."""
-    moving = np.logical_not(model.free_coordinates)
-    held = int(np.count_nonzero(moving))
-    state = np.zeros((held + model.size, held + model.size))
-    state[:held, held:] = np.eye(model.size)[moving]
-    state[held:, :held] = -stiffness[:, moving]
-    state[held:, held:] = -damping
-    return state
 
 
 def _spectrum(model: BrakeModel, of: tuple[FloatArray, FloatArray],

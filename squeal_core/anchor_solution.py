@@ -1,0 +1,230 @@
+"""How an anchor is made: a full eigensolution, the choice of blocks, and their power series."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from squeal_core.anchor import Anchor, DEGREE
+from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.brake_model import BrakeModel
+from squeal_core.monomials import Monomials
+from squeal_core.operating_point import Coefficients, OperatingPoint
+from squeal_core.stability import state_matrix
+
+_STEP = 0.1  # relative step of the parameters that blocks are chosen for
+_SLOPE_STEP = 0.01  # s/m; the slope may be zero
+_COUPLING = 0.1  # root of the second-order term from which on two modes share a block
+_COARSE = 3  # degree from which on single precision is enough: terms are small corrections
+_DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
+
+
+def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+              coupling: float = _COUPLING) -> Anchor:
+    """Return the series of the spectrum around a point, from one full solve with all vectors.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    point : OperatingPoint
+    degree : int
+        Of the series, 3 at least.
+    coupling : float
+        From which on two modes are put in a block; the smaller, the larger blocks and region.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the eigensolution fails or its vectors do not span the space.
+    """
+    rows = np.array([i for i, name in enumerate(Coefficients._fields)
+                     if (array := getattr(model, name)) is not None and np.any(array)],
+                    dtype=np.intp)
+    centre = np.array(point.coefficients())[rows]
+    steps = [np.array(there.coefficients())[rows] - centre for there in _neighbours(point)]
+    scales = np.abs(steps).max(axis=0, initial=0.0)
+    scales[scales == 0.0] = 1.0
+    roots, couplings, rounding = _projected(model, point, rows, scales)
+    blocks = _blocks(roots, couplings, [step / scales for step in steps], coupling)
+    monomials = Monomials(rows.size, degree)
+    terms = _Series(roots, couplings, blocks, monomials).terms()
+    sizes = np.array([block.size for block in blocks], dtype=np.intp)
+    entries = np.concatenate(terms, axis=0).T  # entries, terms
+    kept = np.concatenate(blocks)
+    own = np.repeat(np.arange(sizes.size), sizes)
+    whole = np.array([abs(roots[block].imag.sum()) < 1e-9 * (1.0 + abs(roots[block]).sum())
+                      for block in blocks])
+    return Anchor(
+        point=point, rows=rows, centre=readonly(centre), scales=readonly(scales),
+        monomials=monomials, sizes=sizes,
+        series=readonly(np.concatenate([entries.real, entries.imag])),
+        majorants=tuple(readonly(_norms(term, sizes)) for term in terms[-3:]),
+        nearness=readonly(_nearness(roots, couplings, blocks, monomials)),
+        rounding=readonly([rounding[block].max() for block in blocks]),
+        mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
+
+
+def _neighbours(point: OperatingPoint) -> list[OperatingPoint]:
+    """Return points a step of each parameter away."""
+    slope = point.friction_slope
+    moved = [replace(point, **{name: (1.0 + _STEP) * getattr(point, name)})
+             for name in ('rotor_speed', 'contact_pressure', 'contact_stiffness')]
+    friction = replace(point, friction=(1.0 + _STEP) * point.friction,
+                       friction_slope=(1.0 + _STEP) * slope)
+    return [*moved, friction, replace(point, friction_slope=slope + _SLOPE_STEP)]
+
+
+def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
+               scales: FloatArray) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """Return roots (M,), couplings E_i (v, M, M) and the roots' errors (M,) at the anchor."""
+    state = state_matrix(model, model.damping(point), model.stiffness(point))
+    roots, right = np.linalg.eig(state)
+    left = np.linalg.inv(right)
+    held = len(state) - model.size
+    moving = np.logical_not(model.free_coordinates)
+    couplings = np.empty((rows.size, *state.shape), complex)
+    for i, (row, scale) in enumerate(zip(rows, scales, strict=True)):
+        name = Coefficients._fields[row]
+        array = scale * getattr(model, name)
+        felt = array @ right[held:] if name in _DAMPING else array[:, moving] @ right[:held]
+        np.matmul(left[:, held:], -felt, out=couplings[i])
+    defect = np.abs(left @ (state @ right) - np.diag(roots))
+    return roots, couplings, np.maximum(defect.max(axis=0), defect.max(axis=1))
+
+
+def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
+            limit: float) -> list[IndexArray]:
+    """Return the roots of each block, small blocks first; of mirror images the upper one."""
+    gap = np.abs(roots[:, None] - roots)
+    np.fill_diagonal(gap, np.inf)
+    strength = np.zeros(gap.shape)
+    for step in steps:
+        change = np.tensordot(step, couplings, axes=1)
+        strength = np.maximum(strength, np.abs(change * change.T))
+    close = strength > (limit * gap) ** 2
+    _, label = connected_components(close, directed=False)
+    groups = [np.flatnonzero(label == i) for i in range(label.max(initial=-1) + 1)]
+    size = np.abs(roots).max(initial=0.0)
+    kept = [g for g in groups if roots[g].imag.sum() > -1e-9 * size]
+    return sorted(kept, key=lambda g: (g.size, float(roots[g[0]].imag), float(roots[g[0]].real)))
+
+
+@dataclass(frozen=True)
+class _Series:
+    """The recursion over degrees; columns are the kept roots, block by block."""
+
+    roots: ComplexArray
+    couplings: ComplexArray
+    blocks: Sequence[IndexArray]
+    monomials: Monomials
+
+    def terms(self) -> list[ComplexArray]:
+        """Return the blocks' entries (terms of d, entries) of each degree d."""
+        kept = np.concatenate(self.blocks)
+        own = np.zeros((self.roots.size, kept.size), bool)
+        column = 0
+        for block in self.blocks:
+            own[block, column:column + block.size] = True
+            column += block.size
+        gap = self.roots[:, None] - self.roots[kept]
+        gap[own] = np.inf  # no component of X in its own block
+        start = np.zeros((1, self.roots.size, kept.size), complex)
+        start[0, kept, np.arange(kept.size)] = 1.0
+        couplings, subspace, found = self.couplings, [start], [self._entries(
+            start * self.roots[kept])]
+        for degree in range(1, self.monomials.degree):
+            if degree == _COARSE:
+                couplings, gap = couplings.astype(np.complex64), gap.astype(np.complex64)
+            product = self._product(couplings, subspace[-1].astype(couplings.dtype), degree)
+            found.append(self._entries(product).astype(complex))
+            for i in range(1, degree):
+                self._subtract(product, subspace[i], found[degree - i], i, degree - i)
+            subspace.append(-product / gap)
+        found.append(self._last_entries(couplings, subspace[-1]).astype(complex))
+        return found
+
+    def _product(self, couplings: Any, subspace: Any, degree: int) -> Any:
+        """Return E (U + X) of a degree, from the subspace of one degree less."""
+        count, size, columns = subspace.shape
+        side = np.ascontiguousarray(subspace.transpose(1, 0, 2)).reshape(size, -1)
+        product = np.zeros((len(self.monomials.terms[degree]), size, columns), subspace.dtype)
+        moved = [(e @ side).reshape(size, count, columns) for e in couplings]
+        for term, variable, rest in self.monomials.factors(degree):
+            product[term] += moved[variable][:, rest]
+        return product
+
+    def _last_entries(self, couplings: Any, subspace: Any) -> Any:
+        """Return the entries of the last degree: rows of the block alone are needed."""
+        degree, parts, column = self.monomials.degree, [], 0
+        single = sum(block.size == 1 for block in self.blocks)
+        rows = np.concatenate(self.blocks[:single]) if single else np.zeros(0, np.intp)
+        groups = [(rows, slice(0, single), 'rm,tmr->tr')]
+        for block in self.blocks[single:]:
+            first = max(column, single)
+            column = first + block.size
+            groups.append((block, slice(first, column), 'rm,tmc->trc'))
+        for block, columns, formula in groups:
+            side = subspace[:, :, columns]
+            moved = [np.einsum(formula, e[block], side, optimize=formula[-1] == 'c')
+                     for e in couplings]
+            part = np.zeros((len(self.monomials.terms[degree]), *moved[0].shape[1:]), side.dtype)
+            for term, variable, rest in self.monomials.factors(degree):
+                part[term] += moved[variable][rest]
+            parts.append(part.reshape(len(part), -1))
+        return np.concatenate(parts, axis=1)
+
+    def _entries(self, product: Any) -> Any:
+        """Return the own-block entries (terms, entries) of (terms, M, kept)."""
+        parts, column = [], 0
+        for block in self.blocks:
+            part = product[:, block, column:column + block.size]
+            parts.append(part.reshape(len(product), -1))
+            column += block.size
+        return np.concatenate(parts, axis=1)
+
+    def _subtract(self, product: Any, subspace: Any, entries: ComplexArray,
+                  first: int, second: int) -> None:
+        """Take X B of two degrees from the product."""
+        sizes = np.array([block.size for block in self.blocks])
+        single = int(np.searchsorted(sizes, 2))
+        for term, i, j in self.monomials.products(first, second):
+            product[term, :, :single] -= subspace[i, :, :single] * entries[j, :single]
+        place, column = single, single
+        for size in sizes[single:]:
+            for term, i, j in self.monomials.products(first, second):
+                block = entries[j, place:place + size**2].reshape(size, size)
+                product[term, :, column:column + size] -= (
+                    subspace[i, :, column:column + size] @ block)
+            place, column = place + size**2, column + size
+
+
+def _nearness(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
+              monomials: Monomials) -> FloatArray:
+    """Return the greatest 4 E_rc E_cr / (lambda_r - lambda_c)^2 of each block, by terms of z^2.
+
+    Two modes alone have lambda = mean +- sqrt(gap^2 / 4 + E_rc E_cr): a series up to ratio 1.
+    """
+    kept = np.concatenate(blocks)
+    sizes = np.array([block.size for block in blocks])
+    gap = np.abs(roots[:, None] - roots[kept])
+    label = np.full(roots.size, -1)
+    label[kept] = np.repeat(np.arange(sizes.size), sizes)
+    gap[label[:, None] == label[kept]] = np.inf
+    scale = 4.0 / gap**2
+    down = np.abs(couplings[:, :, kept])
+    up = np.abs(couplings[:, kept, :]).transpose(0, 2, 1)
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    found = np.empty((sizes.size, len(monomials.terms[2])))
+    for i, (a, b) in enumerate(monomials.terms[2]):
+        product = down[a] * up[b] + (down[b] * up[a] if a != b else 0.0)
+        found[:, i] = np.maximum.reduceat((product * scale).max(axis=0), starts)
+    return found
+
+
+def _norms(terms: ComplexArray, sizes: IndexArray) -> FloatArray:
+    """Return the Frobenius norm of each block (blocks, terms)."""
+    ends = np.cumsum(sizes**2)
+    squares = np.add.reduceat(np.abs(terms) ** 2, np.concatenate([[0], ends[:-1]]), axis=1)
+    return np.asarray(np.sqrt(squares).T)
