@@ -39,13 +39,16 @@ ARRAYS = {'A0': ('contact_stiffness', operators.contact_stiffness),
 # contact grid, points across the disc, points round it, layers a part
 UNIFORM = (((8, 22), 10, 122, 2), ((15, 43), 20, 244, 4), ((20, 57), 27, 325, 5),
            ((29, 85), 40, 488, 8), ((43, 125), 60, 732, 12))
-GAUSS = (((4, 4), 4, 24, 1), ((4, 8), 8, 32, 1), ((8, 16), 12, 48, 2), ((16, 32), 16, 64, 2),
-         ((36, 72), 20, 96, 4))
+GAUSS = (((4, 4), 4, 24, 1), ((4, 8), 4, 32, 1), ((8, 16), 8, 48, 2), ((16, 32), 8, 64, 2),
+         ((36, 72), 12, 96, 4))  # the last is the default
 RULES: dict[str, tuple[Any, dict[str, Any], float]] = {
     'as printed': (UNIFORM, {'rule': 'nodes', 'derivative': 'forward'}, 1.0),
     'midpoint': (UNIFORM, {'rule': 'midpoint', 'derivative': 'central'}, 2.0),
     'Gauss': (GAUSS, {'rule': 'gauss', 'derivative': 'spectral'}, 0.0)}
+DERIVATIVES = ('forward', 'central', 'spectral')
+STEPS = (48, 96, 244)  # points round the disc
 MESHES = (20, 28, 40, 60)  # elements round the disc
+GRID = PlanarGrid()  # that modes are carried to from irregular nodes
 
 
 def main(arguments: list[str]) -> None:
@@ -75,6 +78,7 @@ def main(arguments: list[str]) -> None:
         rules.append(Ladder(titles[name], [row[0][1] for row in ladder[:len(rows)]],
                             columns(rows), growth, order))
     print(f'\nrelative errors in the Frobenius norm; the growth rate is {truth:.2f} 1/s\n')
+    derivative_errors(brake, disc, pad, exact, STEPS[:1] if quick else STEPS)
     rows = irregular_errors(brake, pad, MESHES[:2] if quick else MESHES)
     plot_mesh_convergence(rules, Ladder(
         'modes from irregular nodes, default grid\nagainst exact integrals over the elements',
@@ -145,6 +149,21 @@ def errors(found: Mapping[str, FloatArray], exact: Mapping[str, FloatArray]) -> 
             for name, a in exact.items()}
 
 
+def derivative_errors(brake: Brake, disc: ModalBasis, pad: Any, exact: Mapping[str, FloatArray],
+                      steps: Iterable[int]) -> None:
+    """Print what derivatives alone do: exact shapes, sums by Gauss."""
+    print('| points round the disc | ' + ' | '.join(
+        f'{name}, {derivative}' for name in ('G0', 'F0') for derivative in DERIVATIVES) + ' |')
+    print('|' + '---|' * (1 + 2 * len(DERIVATIVES)))
+    for around in steps:
+        off = [errors(grid_arrays(brake, disc, pad, replace(
+            GRID, around=around, derivative=derivative), 2), exact)  # type: ignore[arg-type]
+            for derivative in DERIVATIVES]
+        print(f'| {around} | ' + ' | '.join(
+            f'{row[name]:.1e}' for name in ('G0', 'F0') for row in off) + ' |')
+    print()
+
+
 def model(brake: Brake, disc: Any, pad: Any, found: Mapping[str, FloatArray]) -> BrakeModel:
     own = {field: found[name] for name, (field, _) in ARRAYS.items() if name != 'F0'}
     return BrakeModel(
@@ -154,12 +173,17 @@ def model(brake: Brake, disc: Any, pad: Any, found: Mapping[str, FloatArray]) ->
         gyroscopic=np.pad(found['G0'], len(pad.names)), **own)
 
 
+def operating_point(brake: Brake, rotor_speed: float = 5.0) -> OperatingPoint:
+    """Return K09's: mu = 0.42, a preload of 2000 N."""
+    return OperatingPoint(
+        rotor_speed=rotor_speed, friction=0.42, contact_stiffness=brake.contact.stiffness,
+        contact_pressure=2000.0 / brake.contact.area)
+
+
 def unstable(brake: Brake, disc: Any, pad: Any, found: Mapping[str, FloatArray],
              rotor_speed: float = 5.0) -> tuple[Mode, ...]:
-    """Return the unstable modes at K09's mu = 0.42 and preload of 2000 N."""
-    return complex_modes(model(brake, disc, pad, found), OperatingPoint(
-        rotor_speed=rotor_speed, friction=0.42, contact_stiffness=brake.contact.stiffness,
-        contact_pressure=2000.0 / brake.contact.area)).unstable
+    return complex_modes(model(brake, disc, pad, found),
+                         operating_point(brake, rotor_speed)).unstable
 
 
 def largest_growth(brake: Brake, disc: Any, pad: Any, found: Mapping[str, FloatArray]) -> float:
@@ -182,7 +206,7 @@ def irregular_errors(brake: Brake, pad: Any, meshes: Iterable[int]) -> list[dict
     print('|' + '---|' * 8)
     for around in meshes:
         solid = irregular_disc(brake, brake.disc_modes + 1, around)
-        rows.append(errors(planar_arrays(brake, PlanarModes.from_nodal(solid.nodal()), pad),
+        rows.append(errors(planar_arrays(brake, PlanarModes.from_nodal(solid.nodal(), GRID), pad),
                            exact_arrays(brake, solid, pad)))
         print(f'| {2 * around} | {solid.basis.N} | '
               + ' | '.join(f'{e:.1e}' for e in rows[-1].values()) + ' |')
@@ -194,7 +218,7 @@ def against_axisymmetric(brake: Brake, pad: Any, exact: Mapping[str, FloatArray]
     reference = disc_modes(brake.disc, brake.disc_modes)
     solid = irregular_disc(brake, len(reference.names), 64, irregularity=0.3,
                            element_size=0.0078, corner_layers=1)
-    planar = PlanarModes.from_nodal(solid.nodal())
+    planar = PlanarModes.from_nodal(solid.nodal(), GRID)
     off = solid.angular_frequencies / reference.angular_frequencies - 1.0
     print(f'\n{solid.basis.N} unknowns: frequencies off by {off.min():.2e} to {off.max():.2e}, '
           f'least MAC {aligned_assurance(reference, planar, brake).min():.4f}')

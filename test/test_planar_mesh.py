@@ -310,4 +310,22 @@ def test_rigid_motions_through_irregular_layers() -> None:
     expected = 7e3 * 0.5 * np.pi * (OUTER**4 - INNER**4) * 1e-2
     assert found[0, 1] == pytest.approx(expected, rel=1e-6)
     assert modes.names == ('mode 1', 'mode 2')
+
+
+def test_gyroscopic_matrix_converges_with_the_nodes() -> None:
+    """Seven diameters over layers of irregular nodes: with h^4 at least, the weights' own."""
+    exact = 1e3 * 0.01 * 14.0 * np.pi * 0.015 * (  # rho h 2 n pi times int r exp(2 r / a) dr
+        np.exp(OUTER / 0.015) * (OUTER - 0.015) - np.exp(INNER / 0.015) * (INNER - 0.015))
+    off = []
+    for spacing in (1e-2, 5e-3, 2.5e-3):
+        halves = [stacked(np.array([0.0, 0.01]), spacing, lambda x, y, z, t=t: (
+            0.0 * z, 0.0 * z, np.exp(np.hypot(x, y) / 0.03) * np.cos(
+                7.0 * np.arctan2(y, x) - t))) for t in (0.0, 0.5 * np.pi)]
+        modes = PlanarModes.from_nodal(replace(
+            halves[0], angular_frequencies=[1.0, 1.0], names=(),
+            shapes=np.concatenate([half.shapes for half in halves])))
+        off.append(abs(operators.gyroscopic(modes.volume_layers(), 1e3)[0, 1] / exact - 1.0))
+    rates = np.log2(np.divide(off[:-1], off[1:]))
+    assert np.all(rates > 3.8), (off, rates)
+    assert off[-1] < 1e-5
     assert np.array_equal(modes.angular_frequencies, [1.0, 1.0])

@@ -28,8 +28,10 @@ from squeal_core.planar_mesh import (
     PlanarGrid,
     PlanarModes,
 )
+from squeal_core.stability import mode_vectors
 
-EXAMPLE = Path(__file__).parents[2] / 'examples' / 'planar_mesh_convergence.py'
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / 'examples' / 'planar_mesh_convergence.py'
 SIZE = 0.012  # of the section's elements, for both the irregular mesh and the harmonics [m]
 
 
@@ -86,8 +88,8 @@ def of_harmonics(example: ModuleType, brake: Brake, harmonics: HarmonicModes,
 def on_grid(example: ModuleType, brake: Brake, disc: Any, pad: Any, contact: tuple[int, int],
             **settings: Any) -> dict[str, FloatArray]:
     """Contact arrays of exact shapes on a grid; G0 on the coarsest that there is."""
-    found = example.grid_arrays(brake, disc, pad, PlanarGrid(
-        radial=4, around=24, contact=contact, derivative='local', **settings), 1)
+    found = example.grid_arrays(brake, disc, pad, PlanarGrid(**{
+        'radial': 4, 'around': 24, 'contact': contact, 'derivative': 'local', **settings}), 1)
     return {name: found[name] for name in example.ARRAYS}
 
 
@@ -133,12 +135,28 @@ def test_printed_sums_make_the_pads_squeal(
         example: ModuleType, brake: Brake, disc: HarmonicModes, pad: SolidModes,
         exact: dict[str, FloatArray]) -> None:
     """11 1/s are the pad pair's; 154 come of 15 x 43 nodes, and 187 of 20 x 57."""
-    growth = []
-    for contact in ((15, 43), (20, 57)):
-        found = exact | on_grid(example, brake, disc, pad, contact, rule='nodes')
-        growth.append(example.largest_growth(brake, disc, pad, found))
-    assert example.largest_growth(brake, disc, pad, exact) == pytest.approx(11.0, abs=0.2)
-    assert growth == pytest.approx([154.4, 187.3], abs=1.0)
+    point, count, growth = example.operating_point(brake), len(pad.names), []
+    for found in (exact, *(exact | on_grid(example, brake, disc, pad, contact, rule='nodes')
+                           for contact in ((15, 43), (20, 57)))):
+        worst = example.unstable(brake, disc, pad, found)[0]
+        growth.append(worst.growth_rate)
+        energy = np.abs(mode_vectors(example.model(brake, disc, pad, found), point,
+                                     worst.eigenvalue).right)**2
+        assert energy[count:-count].sum() < 0.1 * energy.sum()  # little of it is the disc's
+        assert 3100.0 < worst.frequency_hz < 3400.0
+    assert growth == pytest.approx([11.0, 154.4, 187.3], abs=0.5)
+
+
+@pytest.mark.parametrize(('derivative', 'order'), [('forward', 1.0), ('central', 2.0)])
+def test_differences_in_the_follower(derivative: str, order: float, example: ModuleType,
+                                     brake: Brake, disc: HarmonicModes, pad: SolidModes,
+                                     exact: dict[str, FloatArray]) -> None:
+    """F0 has no skew part that forward differences could be right in: n d / 2 remain."""
+    off = [example.errors(on_grid(example, brake, disc, pad, (36, 72), around=around,
+                                  derivative=derivative), {'F0': exact['F0']})['F0']
+           for around in (122, 244)]
+    assert np.log2(off[0] / off[1]) == pytest.approx(order, abs=0.02)
+    assert off[1] == pytest.approx({'forward': 6.2e-2, 'central': 3.2e-3}[derivative], rel=0.02)
 
 
 # ---------------------------------------------------------------- as it should be
@@ -170,18 +188,22 @@ def test_gauss_rule_is_exact_at_once(example: ModuleType, brake: Brake, disc: Ha
         example.largest_growth(brake, disc, pad, exact), abs=1e-2)
 
 
-def test_gyroscopic_matrix_converges(example: ModuleType, brake: Brake,
+@pytest.mark.parametrize(('rule', 'derivative', 'order'), [
+    ('nodes', 'forward', 1.0), ('midpoint', 'central', 2.0)])
+def test_gyroscopic_matrix_converges(rule: Any, derivative: Any, order: float,
+                                     example: ModuleType, brake: Brake,
                                      disc: HarmonicModes) -> None:
-    """Midpoints and central differences, of low modes: all three directions with h^2."""
+    """Low modes, all three directions refined together."""
     low = replace(disc, section_modes=disc.section_modes[:13])
     exact = operators.gyroscopic(low.volume_layers(), low.density)
     off = []
     for n in (1, 2, 4):
         modes = PlanarModes(LayeredBasis(low, example.hat_layers(brake.disc, 2 * n)), PlanarGrid(
-            radial=10 * n, around=48 * n, rule='midpoint', derivative='central'))
+            radial=10 * n, around=48 * n, rule=rule, derivative=derivative))
         found = operators.gyroscopic(modes.volume_layers(), low.density)
         off.append(np.linalg.norm(found - exact) / np.linalg.norm(exact))
-    assert np.log2(np.divide(off[:-1], off[1:])) == pytest.approx(2.0, abs=0.15)
+    rates = np.log2(np.divide(off[:-1], off[1:]))
+    assert rates == pytest.approx(order, abs=0.15), rates
 
 
 # ---------------------------------------------------------------- from irregular nodes
@@ -197,12 +219,13 @@ def test_irregular_mesh_has_the_harmonics_modes(
 
 def test_nodes_say_what_elements_say(example: ModuleType, brake: Brake, irregular: SolidModes,
                                      pad: SolidModes, of_planar: dict[str, FloatArray]) -> None:
-    """Default grid from 120 nodes round the disc, against integrals over the elements: 0.5 %."""
-    off = example.errors(of_planar, example.exact_arrays(brake, irregular, pad))
-    assert max(off.values()) < 2e-3, off
+    """Default grid from 120 nodes round the disc, against integrals over the elements."""
+    off = example.errors(of_planar, example.exact_arrays(brake, irregular, pad, panels=(9, 18)))
+    assert max(off.values()) < 2e-3, off  # 0.5 % is promised; 0.11 % is what it measures
 
 
-def test_pad_from_irregular_nodes(example: ModuleType, brake: Brake, disc: HarmonicModes) -> None:
+def test_pad_from_irregular_nodes(example: ModuleType, brake: Brake, disc: HarmonicModes,
+                                  pad: SolidModes) -> None:
     """Its sector interpolated from nodes, over the very rim of the contact: within 0.5 %."""
     mesh = pad_mesh(brake.contact, 0.0, brake.pads[0].thickness, (6, 12, 2), irregularity=0.5)
     own = solid_modes(mesh, brake.pads[0].material, brake.pad_modes)
@@ -214,8 +237,7 @@ def test_pad_from_irregular_nodes(example: ModuleType, brake: Brake, disc: Harmo
                        for modes in (own, nodes))
     off = example.errors(found, elements)
     assert max(off.values()) < 2e-3, off
-    regular = pad_modes(brake.pads[0], brake.contact, brake.pad_modes)
-    assert own.angular_frequencies == pytest.approx(regular.angular_frequencies, rel=1e-2)
+    assert own.angular_frequencies == pytest.approx(pad.angular_frequencies, rel=1e-2)
 
 
 @pytest.mark.parametrize('rotor_speed', [5.0, 20.0])
@@ -241,7 +263,9 @@ def small(example: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Iterator[Modu
     ladder = (((4, 8), 4, 24, 1), ((6, 12), 6, 32, 1))
     monkeypatch.setattr(example, 'RULES', {
         name: (ladder, settings, order) for name, (_, settings, order) in example.RULES.items()})
+    monkeypatch.setattr(example, 'STEPS', (24,))
     monkeypatch.setattr(example, 'MESHES', (8, 12))
+    monkeypatch.setattr(example, 'GRID', PlanarGrid(radial=4, around=24, contact=(4, 8)))
     monkeypatch.setattr(example, 'disc_modes', partial(disc_modes, order=2, corner_layers=0))
     monkeypatch.setattr(example, 'pad_modes', partial(pad_modes, elements=(3, 6, 1)))
     monkeypatch.setattr(example, 'exact_arrays', partial(example.exact_arrays, panels=(3, 6)))
@@ -249,6 +273,28 @@ def small(example: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Iterator[Modu
     monkeypatch.setattr(example, 'read_brake', lambda path: replace(
         plain(path), disc_modes=5, pad_modes=8))
     return example
+
+
+def test_document_runs(example: ModuleType, brake: Brake, tmp_path: Path,
+                       monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lines that the manual shows, on a table of nodes of a small mesh."""
+    nodal = example.irregular_disc(brake, 3, 10, element_size=0.03).nodal()
+    rows = [['frequency_hz', *nodal.angular_frequencies / 2.0 / np.pi],
+            ['node', 'x', 'y', 'z', *['ux', 'uy', 'uz'] * 3],
+            *([i + 1, *1e3 * where, *nodal.shapes[:, i].ravel()]
+              for i, where in enumerate(nodal.coordinates))]
+    (tmp_path / 'disc.csv').write_text('\n'.join(','.join(map(str, row)) for row in rows))
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / 'docs' / 'planar_mesh.md').read_text()
+    names: dict[str, Any] = {}
+    exec(text.split('```python\n')[1].split('```')[0], names)
+    patch = names['patch']
+    assert names['points'].weight.sum() == pytest.approx(patch.area)
+    assert patch.area == pytest.approx(brake.contact.area, rel=1e-4)
+    assert names['shapes'].normal.shape == (3, names['points'].radius.size)
+    assert names['gyroscopic'] == pytest.approx(-names['gyroscopic'].T)
+    assert [names[n].grid.rule for n in ('disc', 'between', 'printed')] == [
+        'gauss', 'midpoint', 'nodes']
 
 
 def test_example_runs(small: ModuleType, tmp_path: Path,
