@@ -7,16 +7,54 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python3.14; 
 	$$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' 2>/dev/null \
 	&& echo $$p && break; done)
 
-.PHONY: demo test lint benchmark clean help
+# $(call interpreter,3.14 3.13): the first of these that starts, on PATH or from pyenv
+interpreter = $(shell for p in $(foreach v,$(1),python$(v) \
+	$(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/$(v).*/bin/python)); do \
+	$$p -c 'import venv' 2>/dev/null && echo $$p && break; done)
+PYTHON_UBUNTU24 ?= $(call interpreter,3.12)
+PYTHON_NEWEST ?= $(call interpreter,3.14 3.13 3.12 3.11)
+PARALLEL := -n 2 --dist loadfile
+PYTEST := -m pytest $(PARALLEL)
+PIP := -m pip install --quiet --disable-pip-version-check
+# $(call suite,INTERPRETER,ENVIRONMENT,WHAT IT IS)
+suite = if [ -z "$(1)" ]; then echo 'make: no $(3) found here, so nothing is tested on it'; \
+	else $(MAKE) --no-print-directory $(2)/installed && $(2)/bin/python $(PYTEST); fi
+# what an installation can break: processes, shipped files, the node on DDS
+COLCON_TESTS := $(foreach t,launch layouts model_file node process replay security_policy settings,\
+	test/test_$(t).py)
+
+.PHONY: demo test test-ubuntu24 test-newest colcon nastran lint benchmark clean help
 
 help:  ## list the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot in demo_output/
 	@$(BIN)/squeal demo
 
 test: $(VENV)/installed  ## all tests
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python $(PYTEST)
+
+test-ubuntu24:  ## all tests on Ubuntu 24.04's Python 3.12, numpy 1.26.4 and scipy 1.11.4
+	@$(call suite,$(PYTHON_UBUNTU24),.venv-ubuntu24,Python 3.12)
+
+test-newest:  ## all tests on the newest Python found, with the newest numpy and scipy
+	@if [ "$$($(PYTHON_NEWEST) -V)" = "$$($(PYTHON) -V)" ]; then \
+		echo 'make: .venv has the newest Python found: make test is this test'; \
+	else $(call suite,$(PYTHON_NEWEST),.venv-newest,Python); fi
+
+colcon: .venv-colcon/installed  ## colcon build and colcon test in a clean workspace
+	@set -o pipefail; space=$$(mktemp -d) && trap 'rm -rf "$$space"' EXIT && mkdir -p $$space/src/squeal_ros && \
+	tar -c $(patsubst %,--exclude='%',./.* ./build ./install ./log ./demo_output *.egg-info \
+		__pycache__) . | tar -x -C $$space/src/squeal_ros && cd $$space && \
+	PATH="$(CURDIR)/.venv-colcon/bin:$$PATH" && colcon build && \
+	(. install/setup.bash && install/squeal_ros/lib/squeal_ros/squeal policy > /dev/null) && \
+	PYTHONSAFEPATH=1 colcon test --return-code-on-test-failure \
+		--event-handlers console_direct+ --pytest-args $(PARALLEL) $(COLCON_TESTS) && \
+	colcon test-result --all | tee summary && grep -q 'Summary: [1-9]' summary
+
+nastran: .venv-nastran/installed  ## tests of OP2 files, with pyNastran and numpy below 2
+	.venv-nastran/bin/python -c 'import pyNastran.op2.op2_geom'  # else its tests would skip
+	.venv-nastran/bin/python -m pytest -q -p no:cacheprovider -k op2 test/test_readers_*.py
 
 lint: $(VENV)/installed  ## ruff and mypy
 	$(BIN)/ruff check .
@@ -25,13 +63,37 @@ lint: $(VENV)/installed  ## ruff and mypy
 benchmark: $(VENV)/installed  ## timings, printed
 	$(BIN)/python benchmark/full_solve.py
 
-clean:  ## remove the environment and what was made
-	rm -rf $(VENV) demo_output build install log *.egg-info
+clean:  ## remove the environments and what was made
+	rm -rf $(VENV) .venv-* demo_output build install log *.egg-info
 
 $(VENV)/installed: setup.py
 	@test -n "$(PYTHON)" || { echo 'make: no Python 3.11 to 3.14 found; install one, or say' \
 		'which: make demo PYTHON=/path/to/python3.12' >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { echo 'make: no environment: $(PYTHON) lacks venv (Debian,' \
 		'Ubuntu: apt install python3-venv)' >&2; rm -rf $(VENV); exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[all]'
+	$(BIN)/python $(PIP) -e '.[all]'
+	@touch $@
+
+# numpy 1.26 lets pyNastran in, too
+.venv-ubuntu24/installed: setup.py
+	$(PYTHON_UBUNTU24) -m venv --clear $(@D)
+	$(@D)/bin/python $(PIP) -e '.[all,nastran]' numpy==1.26.4 scipy==1.11.4
+	@touch $@
+
+.venv-newest/installed: setup.py
+	$(PYTHON_NEWEST) -m venv --clear $(@D)
+	$(@D)/bin/python $(PIP) --upgrade -e '.[all]'
+	@touch $@
+
+# all that the package needs, but not the package: colcon is to build and install that
+.venv-colcon/installed: setup.py
+	$(PYTHON) -m venv --clear $(@D)
+	$(@D)/bin/python $(PIP) -e '.[all,colcon]'
+	$(@D)/bin/python -m pip uninstall --quiet --yes squeal_ros
+	@touch $@
+
+.venv-nastran/installed: setup.py
+	$(PYTHON) -m venv --clear $(@D)
+	$(@D)/bin/python $(PIP) --only-binary=numpy -e '.[nastran]' pytest pytest-timeout \
+		hypothesis
 	@touch $@

@@ -13,8 +13,12 @@ from squeal_core import operators
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Brake, Contact, Material, Pad
 from squeal_core.errors import SquealError
-from squeal_core.fe import mode_cache, solid
-from squeal_core.fe.meshes import geometry, hat_disc_mesh, locate, pad_mesh, sector_mesh
+from squeal_core.fe import mode_cache
+from squeal_core.fe.eigen import assembled
+from squeal_core.fe.locate import cells_of, locate
+from squeal_core.fe.mass import modal_masses, reference_nodes
+from squeal_core.fe.meshes import hat_disc_mesh, pad_mesh, sector_mesh
+from squeal_core.fe.mixed import ElementModes
 from squeal_core.fe.solid import at_radius, free_modes, pad_modes, solid_modes, SolidModes
 from squeal_core.modal_basis import Quadrature
 from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
@@ -117,6 +121,76 @@ def test_curved_elements_there_and_back(kind: str) -> None:
     assert np.abs(spin - line).max() < 1e-9 * np.abs(spin).max()
 
 
+def columns_of(kinds: tuple[str, ...], where: FloatArray) -> tuple[ElementBlock, ...]:
+    """A hexahedron of 20 nodes beside two wedges of 15 (or linear ones), by the places of nodes.
+
+    Two unit cubes along x, the second cut along the diagonal of its base.
+    """
+    blocks = {}
+    for kind in kinds:
+        local = reference_nodes(kind)
+        cells = [local] if kind.startswith('hex') else [
+            local + [1.0, 0.0, 0.0], local * [-1.0, -1.0, 1.0] + [2.0, 1.0, 0.0]]
+        blocks[kind] = [[int(np.linalg.norm(where - place, axis=1).argmin()) for place in cell]
+                        for cell in cells]
+    return tuple(ElementBlock(kind, np.array(nodes)) for kind, nodes in blocks.items())
+
+
+@pytest.mark.parametrize(('kinds', 'degree'), [(('hex20', 'wedge15'), 2), (('hex8', 'wedge6'), 1),
+                                               (('wedge15',), 2)])
+def test_elements_of_several_kinds(kinds: tuple[str, ...], degree: int) -> None:
+    """Polynomials on hexahedra and wedges side by side: values, d/dtheta, mass, volume."""
+    grid = np.stack(np.meshgrid(np.arange(5), np.arange(3), np.arange(3)), -1).reshape(-1, 3) / 2
+    blocks = columns_of(kinds, grid)
+    used = np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
+    turn = np.array([[0.9, -0.3, 0.1], [0.2, 1.1, 0.3], [-0.1, 0.2, 0.8]])
+    where = grid @ turn.T * 0.02 + [0.1, 0.02, 0.0]
+    field = polynomials(degree, 3)
+    modes = ElementModes(NodalModes(where[used], [1.0, 2.0], field(where[used]), tuple(
+        ElementBlock(block.kind, np.searchsorted(used, block.nodes)) for block in blocks)))
+    low = 0.0 if len(kinds) == 2 else 1.0
+    rng = np.random.default_rng(0)
+    inside = rng.uniform([low, 0.0, 0.0], [2.0, 1.0, 1.0], (60, 3)) @ turn.T * 0.02 + [
+        0.1, 0.02, 0.0]
+    r, t = np.hypot(inside[:, 0], inside[:, 1]), np.arctan2(inside[:, 1], inside[:, 0])
+    found = modes.sample(Quadrature(r, t, inside[:, 2], r))
+
+    def polar(turned: float) -> FloatArray:
+        c, s = np.cos(t + turned), np.sin(t + turned)
+        x, y, z = np.moveaxis(field(np.column_stack([r * c, r * s, inside[:, 2]])), -1, 0)
+        return np.array([c * x + s * y, c * y - s * x, z])
+
+    assert np.allclose([found.radial, found.tangential, found.normal], polar(0.0), rtol=0,
+                       atol=1e-9)
+    h = 2e-3  # Richardson, as above
+    slope = (8.0 * (polar(h) - polar(-h)) - (polar(2 * h) - polar(-2 * h))) / (12.0 * h)
+    assert np.allclose([found.radial_dtheta, found.tangential_dtheta, found.normal_dtheta], slope,
+                       rtol=0, atol=1e-8)
+    layers = list(modes.volume_layers())
+    volume = (2.0 - low) * np.linalg.det(turn) * 0.02**3
+    assert sum(s.points.weight.sum() for s in layers) == pytest.approx(volume, rel=1e-12)
+    masses = sum(np.sum(s.points.weight * f**2, axis=1) for s in layers
+                 for f in (s.radial, s.tangential, s.normal))
+    assert masses == pytest.approx(modal_masses(modes.modes, 1.0), rel=1e-12)
+    with pytest.raises(SquealError, match='points lie outside the mesh'):
+        modes.sample(Quadrature(r + 0.1, t, inside[:, 2], r))
+    with pytest.raises(ModesError, match='there are no elements'):
+        ElementModes(NodalModes(where, [1.0], field(where)[:1]))
+
+
+def test_collapsed_hexahedra() -> None:
+    """A wedge written as a hexahedron with two nodes twice, as Ansys does."""
+    places = CELLS['hex8'][[0, 1, 2, 2, 4, 5, 6, 6]]
+    where, nodes = np.unique(places * 0.02 + [0.1, 0.02, 0.0], axis=0, return_inverse=True)
+    field = polynomials(1, 3)
+    modes = SolidModes.from_nodal(NodalModes(where, [1.0, 2.0], field(where), (
+        ElementBlock('hex8', nodes.reshape(1, 8)),)), density=1.0)
+    inside = np.vstack([np.array([0.6, 0.3, 0.2]) * 0.02 + [0.1, 0.02, 0.0], where])
+    r, t = np.hypot(inside[:, 0], inside[:, 1]), np.arctan2(inside[:, 1], inside[:, 0])
+    found = modes.sample(Quadrature(r, t, inside[:, 2], r))
+    assert np.allclose(found.normal, field(inside)[..., 2], atol=1e-9)
+
+
 def test_elements_that_cannot_be_used() -> None:
     where, nodes = foreign_cells('hex8')
     modes = NodalModes(where, [1.0], np.ones((1, *where.shape)))
@@ -154,7 +228,7 @@ def test_matrices_are_those_of_the_forms(kind: str) -> None:
     expected = (stiffness_form.assemble(basis, lame=e * nu / (1 + nu) / (1 - 2 * nu),
                                         shear=e / 2 / (1 + nu)),
                 mass_form.assemble(basis) * STEEL.density)
-    for found, wanted in zip(solid._assembled(basis, STEEL), expected, strict=True):
+    for found, wanted in zip(assembled(basis, STEEL), expected, strict=True):
         assert abs(found - wanted).max() < 1e-13 * abs(wanted).max()
 
 
@@ -222,16 +296,16 @@ def test_points_are_found_in_long_and_crooked_elements(shape: Any, brake: Brake)
     mesh = hat_disc_mesh(brake.disc, around=16, corner_layers=1, irregularity=0.5, shape=shape)
     cells = np.random.default_rng(0).integers(0, mesh.nelements, 2000)
     shares = np.random.default_rng(1).dirichlet(np.ones(4), cells.size).T[:3]
-    points, _ = geometry(mesh, cells, shares)  # a tetrahedron's, and within the hexahedron's
+    points, _ = cells_of(mesh).geometry(cells, shares)  # in tetrahedra, and in hexahedra
     found, local = locate(mesh, points)
-    again, slopes = geometry(mesh, found, local)
+    again, slopes = cells_of(mesh).geometry(found, local)
     assert np.abs(again - points).max() < 1e-12
     assert np.array_equal(found, cells)
     h = 1e-6  # central differences: h^2 and 1e-16 / h
     for axis in range(3):
         step = h * np.eye(3)[:, axis:axis + 1]
-        expected = (geometry(mesh, found, local + step)[0]
-                    - geometry(mesh, found, local - step)[0]) / (2.0 * h)
+        expected = (cells_of(mesh).geometry(found, local + step)[0]
+                    - cells_of(mesh).geometry(found, local - step)[0]) / (2.0 * h)
         assert np.allclose(slopes[:, axis], expected, atol=1e-9)
     with pytest.raises(SquealError, match=r'1 of 2 points lie outside the mesh.*0\.5, 0\.0, 0\.0'):
         locate(mesh, np.column_stack([points[:, 0], [0.5, 0.0, 0.0]]))
@@ -303,6 +377,22 @@ def test_tetrahedra_and_hexahedra_agree() -> None:
         assert np.all(fine[6:] > regular)  # from above
         # 0.3 % are left of tetrahedra's 1 %, 0.06 % of 27 nodes'
         assert fine[6:] == pytest.approx(regular, rel=4e-3 if shape == 'tetrahedra' else 1e-3)
+
+
+@pytest.mark.parametrize('suffix', ['msh', 'vtu'])
+@pytest.mark.parametrize('kind', ['tet10', 'hex27'])
+def test_meshes_of_other_programs(kind: str, suffix: str, tmp_path: Path) -> None:
+    """Curved elements that Gmsh or VTK would write, loaded by scikit-fem, nodes in their order."""
+    meshio = pytest.importorskip('meshio')
+    element, shape = SECOND_ORDER[kind]
+    ours = solid_modes(pad_mesh(SECTOR, 0.0, 0.02, (2, 3, 1), shape=shape, irregularity=0.4),
+                       STEEL, 9, element=element())
+    nodal, path = ours.nodal(), str(tmp_path / f'pad.{suffix}')
+    meshio.Mesh(nodal.coordinates, [({'tet10': 'tetra10', 'hex27': 'hexahedron27'}[kind],
+                                     nodal.elements[0].nodes)]).write(
+        path, file_format={'msh': 'gmsh', 'vtu': 'vtu'}[suffix])
+    found = solid_modes(skfem.Mesh.load(path), STEEL, 9, element=element())
+    assert found.angular_frequencies == pytest.approx(ours.angular_frequencies, rel=1e-10)
 
 
 def test_nothing_to_hold() -> None:

@@ -88,8 +88,8 @@ def reference_nodes(kind: str) -> FloatArray:
 
 def _mass_matrix(modes: NodalModes, block: ElementBlock) -> coo_matrix:
     """Sparse (M, M): the integrals of products of shape functions [m^3]."""
-    points, weights = _rule(block.kind)
-    values, gradients = _shape_functions(block.kind, points)
+    points, weights = rule(block.kind)
+    values, gradients = shape_functions(block.kind, points)
     where = modes.coordinates[block.nodes]
     volume = np.linalg.det(np.einsum('qnd,enx->eqxd', gradients, where, optimize=True))
     if np.any(volume.min(axis=1) * volume.max(axis=1) <= 0.0):
@@ -104,8 +104,8 @@ def _mass_matrix(modes: NodalModes, block: ElementBlock) -> coo_matrix:
     return coo_matrix((local.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
 
 
-def _shape_functions(kind: str, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values (Q, n) and gradients (Q, n, 3): one at their own node, zero at the others."""
+def shape_functions(kind: str, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return values (Q, n) and gradients (Q, n, 3) of a kind of element at local points (Q, 3)."""
     powers = np.array(_MONOMIALS[kind])
     solve = np.linalg.inv(_monomials(reference_nodes(kind), powers))
     slopes = [powers[:, axis] * _monomials(points, np.maximum(powers - np.eye(3, dtype=int)[axis],
@@ -117,8 +117,8 @@ def _monomials(points: FloatArray, powers: FloatArray) -> FloatArray:
     return np.asarray(np.prod(points[:, None, :] ** powers, axis=2))
 
 
-def _rule(kind: str) -> tuple[FloatArray, FloatArray]:
-    """Gauss points (Q, 3) and weights; collapsed from the cube for tetrahedra and wedges."""
+def rule(kind: str) -> tuple[FloatArray, FloatArray]:
+    """Return Gauss points (Q, 3) and weights; collapsed from the cube for tetrahedra, wedges."""
     x, w = np.polynomial.legendre.leggauss(_POINTS)
     x, w = 0.5 * (x + 1.0), 0.5 * w
     a, b, c = (grid.ravel() for grid in np.meshgrid(x, x, x))

@@ -19,29 +19,28 @@ except ImportError as error:
     raise ImportError(
         "finite element modes need scikit-fem: pip install 'squeal_ros[fe]'") from error
 from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import eigsh, LinearOperator, splu
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, Material, Pad
 from squeal_core.errors import SquealError
-from squeal_core.fe.meshes import (
+from squeal_core.fe.eigen import assembled, lowest_modes, rigid_shapes, scalar_basis, tables
+from squeal_core.fe.elements import (
     foreign_mesh,
     functions,
-    geometry,
     isoparametric,
     KINDS,
-    locate,
-    sector_mesh,
     vtk_order,
 )
+from squeal_core.fe.locate import cells_of, inverse, locate
+from squeal_core.fe.meshes import sector_mesh
 from squeal_core.fe.mode_cache import content_key, remembered
+from squeal_core.fe.polar import polar
 from squeal_core.modal_basis import Quadrature, SampledShapes
 from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
 
 RIGID_NAMES = ('slide radial', 'slide tangential', 'spin', 'lift', 'roll', 'pitch')
 
 _CHUNK = 20_000  # quadrature points at a time: 50 MB for 52 modes
-_TELL_EVERY = 25  # solves between two words of progress
 
 
 def _quiet(_: str) -> None:
@@ -81,7 +80,7 @@ class SolidModes:
         Parameters
         ----------
         nodal : NodalModes
-            With elements of one kind of `meshes.KINDS`.
+            With elements of one kind of `elements.KINDS`.
         density : float, optional
             rho [kg/m^3]; where None, what makes the shapes mass normalised on average.
 
@@ -101,7 +100,7 @@ class SolidModes:
         for axis in range(3):
             shapes[:, basis.element_dofs[axis::3]] = nodal.shapes[:, nodes, axis]
         if density is None:
-            unit = _assembled(basis, Material(1.0, 1.0, 0.0))[1]
+            unit = assembled(basis, Material(1.0, 1.0, 0.0))[1]
             density = len(shapes) / float(np.sum(shapes * (unit @ shapes.T).T))
         return cls(basis, nodal.angular_frequencies, shapes, nodal.names, density)
 
@@ -123,10 +122,10 @@ class SolidModes:
         mesh = self.basis.mesh
         cells, local = locate(mesh, np.vstack([x, y, points.height - self.offset]))
         values, slopes = functions(self.basis.elem.elem, local)
-        inverse = np.linalg.inv(geometry(mesh, cells, local)[1].transpose(2, 0, 1))
-        gradients = np.einsum('pji,njp->nip', inverse, slopes)
+        gradients = np.einsum('pji,njp->nip', inverse(cells_of(mesh).geometry(cells, local)[1]),
+                              slopes)
         dofs = self.basis.element_dofs[:, cells]
-        return self._polar(self._at(dofs, values),
+        return polar(self._at(dofs, values),
                            self._at(dofs, x * gradients[:, 1] - y * gradients[:, 0]), points)
 
     def _at(self, dofs: Any, values: FloatArray) -> FloatArray:
@@ -139,8 +138,8 @@ class SolidModes:
 
     def volume_layers(self) -> Iterator[SampledShapes]:
         """Yield samples at the elements' quadrature points, which together cover the volume."""
-        plain = _scalar_basis(self.basis)
-        values, gradients = _tables(plain)
+        plain = scalar_basis(self.basis)
+        values, gradients = tables(plain)
         where, weights = plain.global_coordinates().value, plain.dx
         turned = where[0] * gradients[:, 1] - where[1] * gradients[:, 0]
         step = max(1, _CHUNK // weights.shape[1])
@@ -153,17 +152,7 @@ class SolidModes:
             field, rotated = (np.array([
                 np.einsum('mke,keq->meq', own[:, axis::3], table[:, part], optimize=True).reshape(
                     len(own), -1) for axis in range(3)]) for table in (values, turned))
-            yield self._polar(field, rotated, points)
-
-    @staticmethod
-    def _polar(field: FloatArray, turned: FloatArray, points: Quadrature) -> SampledShapes:
-        """Turn Cartesian components (3, N, P) and (x d/dy - y d/dx) of them into polar ones."""
-        c, s = np.cos(points.angle), np.sin(points.angle)
-        radial, tangential = c * field[0] + s * field[1], c * field[1] - s * field[0]
-        return SampledShapes(
-            radial, tangential, field[2], radial_dtheta=c * turned[0] + s * turned[1] + tangential,
-            tangential_dtheta=c * turned[1] - s * turned[0] - radial, normal_dtheta=turned[2],
-            points=points)
+            yield polar(field, rotated, points)
 
 
 def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
@@ -204,8 +193,9 @@ def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
 
     def solve() -> tuple[FloatArray, FloatArray]:
         progress(f'assembling {basis.N} unknowns')
-        stiffness, mass = (a[free][:, free] for a in _assembled(basis, material))
-        squares, shapes = _lowest(stiffness, mass, 0.0, np.zeros((0, free.size)), count, progress)
+        stiffness, mass = (a[free][:, free] for a in assembled(basis, material))
+        squares, shapes = lowest_modes(stiffness, mass, 0.0, np.zeros((0, free.size)), count,
+                                       progress)
         whole = np.zeros((count, basis.N))
         whole[:, free] = shapes
         return np.sqrt(squares), whole
@@ -246,11 +236,11 @@ def free_modes(basis: skfem.CellBasis, material: Material, count: int, *,
     """Return the `count` lowest modes of a free solid: six rigid ones, then flexible ones."""
     def solve() -> tuple[FloatArray, FloatArray]:
         progress(f'assembling {basis.N} unknowns')
-        stiffness, mass = _assembled(basis, material)
-        rigid = _rigid_shapes(basis, mass)
+        stiffness, mass = assembled(basis, material)
+        rigid = rigid_shapes(basis, mass)
         # below zero, where a free solid has no mode and the matrix can be factorised
         shift = -1e-4 * stiffness.diagonal().mean() / mass.diagonal().mean()
-        squares, flexible = _lowest(stiffness, mass, shift, rigid, count - 6, progress)
+        squares, flexible = lowest_modes(stiffness, mass, shift, rigid, count - 6, progress)
         return np.concatenate([np.zeros(6), np.sqrt(squares)]), np.vstack([rigid, flexible])
 
     frequencies, shapes = remembered(
@@ -262,52 +252,6 @@ def free_modes(basis: skfem.CellBasis, material: Material, count: int, *,
 def _vector_basis(mesh: skfem.Mesh, element: skfem.Element) -> skfem.CellBasis:
     """Unknowns only: at more than one point an element its tables would take most memory."""
     return skfem.CellBasis(mesh, skfem.ElementVector(element), intorder=1)
-
-
-def _scalar_basis(basis: skfem.CellBasis) -> skfem.CellBasis:
-    """Return the element's own functions at points that integrate the product of any two."""
-    element = basis.elem.elem
-    linear = type(element) in (skfem.ElementTetP1, skfem.ElementHex1)
-    tetrahedra = element.refdom is skfem.refdom.RefTet
-    order = (2 if linear else 4) if tetrahedra else (3 if linear else 5)
-    return skfem.CellBasis(basis.mesh, element, mapping=basis.mapping, intorder=order)
-
-
-def _tables(plain: skfem.CellBasis) -> tuple[FloatArray, FloatArray]:
-    """Values (n, E, Q) and gradients (n, 3, E, Q) of the element's functions."""
-    fields = [row[0] for row in plain.basis]
-    shape = plain.dx.shape
-    return (np.array([np.broadcast_to(f.value, shape) for f in fields]),
-            np.array([np.broadcast_to(f.grad, (3, *shape)) for f in fields]))
-
-
-def _assembled(basis: skfem.CellBasis, material: Material) -> tuple[Any, Any]:
-    """Return stiffness and mass; element matrices at once, not by pairs of functions."""
-    e, nu = material.young_modulus, material.poisson_ratio
-    lame, shear = e * nu / (1 + nu) / (1 - 2 * nu), e / 2 / (1 + nu)
-    plain = _scalar_basis(basis)
-    values, gradients = _tables(plain)
-    count, _, cells, points = gradients.shape
-    g = gradients.transpose(2, 0, 1, 3).reshape(cells, -1, points)
-    products = ((g * plain.dx[:, None]) @ g.swapaxes(1, 2)).reshape(cells, count, 3, count, 3)
-    stiffness = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
-    laplace = shear * np.einsum('ekili->ekl', products)
-    v = values.swapaxes(0, 1)
-    masses = material.density * ((v * plain.dx[:, None]) @ v.swapaxes(1, 2))
-    mass = np.zeros_like(stiffness)
-    for axis in range(3):
-        stiffness[:, :, axis, :, axis] += laplace
-        mass[:, :, axis, :, axis] = masses
-    return _gathered(basis, stiffness), _gathered(basis, mass)
-
-
-def _gathered(basis: skfem.CellBasis, blocks: FloatArray) -> Any:
-    dofs = basis.element_dofs.T
-    rows = np.broadcast_to(dofs[:, :, None], (*dofs.shape, dofs.shape[1]))
-    matrix = coo_matrix((blocks.ravel(), (rows.ravel(), rows.swapaxes(1, 2).ravel())),
-                        shape=(basis.N, basis.N)).tocsc()
-    matrix.eliminate_zeros()
-    return matrix
 
 
 def _held(basis: skfem.CellBasis, clamped: Callable[[FloatArray], Any]) -> Any:
@@ -325,47 +269,3 @@ def _key(basis: skfem.CellBasis, material: Material, count: int, held: Any) -> s
         element=type(basis.elem.elem).__name__, places=basis.mesh.doflocs, cells=basis.mesh.t,
         held=held, count=count, material=[
             material.young_modulus, material.density, material.poisson_ratio])
-
-
-def _rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
-    """Mass-normalised translations and rotations about the mass centre, in `RIGID_NAMES` order.
-
-    They are linear in the coordinates, so their values at the nodes hold them exactly.
-    """
-    dofs, where = basis.split_indices(), basis.doflocs
-
-    def field(**components: FloatArray) -> FloatArray:
-        values = np.zeros(basis.N)
-        for axis, component in components.items():
-            values[dofs['xyz'.index(axis)]] = component
-        return values
-
-    unit = np.ones(dofs[0].size)
-    slide = [field(**{axis: unit}) for axis in 'xyz']
-    x, y, z = (where[i, dofs[i]] - (s @ (mass @ field(**{'xyz'[i]: where[i, dofs[i]]})))
-               / (s @ (mass @ s)) for i, s in enumerate(slide))
-    shapes = np.array([slide[0], slide[1], field(x=-y, y=x), slide[2],
-                       field(y=-z, z=y), field(z=-x, x=z)])
-    return np.linalg.solve(np.linalg.cholesky(shapes @ (mass @ shapes.T)), shapes)
-
-
-def _lowest(stiffness: Any, mass: Any, shift: float, rigid: FloatArray, count: int,
-            progress: Callable[[str], None]) -> tuple[FloatArray, FloatArray]:
-    """Shift-invert on the complement of the rigid modes, which cannot leak in."""
-    progress('factorising')
-    factor = splu((stiffness - shift * mass).tocsc(), permc_spec='MMD_AT_PLUS_A',
-                  diag_pivot_thresh=0.0, options={'SymmetricMode': True})
-    solves = iter(range(1, 1_000_000))
-
-    def solve(b: FloatArray) -> FloatArray:
-        if (done := next(solves)) % _TELL_EVERY == 0:
-            progress(f'{done} solves for {count} modes')
-        x: FloatArray = factor.solve(b - mass @ (rigid.T @ (rigid @ b)))
-        return np.asarray(x - rigid.T @ (rigid @ (mass @ x)))
-
-    inverse = LinearOperator(mass.shape, matvec=solve, dtype=float)
-    start = np.random.default_rng(0).standard_normal(mass.shape[0])
-    start -= rigid.T @ (rigid @ (mass @ start))
-    squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    return squares[order], shapes.T[order]

@@ -57,8 +57,8 @@ def read_modes(path: str | Path, *, format: str | None = None, length_unit: str 
     modal_mass : float or (N,) floats
         Of the shapes, in `mass_unit`: 1 for mass-normalised ones. The file's own if left out.
     density : float
-        [kg/m^3]. The modal masses are integrated over the elements then, and used, or held
-        against those that are stated.
+        [kg/m^3]. The modal masses are integrated over the elements then, if there are any, and
+        used, or held against those that are stated.
     total_mass : float
         Of a free component [kg], to be held against its rigid modes.
     frequencies_hz : (N,) floats

@@ -30,7 +30,8 @@ def normalised(modes: NodalModes, stated: FloatArray | None, density: float | No
     stated : (N,) array or None
         Modal masses of these shapes [kg].
     density : float or None
-        [kg/m^3]; the masses are integrated, and held against those stated.
+        [kg/m^3]; the masses are integrated over the elements, if there are any, and held against
+        those stated.
     total_mass : float or None
         Of a free component [kg]; held against the rigid modes.
     tolerance : float
@@ -44,7 +45,7 @@ def normalised(modes: NodalModes, stated: FloatArray | None, density: float | No
         raise ReaderError(modes.source, f'mode {still[0] + 1} moves no node',
                           'export its displacements')
     masses = stated
-    if density is not None:
+    if density is not None and modes.elements:
         masses = _integrated(modes, density, stated, tolerance)
     if masses is None:
         raise ReaderError(modes.source, 'does not say how its shapes are normalised', _STATE)

@@ -1,0 +1,16 @@
+"""Cartesian components of modes -> polar ones, theta derivatives included."""
+
+import numpy as np
+
+from squeal_core.arrays import FloatArray
+from squeal_core.modal_basis import Quadrature, SampledShapes
+
+
+def polar(field: FloatArray, turned: FloatArray, points: Quadrature) -> SampledShapes:
+    """Return polar components of Cartesian ones (3, N, P), and of (x d/dy - y d/dx) of them."""
+    c, s = np.cos(points.angle), np.sin(points.angle)
+    radial, tangential = c * field[0] + s * field[1], c * field[1] - s * field[0]
+    return SampledShapes(
+        radial, tangential, field[2], radial_dtheta=c * turned[0] + s * turned[1] + tangential,
+        tangential_dtheta=c * turned[1] - s * turned[0] - radial, normal_dtheta=turned[2],
+        points=points)
