@@ -77,7 +77,7 @@ def _symmetry(model: BrakeModel) -> Iterable[Check]:
         array = getattr(model, name)
         if array is None or name in ('friction_couple', 'follower'):
             continue
-        size = np.abs(array).max()
+        size = float(np.abs(array).max()) or 1.0
         sign = -1.0 if name == 'gyroscopic' else 1.0
         yield Check(f'symmetry of {name}', float(np.abs(array - sign * array.T).max() / size),
                     1e-9, 'skew' if sign < 0 else 'symmetric, relative to its largest entry')
@@ -126,7 +126,7 @@ def interpolation(basis: ModalBasis, nodal: NodalModes, *, most: int = 400) -> f
 
 
 def _quadrature(model: BrakeModel, refined: dict[str, FloatArray]) -> Check:
-    error = max(np.abs(getattr(model, name) - array).max() / np.abs(array).max()
+    error = max(np.abs(getattr(model, name) - array).max() / (np.abs(array).max() or 1.0)
                 for name, array in refined.items())
     return Check('contact quadrature', float(error), 5e-3,
                  'largest change of a contact array by a finer rule, relative')

@@ -23,7 +23,7 @@ from squeal_core.mechanism import without_rotation
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, Mode, Tolerances
 from squeal_core.sweep_record import make_sweep, Sweep
-from squeal_core.tracking import moved, PARAMETERS, track
+from squeal_core.tracking import by_law, Law, moved, PARAMETERS, track
 
 _CHUNK = 8  # points a worker takes at a time
 _THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
@@ -33,7 +33,7 @@ _Row: TypeAlias = tuple[list[complex], list[str], list[str]]
 
 
 def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike], *,
-          rotation: bool = True, friction_law: bool = False, tracked: bool = False,
+          rotation: bool = True, friction_law: Law = False, tracked: bool = False,
           workers: int = 0, progress: Progress | None = None,
           tolerances: Tolerances | None = None) -> Sweep:
     """Solve for the modes over one or two parameters.
@@ -47,13 +47,14 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
         Values by name of parameter (`tracking.PARAMETERS`); one or two.
     rotation : bool
         False: without G, R and S, K09's disc that does not rotate.
-    friction_law : bool
-        Friction and slope by the model's law at each speed.
+    friction_law : bool or 'slope'
+        Friction and slope by the model's law at each speed; 'slope': the slope alone, scaled to
+        the friction.
     tracked : bool
         Carry identities along the last axis, from those at its first value.
     workers : int
-        Processes to use; 0: this one. The workers' BLAS runs one thread; where it does here too
-        results are the same bit for bit.
+        Processes to use; 0: this one, as for a single line that is tracked. The workers' BLAS
+        runs one thread; where it does here too results are the same bit for bit.
     progress : callable, optional
         Told how many points are done, and of how many.
     tolerances : Tolerances, optional
@@ -62,14 +63,7 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     -----
     An interrupt (Ctrl-C) ends the sweep early: what is done is returned, `complete` is False.
     """
-    if not 1 <= len(axes) <= 2 or not set(axes) <= set(PARAMETERS):
-        raise SquealError(f'axes are {list(axes)}; give one or two of {", ".join(PARAMETERS)}')
-    if friction_law and not set(axes).isdisjoint(('friction', 'friction_slope')):
-        raise SquealError('friction_law: it gives friction and slope; sweep other parameters, or '
-                          'leave it off')
-    grid = {name: readonly(np.atleast_1d(np.asarray(v, float))) for name, v in axes.items()}
-    if not all(values.ndim == 1 and values.size for values in grid.values()):
-        raise SquealError(f'axes: shapes {[v.shape for v in grid.values()]}; give lists of values')
+    grid = _grid(axes, friction_law)
     points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
               for values in product(*grid.values())]
     about = {'model': str(model.provenance.get('brake', '')), 'rotation': rotation,
@@ -78,6 +72,8 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     if not rotation:
         model = without_rotation(model)
     length = len(list(grid.values())[-1]) if tracked else _CHUNK
+    if tracked and length == len(points):
+        workers = 0  # one line is one piece of work, and an interrupt here keeps a part of it
     jobs = {start: (model, points[start:start + length], tracked, tolerances or Tolerances())
             for start in range(0, len(points), length)}
     rows: dict[int, _Row] = {}
@@ -91,13 +87,26 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     return _record(grid, points, rows, model.size, about)
 
 
+def _grid(axes: Mapping[str, ArrayLike], friction_law: Law) -> dict[str, FloatArray]:
+    """Check what is swept and return its values."""
+    if not 1 <= len(axes) <= 2 or not set(axes) <= set(PARAMETERS):
+        raise SquealError(f'axes are {list(axes)}; give one or two of {", ".join(PARAMETERS)}')
+    given = {'friction_slope'} if friction_law == 'slope' else {'friction', 'friction_slope'}
+    if friction_law and not given.isdisjoint(axes):
+        raise SquealError(f'friction_law: it gives {" and ".join(sorted(given))}; sweep other '
+                          'parameters, or leave it off')
+    grid = {name: readonly(np.atleast_1d(np.asarray(v, float))) for name, v in axes.items()}
+    if not all(values.ndim == 1 and values.size for values in grid.values()):
+        raise SquealError(f'axes: shapes {[v.shape for v in grid.values()]}; give lists of values')
+    return grid
+
+
 def _point(model: BrakeModel, point: OperatingPoint, values: Mapping[str, float],
-           friction_law: bool) -> OperatingPoint:
-    for name in sorted(values, key=lambda name: name == 'friction_slope'):
+           friction_law: Law) -> OperatingPoint:
+    # what another parameter would carry along comes last
+    for name in sorted(values, key=lambda name: name in ('friction_slope', 'contact_stiffness')):
         point = moved(model, point, name, float(values[name]))
-    if friction_law:
-        point = moved(model, point, 'rotor_speed', point.rotor_speed, friction_law=True)
-    return point
+    return by_law(model, point, friction_law) if friction_law else point
 
 
 def _solved(jobs: Mapping[int, Any], workers: int) -> Iterator[tuple[int, _Row]]:

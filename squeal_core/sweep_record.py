@@ -97,16 +97,25 @@ class Sweep:
     def of(self, number: int) -> ComplexArray:
         """Return the root (M,) of the mode that carries a number; NaN where it was not found.
 
-        Of modes that merged each number gets one, the lowest number the least stable.
+        Of modes that merged each number gets one, the lowest number the least stable; see
+        `merged`.
         """
         found = np.full(len(self.points), complex(np.nan, np.nan))
-        for place, row in enumerate(self.identities):
-            for text in set(row.tolist()):
-                if str(number) in text.split('/'):
-                    same = self.eigenvalues[place, row == text]
-                    rank = min(text.split('/').index(str(number)), same.size - 1)
-                    found[place] = same[np.argsort(-same.real, kind='stable')[rank]]
+        for place, text in enumerate(self.names(number).tolist()):
+            if text:
+                same = self.eigenvalues[place, self.identities[place] == text]
+                rank = min(text.split('/').index(str(number)), same.size - 1)
+                found[place] = same[np.argsort(-same.real, kind='stable')[rank]]
         return found
+
+    def names(self, number: int) -> NDArray[np.str_]:
+        """Return the identity (M,) that holds a number, as '25' or '25/26'; '' where none does."""
+        return np.array([next((text for text in dict.fromkeys(row) if str(number) in
+                               text.split('/')), '') for row in self.identities.tolist()])
+
+    def merged(self, number: int) -> NDArray[np.bool_]:
+        """Return where (M,) a number is one of several that cannot be told apart."""
+        return np.char.find(self.names(number), '/') >= 0
 
 
 def make_sweep(*, axes: Mapping[str, ArrayLike], points: ArrayLike, growth_rates: ArrayLike,
@@ -241,3 +250,5 @@ def _read_csv(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 _FORMATS = {'.npz': (_write_npz, _read_npz), '.json': (_write_json, _read_json),
             '.csv': (_write_csv, _read_csv)}
+RECORDS = tuple(_FORMATS)
+"""Suffixes of the files that hold a record."""

@@ -162,14 +162,18 @@ def moved(model: BrakeModel, point: OperatingPoint, parameter: str, value: float
     """Return a point with one parameter set.
 
     With friction its slope goes in proportion, as that of a law scaled to a measured friction;
-    with `friction_law` friction and slope are the law's at the (new) speed, or with 'slope' the
-    slope alone, scaled to the friction.
+    with contact pressure the contact stiffness, in proportion to the model's table; with
+    `friction_law` friction and slope are the law's at the (new) speed, or with 'slope' the slope
+    alone, scaled to the friction.
     """
     if parameter not in PARAMETERS:
         raise OperatingPointError(f'parameter is {parameter}; give one of {", ".join(PARAMETERS)}')
     there = replace(point, **{parameter: value})
     if parameter == 'friction' and point.friction != 0.0:
         there = replace(there, friction_slope=point.friction_slope * value / point.friction)
+    if parameter == 'contact_pressure' and model.stiffness_table is not None:
+        before, after = map(model.contact_stiffness_at, (point.contact_pressure, value))
+        there = replace(there, contact_stiffness=point.contact_stiffness * after / before)
     return by_law(model, there, friction_law) if friction_law else there
 
 

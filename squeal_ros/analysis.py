@@ -1,91 +1,153 @@
 """The commands that look at more than one point: maps, loci, critical values."""
 
 import argparse
+from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 import json
 import math
 from pathlib import Path
 import sys
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
-from squeal_core.critical import critical_value
+from squeal_core.critical import critical_value, CriticalValue
 from squeal_core.errors import quoted, SquealError
+from squeal_core.mechanism import without_rotation
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sweep import sweep
-from squeal_core.sweep_record import save_sweep, Sweep
-from squeal_core.tracking import PARAMETERS
-from squeal_ros.commands import operating_point, report_progress
+from squeal_core.sweep_record import RECORDS, save_sweep, Sweep
+from squeal_core.tracking import Law, moved, PARAMETERS
+from squeal_ros.console import plain, ProgressBar, report_progress
+from squeal_ros.options import check_output, check_workers, operating_point
 
 MOST_POINTS = 100_000
+PICTURES = ('.png', '.svg', '.pdf')
+_Draw: TypeAlias = Callable[[Sweep], None]
 
 
 def stability_map(options: argparse.Namespace) -> int:
     """Frequencies of all modes over a parameter, or the growth rate over two."""
+    _check(options)
     model, point, axes = _start(options, 'contact_stiffness')
-    record = _run(model, point, axes, options, tracked=False)
+    draw: _Draw | None = None
     if options.plot:
         from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
-        draw = plot_stability_map if len(axes) == 1 else plot_growth_map
-        draw(record, options.plot, title=options.title)
-    return _report(record, options)
+        plot = plot_stability_map if len(axes) == 1 else plot_growth_map
+        draw = partial(plot, path=options.plot, title=options.title)
+    record = _run(model, point, axes, options, tracked=False,
+                  rotation=not options.without_rotation)
+    return _report(record, options, draw)
 
 
 def locus(options: argparse.Namespace) -> int:
     """Roots of modes followed over one parameter."""
+    _check(options)
     model, point, axes = _start(options, 'friction')
     if len(axes) > 1:
         raise SquealError('--over: a locus runs over one parameter; `squeal map` takes two')
-    record = _run(model, point, axes, options, tracked=True)
+    _check_numbers(options.modes, model)
+    draw: Callable[..., None] | None = None
     if options.plot:
         from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
-        if options.modes:
-            without = None
-            if options.without_rotation:
-                without = _run(model, point, axes, options, tracked=True, rotation=False)
-            plot_loci(record, options.modes, options.plot, without=without, title=options.title)
-        else:
-            plot_growth_rates(record, options.plot, title=options.title)
-    return _report(record, options)
+        draw = partial(plot_loci, numbers=options.modes, path=options.plot, title=options.title
+                       ) if options.modes else partial(
+                           plot_growth_rates, path=options.plot, title=options.title)
+    record, without = _run(model, point, axes, options, tracked=True), None
+    if options.without_rotation and record.complete:
+        without = _run(model, point, axes, options, tracked=True, rotation=False)
+        if options.output:
+            save_sweep(without, _beside(options.output))
+    if draw and options.modes:
+        draw = partial(draw, without=without)
+    return _report(record, options, draw)
 
 
 def critical(options: argparse.Namespace) -> int:
     """Where a parameter has a mode begin to grow, bracketed and confirmed."""
     model = BrakeModel.load(options.model)
-    point = operating_point(model, options)
-    found = critical_value(model, point, options.parameter, bounds=tuple(options.bounds))
+    if options.parameter not in PARAMETERS:
+        raise SquealError(f'--parameter: is {quoted(options.parameter)}; give one of '
+                          f'{", ".join(PARAMETERS)}')
+    _check_numbers(options.modes, model)
+    if options.without_rotation:
+        model = without_rotation(model)
+    point, law = operating_point(model, options), _law(model, options, options.parameter)
+    found = critical_value(
+        model, point, options.parameter, options.bounds or _bounds(point, options.parameter),
+        numbers=options.modes, band_hz=tuple(options.band),
+        ray=partial(moved, model, point, options.parameter, friction_law=law))
     if options.json:
-        print(json.dumps(_plain(asdict(found))))
-        return 0
-    print(f'{options.parameter} {found.start:g}: growth rate {found.growth_rate:+.3f} 1/s')
+        print(json.dumps(plain({**asdict(found), 'modes': options.modes, 'friction_law': law,
+                                'rotation': not options.without_rotation,
+                                'point': asdict(point)})))
+    else:
+        _print_critical(found, point, law)
+    return 0
+
+
+def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law) -> None:
+    slope = {True: 'friction and slope by the law', 'slope': 'slope by the law'}.get(
+        law, f'friction {point.friction:.4g}, slope {point.friction_slope:.4g} s/m')
+    print(f'{found.parameter} {found.start:g}: growth rate {found.growth_rate:+.3f} 1/s ({slope})')
     for way, crossing in (('below', found.below), ('above', found.above)):
         at = '' if math.isnan(crossing.value) else (
             f'{crossing.value:.6g}, {crossing.frequency_hz:.1f} Hz: ')
         print(f'{way}: {at}{crossing.reason}')
-    return 0
+
+
+def _bounds(point: OperatingPoint, parameter: str) -> tuple[float, float]:
+    """Where to search by default: friction from 0 to 1, all else up to twice what it is."""
+    if parameter == 'friction':
+        return (0.0, 1.0) if point.friction >= 0.0 else (-1.0, 0.0)
+    start = float(getattr(point, parameter))
+    # a speed of zero is no sliding
+    least = 0.05 * start if parameter == 'rotor_speed' else 0.0
+    low, high = sorted((least, 2.0 * start))
+    return low, high
 
 
 def verify(options: argparse.Namespace) -> int:
     """Rerun the paper: its claims, what this gives, and what is not reproduced with the reason."""
     from squeal_core import verification
 
+    check_workers(options.workers)
+    if options.figures:
+        from squeal_core.view.verification_figures import write_figures
+        if Path(options.figures).exists() and not Path(options.figures).is_dir():
+            raise SquealError(f'--figures: {options.figures} is no folder; give another name')
     result = verification.verify(
         BrakeModel.load(options.model), progress=report_progress, workers=options.workers)
     print(json.dumps(result.to_json()) if options.json else verification.as_text(result))
     if options.figures:
-        from squeal_core.view.verification_figures import write_figures
-        for path in write_figures(result, options.figures, progress=report_progress):
+        for path in _written(lambda: write_figures(result, options.figures,
+                                                   progress=report_progress), options.figures):
             print(path, file=sys.stderr)
     return 0 if result.passed else 1
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Refuse what would fail after the sweep, before it."""
+    check_workers(options.workers)
+    check_output('--output', options.output, RECORDS)
+    check_output('--plot', options.plot, PICTURES)
+
+
+def _check_numbers(numbers: list[int], model: BrakeModel) -> None:
+    if not set(numbers) <= set(range(1, model.size + 1)):
+        raise SquealError(f'--modes: {quoted(numbers)}; give numbers of modes, 1 to {model.size}')
 
 
 def _start(options: argparse.Namespace,
            default: str) -> tuple[BrakeModel, OperatingPoint, dict[str, FloatArray]]:
     model = BrakeModel.load(options.model)
-    axes = dict(_axis(text) for text in options.over or [])
+    spans = [_axis(text) for text in options.over or []]
+    axes = dict(spans)
+    if len(axes) < len(spans):
+        raise SquealError(f'--over: {", ".join(name for name, _ in spans)}; give each one once')
     if not axes:
         nominal = model.nominal_contact_stiffness
         axes = {'contact_stiffness': np.linspace(0.01, 2.0, 100) * nominal,
@@ -93,7 +155,23 @@ def _start(options: argparse.Namespace,
         axes = {default: axes[default]}
     if options.rotor_speed is None:
         options.rotor_speed = float(axes['rotor_speed'][0]) if 'rotor_speed' in axes else 5.0
+    options.law = _law(model, options, *axes)
+    if 'friction' in axes and options.friction is None:
+        # what is swept is given: constant friction, or a law's scaled to it, as with --friction
+        options.friction = float(np.abs(axes['friction']).max()) or 1.0
     return model, operating_point(model, options), axes
+
+
+def _law(model: BrakeModel, options: argparse.Namespace, *swept: str) -> Law:
+    """What follows the friction law as the speed changes: by default all that is not given."""
+    if 'rotor_speed' not in swept or 'friction_slope' in swept:
+        return False
+    if 'friction' in swept or options.friction is not None:
+        return 'slope' if options.friction_law else False
+    if options.friction_slope is not None:
+        raise SquealError('--friction-slope: friction would follow its law and the slope would '
+                          'not; give --friction too')
+    return model.friction_law is not None
 
 
 def _axis(text: str) -> tuple[str, FloatArray]:
@@ -101,52 +179,54 @@ def _axis(text: str) -> tuple[str, FloatArray]:
     name, _, span = text.partition('=')
     try:
         start, stop, count = span.split(':')
-        if name not in PARAMETERS or not 1 <= int(count) <= MOST_POINTS:
+        ends = float(start), float(stop)
+        if name not in PARAMETERS or not 1 <= int(count) <= MOST_POINTS or not all(
+                map(math.isfinite, ends)):
             raise ValueError
-        return name, np.linspace(float(start), float(stop), int(count))
+        return name, np.linspace(*ends, int(count))
     except ValueError:
         raise SquealError(
             f'--over: {quoted(text)} is no axis; write NAME=FROM:TO:COUNT with a name out of '
-            f'{", ".join(PARAMETERS)}') from None
+            f'{", ".join(PARAMETERS)}, at most {MOST_POINTS} points') from None
 
 
 def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
          options: argparse.Namespace, *, tracked: bool, rotation: bool = True) -> Sweep:
-    return sweep(model, point, axes, rotation=rotation, tracked=tracked, workers=options.workers,
-                 friction_law=options.friction_law and 'rotor_speed' in axes,
-                 progress=_progress if sys.stderr.isatty() else None)
+    with ProgressBar('points') as progress:
+        return sweep(model, point, axes, rotation=rotation, tracked=tracked,
+                     workers=options.workers, friction_law=options.law, progress=progress)
 
 
-def _progress(done: int, total: int) -> None:
-    end = '\n' if done == total else ''
-    print(f'\r{done} of {total} points', end=end, file=sys.stderr, flush=True)
-
-
-def _report(record: Sweep, options: argparse.Namespace) -> int:
+def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None) -> int:
     """Save what was asked for and say what there is; 1 where an interrupt cut it short."""
     if options.output:
         save_sweep(record, options.output)
-    unstable = record.unstable.any(axis=-1)
+    if draw and record.done.any():
+        _written(partial(draw, record), options.plot)
+    flutter, divergence = (int((record.kinds == kind).any(axis=-1).sum())
+                           for kind in ('flutter', 'divergence'))
     summary = {'points': len(record.points), 'done': int(record.done.sum()),
-               'complete': record.complete, 'points_with_flutter': int(unstable.sum()),
-               'output': options.output, 'plot': options.plot}
+               'complete': record.complete, 'points_with_flutter': flutter,
+               'points_with_divergence': divergence, 'output': options.output,
+               'plot': options.plot}
     if options.json:
         print(json.dumps(summary))
     else:
-        print(f'{summary["done"]} of {summary["points"]} points, flutter at '
-              f'{summary["points_with_flutter"]}' + ''.join(
-                  f'; {Path(path)}' for path in (options.output, options.plot) if path))
+        files = [str(path) for path in (options.output, options.plot) if path]
+        print('; '.join([f'{summary["done"]} of {summary["points"]} points, flutter at {flutter}'
+                         f', divergence at {divergence}', *files]))
     return 0 if record.complete else 1
 
 
-def _plain(value: Any) -> Any:
-    """Return what JSON can hold: complex numbers as [re, im], not-a-number as null."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, complex):
-        return [_plain(value.real), _plain(value.imag)]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
+def _written(write: Callable[[], Any], path: str) -> Any:
+    try:
+        return write()
+    except OSError as error:
+        raise SquealError(f'{path}: cannot be written ({error.strerror}); check folder and rights'
+                          ) from None
+
+
+def _beside(path: str) -> Path:
+    """The file of the sweep without rotation: locus.csv -> locus_without_rotation.csv."""
+    whole = Path(path)
+    return whole.with_name(f'{whole.stem}_without_rotation{whole.suffix}')

@@ -4,9 +4,11 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 import argparse
 from collections.abc import Callable, Sequence
+from importlib import import_module
 import signal
 import sys
 
+from squeal_core.critical import SQUEAL_BAND
 from squeal_core.errors import SquealError
 from squeal_ros import commands
 
@@ -43,8 +45,10 @@ def parser() -> argparse.ArgumentParser:
     _map(sub.add_parser('map', help='stability over one or two parameters'))
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
+    _tabulate(sub.add_parser('tabulate', help='lay down what makes the monitor fast, beforehand'))
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
+    _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
     _replay(sub.add_parser('replay', help='the monitor over a recorded bag'))
     _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
     _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
@@ -57,6 +61,7 @@ def _build(p: argparse.ArgumentParser) -> None:
     p.add_argument('-o', '--output', required=True, metavar='MODEL.npz')
     p.add_argument('--follower', action='store_true',
                    help='keep the in-plane follower force, which K09 leaves out')
+    p.add_argument('--json', action='store_true')
 
 
 def _info(p: argparse.ArgumentParser) -> None:
@@ -69,22 +74,25 @@ def _modes(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.modes)
     _model(p)
     _point(p, needs_speed=True)
+    _without_rotation(p)
     p.add_argument('--all', action='store_true', help='list stable modes too')
     p.add_argument('--json', action='store_true')
 
 
 def _map(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('stability_map'))
-    _sweep(p, 'default: contact_stiffness from 1 to 200 % of nominal; twice: two parameters')
+    _sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
+    _without_rotation(p)
 
 
 def _locus(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('locus'))
     _sweep(p, 'default: friction=0:0.8:81')
-    p.add_argument('--modes', type=_numbers, metavar='25,26',
+    p.add_argument('--modes', type=_numbers, default=[], metavar='25,26',
                    help="whose loci to plot (K09's numbering); default: growth rates of all")
     p.add_argument('--without-rotation', action='store_true',
-                   help='plot the loci of the disc that does not rotate too')
+                   help='the disc that does not rotate too: in the plot of --modes, and as '
+                   'FILE_without_rotation')
 
 
 def _verify(p: argparse.ArgumentParser) -> None:
@@ -100,21 +108,69 @@ def _critical(p: argparse.ArgumentParser) -> None:
     _model(p)
     _point(p, needs_speed=True)
     p.add_argument('--parameter', default='friction', metavar='NAME', help='default friction')
-    p.add_argument('--bounds', type=float, nargs=2, default=(0.0, 1.0), metavar=('LOW', 'HIGH'))
+    p.add_argument('--bounds', type=float, nargs=2, metavar=('LOW', 'HIGH'),
+                   help='default: friction 0 to 1, else up to twice what it is')
+    p.add_argument('--modes', type=_numbers, default=[], metavar='13,14',
+                   help="the modes that are meant (K09's numbering); default: any in the band")
+    p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
+                   help='Hz, default 1250 16000')
+    _without_rotation(p)
     p.add_argument('--json', action='store_true')
 
 
+def _tabulate(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_from_module('tables', 'tabulate'))
+    _model(p)
+    p.add_argument('-o', '--output', required=True, metavar='TABLE.npz')
+    _range(p, '--rotor-speed', 'rad/s')
+    load = p.add_mutually_exclusive_group()
+    _range(load, '--pressure', 'Pa')
+    _range(load, '--preload', 'N, of one pad')
+    _range(p, '--friction', None)
+    _range(p, '--friction-slope', "s/m (default: the friction law's at each speed)")
+    _range(p, '--contact-stiffness', "N/m^3 (default: the model's at each pressure)")
+    p.add_argument('--drive', metavar='CYCLE', help='instead of ranges: where the four brakes of '
+                   'a vehicle operate in a drive cycle')
+    p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
+    p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')
+    p.add_argument('--coverage', type=float, default=0.95, metavar='PART',
+                   help='ends when so many new points need no further anchor (default 0.95)')
+    p.add_argument('--most', type=int, default=1000, metavar='N', help='anchors (default 1000)')
+    p.add_argument('--memory', type=float, default=200.0, metavar='MB', help='default 200')
+    p.add_argument('--tolerance', type=float, default=0.1, metavar='1/S',
+                   help='of growth rates (default 0.1)')
+    p.add_argument('--seed', type=int, default=0, metavar='N')
+    p.add_argument('--json', action='store_true')
+
+
+def _range(p: argparse._ActionsContainer, option: str, what: str | None) -> None:
+    p.add_argument(option, type=float, nargs=2, metavar=('LOW', 'HIGH'), help=what)
+
+
 def _analysis(name: str) -> Callable[[argparse.Namespace], int]:
-    """Return a command of `squeal_ros.analysis`, imported when it is run."""
+    return _from_module('analysis', name)
+
+
+def _from_module(module: str, name: str) -> Callable[[argparse.Namespace], int]:
+    """Return a command of a module of `squeal_ros`, imported when it is run."""
     def run(options: argparse.Namespace) -> int:
-        from squeal_ros import analysis as commands_of_many_points
-        command: Callable[[argparse.Namespace], int] = getattr(commands_of_many_points, name)
+        command: Callable[[argparse.Namespace], int] = getattr(
+            import_module(f'squeal_ros.{module}'), name)
         return command(options)
     return run
 
 
 def _numbers(text: str) -> list[int]:
-    return [int(number) for number in text.split(',')]
+    try:
+        return [int(number) for number in text.split(',')]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{text!r} are no numbers of modes; write 13,14'
+                                         ) from None
+
+
+def _without_rotation(p: argparse.ArgumentParser) -> None:
+    p.add_argument('--without-rotation', action='store_true',
+                   help='leave out the gyroscopic, radial and slope terms')
 
 
 def _sweep(p: argparse.ArgumentParser, default: str) -> None:
@@ -132,7 +188,8 @@ def _point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
     """Add what says where the brake operates."""
     p.add_argument('--rotor-speed', type=float, required=needs_speed, metavar='RAD/S',
                    help=None if needs_speed else 'default 5')
-    p.add_argument('--friction', type=float, metavar='MU', help="default: the friction law's")
+    p.add_argument('--friction', type=float, metavar='MU',
+                   help="default: the friction law's, at each speed")
     slope = p.add_mutually_exclusive_group()
     slope.add_argument('--friction-slope', type=float, metavar='S/M',
                        help='d mu / d v (default 0 with --friction)')
@@ -147,6 +204,12 @@ def _point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
 def _settings(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.settings)
     p.add_argument('brakes', nargs='*', metavar='BRAKE', help="names (default: a car's four)")
+
+
+def _policy(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.policy)
+    p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
+    p.add_argument('--namespace', default='/', help='of the node')
 
 
 def _replay(p: argparse.ArgumentParser) -> None:

@@ -1,8 +1,8 @@
 """What each command of `squeal` does: results on stdout, progress on stderr."""
 
 import argparse
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 import json
 import math
 from pathlib import Path
@@ -16,23 +16,25 @@ from squeal_core import resources
 from squeal_core.brake_file import read_brake
 from squeal_core.brake_model import BrakeModel, OPERATORS
 from squeal_core.drive_cycle import read_drive_cycle
-from squeal_core.errors import SquealError
 from squeal_core.history import Row, squeal_events
-from squeal_core.mechanism import Mechanism, mechanisms
+from squeal_core.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.model_file import read_header
 from squeal_core.operating_point import OperatingPoint
+from squeal_core.sensitivity import parameter_sensitivity
 from squeal_core.settings import load_settings
 from squeal_core.settings_document import settings_document
-from squeal_core.stability import complex_modes, Mode
+from squeal_core.stability import complex_modes, Mode, Trust, trust
+from squeal_core.tracking import identities
 from squeal_core.vehicle import read_vehicle
-
-DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
+from squeal_ros.console import plain, report_progress
+from squeal_ros.options import check_output, operating_point, positive
 
 
 def build(options: argparse.Namespace) -> int:
     """Build a modal brake model from a brake description."""
     from squeal_core.build import build_model
 
+    check_output('--output', options.output)
     brake = read_brake(resources.find('brakes', options.brake, '.yaml'))
     model = build_model(brake, progress=report_progress, follower=options.follower)
     model.save(options.output)
@@ -40,7 +42,11 @@ def build(options: argparse.Namespace) -> int:
         if not check['passed']:
             print(f'squeal: warning: {check["name"]} is {check["value"]:.3g}, limit '
                   f'{check["limit"]:g} ({check["meaning"]})', file=sys.stderr)
-    print(f'{options.output}: {brake.name}, {model.size} modes')
+    if options.json:
+        print(json.dumps(plain({'output': options.output, 'brake': brake.name,
+                                'modes': model.size, 'audit': model.provenance['audit']})))
+    else:
+        print(f'{options.output}: {brake.name}, {model.size} modes')
     return 0
 
 
@@ -56,7 +62,7 @@ def info(options: argparse.Namespace) -> int:
     print(f'modes            {model.size}, {int(model.free_coordinates.sum())} without stiffness')
     print(f'contact          area {model.contact_area * 1e4:.2f} cm^2, mean radius '
           f'{model.contact_radius * 1e3:.1f} mm, stiffness '
-          f'{model.nominal_contact_stiffness:.3g} N/m^3')
+          f'{model.nominal_contact_stiffness:.3g} N/m^3{_by_table(model)}')
     print(f'arrays           {", ".join(n for n in OPERATORS if getattr(model, n) is not None)}')
     print(f'schema           {header["schema"]}')
     print(f'hash             {header["hash"]}')
@@ -78,33 +84,61 @@ def info(options: argparse.Namespace) -> int:
     return 0
 
 
+def _by_table(model: BrakeModel) -> str:
+    """Say how contact stiffness follows the contact pressure, where it does."""
+    table = model.stiffness_table
+    return '' if table is None else (
+        f', by table {table.stiffness[0]:.3g} to {table.stiffness[-1]:.3g} N/m^3 over '
+        f'{table.pressure[0] / 1e5:g} to {table.pressure[-1] / 1e5:g} bar of contact pressure')
+
+
 def modes(options: argparse.Namespace) -> int:
     """Show the complex modes at an operating point."""
     model = BrakeModel.load(options.model)
+    if options.without_rotation:
+        model = without_rotation(model)
     point = operating_point(model, options)
     found = complex_modes(model, point)
     why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
+    numbers = [str(identity) for identity in identities(model, point)]
     if options.json:
-        print(json.dumps({'model': options.model, 'point': point.__dict__,
-                          'modes': [_mode_json(mode, why.get(mode.index))
-                                    for mode in found.modes]}))
+        worth = trust(model, point, found.modes)
+        print(json.dumps(plain({
+            'model': options.model, 'rotation': not options.without_rotation,
+            'point': asdict(point),
+            'modes': [{**_mode_json(mode, numbers[mode.index - 1], own),
+                       **_mechanism_json(model, point, why.get(mode.index))}
+                      for mode, own in zip(found.modes, worth, strict=True)]})))
         return 0
     print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
           f'{point.friction_slope:.4g} s/m, contact pressure {point.contact_pressure / 1e5:.3f} '
           f'bar, contact stiffness {point.contact_stiffness:.4g} N/m^3')
-    shown = found.modes if options.all else found.unstable
     print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable')
-    print(f'{"index":>5} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} {"damping ratio":>14}  '
-          'mechanism')
-    for m in shown:
-        print(f'{m.index:5d} {m.kind:>10} {m.frequency_hz:10.2f} {m.growth_rate:+11.3f} '
-              f'{m.damping_ratio:+14.6f}  {_in_brief(why.get(m.index))}'.rstrip())
+    _print_modes(found.modes if options.all else found.unstable, numbers, why)
     return 0
+
+
+def _print_modes(shown: Sequence[Mode], numbers: Sequence[str],
+                 why: Mapping[int, Mechanism]) -> None:
+    print(f'{"index":>5} {"mode":>6} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} '
+          f'{"damping ratio":>14}  mechanism')
+    for m in shown:
+        print(f'{m.index:5d} {numbers[m.index - 1]:>6} {m.kind:>10} {m.frequency_hz:10.2f} '
+              f'{m.growth_rate:+11.3f} {m.damping_ratio:+14.6f}  '
+              f'{_in_brief(why.get(m.index))}'.rstrip())
 
 
 def settings(options: argparse.Namespace) -> int:
     """Print a settings file with every key explained."""
     print(settings_document(tuple(options.brakes)), end='')
+    return 0
+
+
+def policy(options: argparse.Namespace) -> int:
+    """Print the SROS2 policy of the node with these settings."""
+    from squeal_ros.policy import policy_document
+    chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
+    print(policy_document(chosen, options.namespace), end='')
     return 0
 
 
@@ -117,7 +151,7 @@ def replay(options: argparse.Namespace) -> int:
     if options.model:
         chosen = replace(chosen, model=options.model)
     if options.rate is not None:
-        chosen = replace(chosen, rate=_positive('--rate', options.rate))
+        chosen = replace(chosen, rate=positive('--rate', options.rate))
     model, router = BrakeModel.load(chosen.model), Router.of(chosen)
     outputs = replaying.Outputs(Path(options.output), chosen)
     outputs.write(replaying.replay(
@@ -137,7 +171,7 @@ def drive(options: argparse.Namespace) -> int:
     signals = signals_of(cycle, vehicle, BrakeModel.load(options.model), rate=10.0,
                          duration=options.duration)
     simulated = not options.wall_time
-    speed_up = 1.0 if options.wall_time else _positive('--speed-up', options.speed_up)
+    speed_up = 1.0 if options.wall_time else positive('--speed-up', options.speed_up)
     with BrakePlayer(signals, namespace=options.namespace) as player:
         report_progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real '
                         'time')
@@ -155,7 +189,7 @@ def demo(options: argparse.Namespace) -> int:
     from squeal_core.view.table import drive_console, DriveDisplay, events_table
     from squeal_ros import demo as demos
 
-    rate, speed_up = _positive('--rate', options.rate), _positive('--speed-up', options.speed_up)
+    rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
     cycle, vehicle = _cycle_and_vehicle(options)
     config = Path(options.config or demos.default_config())
     chosen = demos.demo_settings(config, rate)
@@ -183,34 +217,6 @@ def demo(options: argparse.Namespace) -> int:
     return 0 if live.ticks_done else 1
 
 
-def operating_point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
-    """Make the operating point that the options describe."""
-    law = model.friction_law
-    speed = model.contact_radius * options.rotor_speed
-    friction, slope = options.friction, options.friction_slope
-    if law is None and (friction is None or options.friction_law):
-        raise SquealError('this model has no friction law; give --friction and --friction-slope')
-    if slope is None:
-        slope = 0.0
-        if law is not None and (options.friction_law or friction is None):
-            slope = law.slope_at(speed, law.coefficient(speed) if friction is None else friction)
-    if friction is None and law is not None:
-        friction = law.coefficient(speed)
-    return OperatingPoint(
-        rotor_speed=options.rotor_speed, friction=math.copysign(friction, options.rotor_speed),
-        friction_slope=slope, contact_pressure=_preload(model, options) / model.contact_area,
-        contact_stiffness=model.nominal_contact_stiffness
-        if options.contact_stiffness is None else options.contact_stiffness)
-
-
-def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
-    if options.pressure is None:
-        return DEFAULT_PRELOAD if options.preload is None else float(options.preload)
-    if model.caliper is None:
-        raise SquealError('--pressure: this model has no caliper; give --preload')
-    return model.caliper.preload(options.pressure)
-
-
 def _in_brief(why: Mechanism | None) -> str:
     if why is None:
         return ''
@@ -218,12 +224,27 @@ def _in_brief(why: Mechanism | None) -> str:
     return f'{why.label}: {parts}'
 
 
-def _mode_json(mode: Mode, why: Mechanism | None) -> dict[str, Any]:
-    """A mode as `--json` prints it; modes that do not grow have no mechanism."""
-    return {'index': mode.index, 'kind': mode.kind, 'frequency_hz': mode.frequency_hz,
-            'growth_rate': mode.growth_rate, 'damping_ratio': mode.damping_ratio,
-            'mechanism': why.label if why else None,
-            'participation': {s.name: s.fraction for s in why.participation} if why else None}
+def _mode_json(mode: Mode, identity: str, worth: Trust) -> dict[str, Any]:
+    """A mode as `--json` prints it: what it is, and how far its root can be trusted."""
+    return {'index': mode.index, 'identity': identity, 'kind': mode.kind,
+            'frequency_hz': mode.frequency_hz, 'growth_rate': mode.growth_rate,
+            'damping_ratio': mode.damping_ratio, 'backward_error': worth.backward_error,
+            'condition': worth.condition, 'error_bound': worth.error}
+
+
+def _mechanism_json(model: BrakeModel, point: OperatingPoint,
+                    why: Mechanism | None) -> dict[str, Any]:
+    """Why a mode grows and what it depends on; modes that do not grow have neither."""
+    if why is None:
+        return dict.fromkeys(('mechanism', 'participation', 'contributions', 'without',
+                              'sensitivity'))
+    moves = parameter_sensitivity(model, point, why.mode.eigenvalue)
+    return {'mechanism': why.label,
+            'participation': {s.name: s.fraction for s in why.participation},
+            'contributions': dict(why.contributions), 'without': dict(why.without),
+            'sensitivity': {name: {'growth_rate': slope.real,
+                                   'frequency_hz': slope.imag / (2.0 * math.pi)}
+                            for name, slope in moves.items()}}
 
 
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
@@ -240,14 +261,3 @@ def _report_replay(options: argparse.Namespace, rows: Sequence[Row], table: Path
     else:
         print(f'{ticks} ticks, {len(events)} squeal events; {options.output}, {table}')
     return 0
-
-
-def _positive(name: str, value: float) -> float:
-    if not (math.isfinite(value) and value > 0.0):
-        raise SquealError(f'{name}: is {value}; give a positive number')
-    return value
-
-
-def report_progress(text: str) -> None:
-    if sys.stderr.isatty():
-        print(f'{text} ...', file=sys.stderr)

@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 
 from squeal_core import BrakeModel, OperatingPoint, SquealError
+from squeal_core.friction import FrictionLaw
 from squeal_core.stability import complex_modes
 from squeal_core.sweep import sweep
 from squeal_core.sweep_record import load_sweep, make_sweep, save_sweep, Sweep, SweepFileError
 from squeal_core.tracking import identities, moved, PARAMETERS
 from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
-from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
+from squeal_core.view.stability_map import conditions, plot_growth_map, plot_stability_map
 
 SKEW = np.array([[0.0, 1e-3], [-1e-3, 0.0]])
 # K = diag(w^2) + mu k_c SKEW: flutter from mu = 0.202 on at POINT
@@ -137,6 +138,32 @@ def test_each_line_of_a_grid_is_tracked_by_itself() -> None:
     assert found.identities.tolist() == [['1', '2']] * 6 + [['1/2', '1/2']] * 2
 
 
+def test_slope_by_the_law_and_friction_as_given(kang: BrakeModel) -> None:
+    """mu' at each speed, scaled to the friction there; forwards and backwards alike."""
+    assert isinstance(kang.friction_law, FrictionLaw)
+    for way in (1.0, -1.0):
+        found = sweep(kang, replace(at(kang), rotor_speed=way, friction=way * 0.42),
+                      {'friction': way * np.array([0.2, 0.5]), 'rotor_speed': [way, 9.0 * way]},
+                      friction_law='slope')
+        assert found.column('friction').tolist() == [0.2 * way, 0.2 * way, 0.5 * way, 0.5 * way]
+        for point, slope in zip(found.points, found.column('friction_slope'), strict=True):
+            speed = abs(point[0]) * kang.contact_radius
+            fall = 0.18 * np.exp(-speed)
+            assert slope == pytest.approx(-fall / (0.32 + fall) * abs(point[1]), rel=1e-12)
+    with pytest.raises(SquealError, match='it gives friction_slope'):
+        sweep(kang, at(kang), {'friction_slope': [-0.1]}, friction_law='slope')
+
+
+@pytest.mark.parametrize('first', [0.0, 0.3])
+def test_a_merging_is_one_wherever_the_path_begins(first: float, kang: BrakeModel) -> None:
+    """The third doublet without rotation: apart up to 0.348, one pair from there."""
+    found = sweep(kang, at(kang), {'friction': [first, 0.33, 0.4, 0.5]}, tracked=True,
+                  rotation=False)
+    assert found.names(13).tolist() == ['13', '13', '13/14', '13/14']
+    assert found.merged(14).tolist() == [False, False, True, True]
+    assert found.names(93).tolist() == [''] * 4
+
+
 @pytest.mark.parametrize(('axes', 'text'), [
     ({}, 'one or two'), ({'mu': [0.1]}, r"\['mu'\]"), ({'friction': []}, 'lists of values'),
     (dict.fromkeys(PARAMETERS[:3], [1.0]), 'one or two'), ({'friction': [[0.1]]}, 'shapes'),
@@ -184,6 +211,12 @@ def test_an_interrupt_keeps_what_is_done(tracked: bool) -> None:
     assert (found.kinds[7:] == '').all()
     assert np.isnan(found.largest_growth()).tolist() == (~found.done).tolist()
     assert np.isnan(found.of(1)).tolist() == (~found.done).tolist()
+
+
+def test_an_interrupt_keeps_a_part_of_a_line_that_is_tracked() -> None:
+    """A line is not divided among workers, so they would keep all of it or nothing."""
+    found = interrupted(7, tracked=True, workers=2)
+    assert found.done.tolist() == [True] * 7 + [False] * 13
 
 
 def test_an_interrupt_ends_workers() -> None:
@@ -382,6 +415,30 @@ def test_map_of_stability(kang: BrakeModel, tmp_path: Path) -> None:
     assert marks(stable) == 0
 
 
+def test_a_map_hides_no_flutter_and_no_divergence(tmp_path: Path) -> None:
+    high = replace(PAIR, angular_frequencies=[9e4, 9.002e4])
+    record = sweep(high, POINT, {'friction': [0.0, 0.9, 1.0]})
+    assert (record.kinds == 'flutter').sum() == 2
+    assert record.frequencies_hz.min() > 14000.0
+    svg = drawn(tmp_path / 'high.svg', plot_stability_map, record)
+    assert marks(svg) == 2
+    assert 'divergence' not in svg
+    sliding = BrakeModel(angular_frequencies=[0.0, 1e4], negative_slope=np.diag([1e-3, 0.0]))
+    svg = drawn(tmp_path / 'slide.svg', plot_stability_map, sweep(
+        sliding, POINT, {'friction_slope': [-0.1, 0.0]}))
+    assert 'divergence' in svg
+
+
+def test_pictures_say_what_was_held(tmp_path: Path) -> None:
+    """And nothing that goes without saying."""
+    plain = conditions(sweep(PAIR, POINT, {'rotor_speed': [1.0, 2.0]}))
+    assert plain == 'µ = 0.1, p₀ = 1 bar'
+    point = replace(POINT, friction_slope=-0.05, contact_stiffness=0.7e10)
+    assert conditions(sweep(PAIR, point, {'rotor_speed': [1.0, 2.0]})) == (
+        'µ = 0.1, slope = -0.05 s/m, p₀ = 1 bar, stiffness 70%')
+    assert 'slope in proportion to µ' in conditions(sweep(PAIR, point, {'friction': [0.1, 0.2]}))
+
+
 def test_map_of_growth(tmp_path: Path) -> None:
     values = {'rotor_speed': [2.0, 5.0, 8.0], 'friction': FRICTIONS}
     svg = drawn(tmp_path / 'a.svg', plot_growth_map, sweep(PAIR, POINT, values))
@@ -401,6 +458,8 @@ def test_loci(tmp_path: Path) -> None:
                 without=other, title='Fig. 12')
     for text in ('mode 1', 'mode 2, without rotation', 'Re λ  1/s', 'Fig. 12', 'stroke-dasharray'):
         assert text in svg
+    # of a merged pair no picture says which is which, and the legend says so once
+    assert len(re.findall('>merged 1/2<', svg)) == 1
     alone = drawn(tmp_path / 'b.svg', lambda path: plot_loci(one, (1,), path))
     assert 'without rotation' not in alone
     assert 'mode 2' not in alone
@@ -419,7 +478,7 @@ def test_growth_rates_over_speed(kang: BrakeModel, tmp_path: Path) -> None:
     plain = drawn(tmp_path / 'b.svg', plot_growth_rates, sweep(
         PAIR, POINT, {'friction': FRICTIONS}, tracked=True))
     assert 'divergence' not in plain
-    assert len(re.findall(r'>\d+: \d+ Hz<', plain)) == 1  # a merged pair is one
+    assert re.findall(r'>(\S+): \d+ Hz<', plain) == ['1/2']  # a merged pair is one
 
 
 def test_a_part_can_be_drawn(tmp_path: Path) -> None:

@@ -10,12 +10,14 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal_core.arrays import FloatArray
 from squeal_core.sweep_record import Sweep
-from squeal_core.view.stability_map import axis_of, conditions, STYLE
+from squeal_core.view.stability_map import axis_ends, axis_of, conditions, STYLE
 
 _COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
+_STYLES = ('-', '--', '-.', ':')
 
 
 def plot_loci(record: Sweep, numbers: Sequence[int], path: str | Path, *,
@@ -38,27 +40,48 @@ def plot_loci(record: Sweep, numbers: Sequence[int], path: str | Path, *,
     with rc_context(STYLE):
         figure = Figure(figsize=(9.5, 4.4), layout='constrained')
         frequency, growth = figure.subplots(1, 2)
-        for one, style in ((record, '-'), (without, '--')):
-            if one is None:
-                continue
-            x = axis_of(one, parameter)[0]
-            for number, colour in zip(numbers, _COLOURS, strict=False):
-                roots = one.of(number)
-                name = f'mode {number}' + ('' if style == '-' else ', without rotation')
-                look = {'color': colour, 'linestyle': style, 'linewidth': 1.6, 'label': name}
-                frequency.plot(x, roots.imag / (2.0 * np.pi), **look)
-                growth.plot(x, roots.real, **look)
-        growth.axhline(0.0, color='0.4', linewidth=0.8, zorder=0)
+        _loci(frequency, growth, record, numbers, '-', '')
+        if without is not None:
+            _loci(frequency, growth, without, numbers, '--', ', without rotation')
+        growth.axhline(0.0, color='0.4', linewidth=0.8, zorder=1.6)  # over the grid
         frequency.set(xlabel=label, ylabel='frequency  Hz')
         growth.set(xlabel=label, ylabel='Re λ  1/s')
         for panel in (frequency, growth):
             panel.margins(x=0.0)
             panel.grid(color='0.93')
-        figure.legend(*frequency.get_legend_handles_labels(), loc='outside lower center',
-                      ncols=2 * len(numbers), frameon=False)
+        handles, labels = frequency.get_legend_handles_labels()
+        once = dict(zip(labels, handles, strict=True))  # a merged pair is said of both
+        figure.legend(once.values(), once.keys(), loc='outside lower center',
+                      ncols=3 if len(once) % 2 else min(len(once), 4), frameon=False)
         figure.suptitle(f'{title}\n{conditions(record)}' if title else conditions(record),
                         fontsize=11, x=0.01, ha='left')
         figure.savefig(path, dpi=130)
+
+
+def _loci(frequency: Any, growth: Any, record: Sweep, numbers: Sequence[int], style: str,
+          words: str) -> None:
+    """Draw lines by number; grey dots where two modes are a merged pair, and which is not said."""
+    (parameter,) = record.axes
+    x = axis_of(record, parameter)[0]
+    for i, number in enumerate(numbers):
+        colour, roots, merged = _COLOURS[i % len(_COLOURS)], record.of(number), record.merged(
+            number)
+        for axes, values in ((frequency, roots.imag / (2.0 * np.pi)), (growth, roots.real)):
+            axes.plot(x, np.where(merged, np.nan, values), color=colour, linestyle=style,
+                      linewidth=1.6, label=f'mode {number}{words}')
+            if merged.any():
+                pairs = ', '.join(sorted(set(record.names(number)[merged].tolist())))
+                axes.plot(x, np.where(_from_before(merged), values, np.nan), color='0.35',
+                          linestyle=style, linewidth=1.6, marker='.', markersize=3,
+                          label=f'merged {pairs}{words}')
+
+
+def _from_before(merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """With the points beside them, so that lines join."""
+    wide = merged.copy()
+    wide[:-1] |= merged[1:]
+    wide[1:] |= merged[:-1]
+    return wide
 
 
 def plot_growth_rates(record: Sweep, path: str | Path, *, title: str = '',
@@ -91,7 +114,7 @@ def plot_growth_rates(record: Sweep, path: str | Path, *, title: str = '',
         panels[-1].set(xlabel=label, ylabel='Re λ of oscillating modes  1/s')
         for panel in panels:
             panel.grid(color='0.93')
-            panel.set_xlim(x.min(), x.max())
+            panel.set_xlim(*axis_ends(x))
         panels[0].set_title(f'{title}\n{conditions(record)}' if title else conditions(record))
         figure.savefig(path, dpi=130)
 
@@ -103,7 +126,7 @@ def _growing(record: Sweep) -> list[int]:
 
 
 def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int]) -> None:
-    axes.axhline(0.0, color='0.4', linewidth=0.8, zorder=0)
+    axes.axhline(0.0, color='0.4', linewidth=0.8, zorder=1.6)  # over the grid
     floor = 0.0
     for i, number in enumerate(numbers):
         roots = record.of(number)
@@ -112,8 +135,10 @@ def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int]) -> N
         # at one end of the sweep or between, where it is worst
         worst = int(np.nanargmax(roots.real))
         colour = _COLOURS[i % len(_COLOURS)]
-        axes.plot(x, roots.real, color=colour, linewidth=1.6, label=(
-            f'{number}: {roots.imag[worst] / 2.0 / np.pi:.0f} Hz'))
+        name = str(record.names(number)[worst])  # of a merged pair both numbers
+        axes.plot(x, roots.real, color=colour, linewidth=1.6,
+                  linestyle=_STYLES[i // len(_COLOURS) % len(_STYLES)],
+                  label=f'{name}: {roots.imag[worst] / 2.0 / np.pi:.0f} Hz')
         floor = min(floor, -np.nanmax(roots.real))
     axes.set_ylim(bottom=1.2 * floor)
     if axes.get_legend_handles_labels()[0]:

@@ -27,6 +27,13 @@ _LABELS = {
     'contact_stiffness': 'contact stiffness  % of nominal'}
 
 
+_CONDITIONS = (  # parameter, in words, and the unit in SI units, 0 for the nominal value
+    ('rotor_speed', 'Ω = {:g} rad/s', 1.0), ('friction', 'µ = {:.3g}', 1.0),
+    ('friction_slope', 'slope = {:.3g} s/m', 1.0), ('contact_pressure', 'p₀ = {:.3g} bar', 1e5),
+    ('contact_stiffness', 'stiffness {:.0%}', 0.0))
+_USUAL_HZ = 8000.0  # up to here K09's maps go
+
+
 def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
     """Return a swept parameter in the unit it is shown in, and the axis' label."""
     values = record.axes[parameter]
@@ -41,19 +48,23 @@ def conditions(record: Sweep) -> str:
     """Return in words what was not swept."""
     about, parts = record.about, [str(record.about['model'])]
     law = about['friction_law']
-    for name, text in (('rotor_speed', 'Ω = {:g} rad/s'), ('friction', 'µ = {:g}'),
-                       ('contact_pressure', 'p₀ = {:.3g} bar')):
-        value = record.column(name)[0] / (1e5 if name == 'contact_pressure' else 1.0)
-        if name not in record.axes and not (law and name == 'friction'):
-            parts.append(text.format(value))
-    parts += ['friction by its law of speed'] if law else []
+    by_law = {True: ('friction', 'friction_slope'), 'slope': ('friction_slope',)}.get(law, ())
+    for name, text, unit in _CONDITIONS:
+        values = record.column(name) / (unit or about['nominal_contact_stiffness'])
+        # what is usual goes without saying; a slope that changes goes along with the friction
+        usual = {'friction_slope': 0.0, 'contact_stiffness': 1.0}.get(name)
+        if name not in record.axes and name not in by_law and np.any(values != usual):
+            parts.append(text.format(values[0]) if np.ptp(values) == 0.0
+                         else 'slope in proportion to µ')
+    parts += {True: ['friction by its law of speed'],
+              'slope': ['slope by the law of friction']}.get(law, [])
     parts += [] if about['rotation'] else ['without rotation']
     parts += [] if record.complete else [f'{record.done.sum()} of {len(record.points)} points']
     return ', '.join(filter(None, parts))
 
 
 def plot_stability_map(record: Sweep, path: str | Path, *, title: str = '',
-                       highest_hz: float = 8000.0) -> None:
+                       highest_hz: float | None = None) -> None:
     """Draw the frequencies of all modes over a parameter; those that grow are marked.
 
     Parameters
@@ -63,35 +74,54 @@ def plot_stability_map(record: Sweep, path: str | Path, *, title: str = '',
     path : path
         PNG, SVG or PDF.
     title : str
-    highest_hz : float
-        Where the frequency axis ends.
+    highest_hz : float, optional
+        Where the frequency axis ends; by default at 8 kHz, or above the highest flutter.
 
     Notes
     -----
-    As K09 figs 10 and 13: a circle marks Re(lambda) > 0; its colour is the growth rate.
+    As K09 figs 10 and 13: a circle marks Re(lambda) > 0; its colour is the growth rate. Crosses
+    at zero frequency mark divergence.
     """
     (parameter,) = record.axes
     x, label = axis_of(record, parameter)
     oscillating = np.where(np.isin(record.kinds, ('flutter', 'stable')),
                            record.frequencies_hz, np.nan) / 1e3
+    flutter = np.where(record.kinds == 'flutter', record.frequencies_hz, 0.0)
+    top = highest_hz or max(_USUAL_HZ, 1.05 * float(flutter.max()))
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 6.5), layout='constrained')
         axes = figure.subplots()
         axes.plot(x, oscillating, color='0.72', linewidth=0.7, zorder=1)
-        place, mode = np.nonzero(record.kinds == 'flutter')
-        growth = record.eigenvalues.real[place, mode]
-        frequency = oscillating[place, mode]
-        shown = frequency <= highest_hz / 1e3
-        if shown.any():
-            shade = ScalarMappable(PowerNorm(0.5, 0.0, growth[shown].max()), GROWTH)
-            axes.scatter(x[place[shown]], frequency[shown], s=22, marker='o', facecolors='none',
-                         edgecolors=shade.to_rgba(growth[shown]), linewidths=1.3, zorder=2)
-            figure.colorbar(shade, ax=axes, label='growth rate of unstable modes  1/s', pad=0.02,
-                            aspect=35)
-        axes.set(xlabel=label, ylabel='frequency  kHz', ylim=(0.0, highest_hz / 1e3),
-                 xlim=(x.min(), x.max()))
+        _circles(axes, record, x, top)
+        diverging = x[(record.kinds == 'divergence').any(axis=1)]
+        if diverging.size:
+            axes.plot(diverging, 0.0 * diverging, 'x', color='black', markersize=5, zorder=2,
+                      clip_on=False, label='divergence')
+            axes.legend(loc='lower right', frameon=False, bbox_to_anchor=(1.0, 1.0))
+        axes.set(xlabel=label, ylabel='frequency  kHz', ylim=(0.0, top / 1e3), xlim=axis_ends(x))
         _titles(axes, title, record)
         figure.savefig(path, dpi=130)
+
+
+def _circles(axes: Any, record: Sweep, x: FloatArray, top: float) -> None:
+    """Mark the modes that flutter up to a frequency, the colour their growth rate."""
+    place, mode = np.nonzero((record.kinds == 'flutter') & (record.frequencies_hz <= top))
+    growth = record.eigenvalues.real[place, mode]
+    if not growth.size:
+        return
+    shade = ScalarMappable(PowerNorm(0.5, 0.0, growth.max()), GROWTH)
+    axes.scatter(x[place], record.frequencies_hz[place, mode] / 1e3, s=22, marker='o',
+                 facecolors='none', edgecolors=shade.to_rgba(growth), linewidths=1.3, zorder=2,
+                 clip_on=False)
+    axes.figure.colorbar(shade, ax=axes, label='growth rate of unstable modes  1/s', pad=0.02,
+                         aspect=35)
+
+
+def axis_ends(x: FloatArray) -> tuple[float, float]:
+    """Where an axis ends; one value alone has some room about it."""
+    low, high = float(x.min()), float(x.max())
+    room = 0.0 if high > low else 0.05 * abs(low) or 1.0
+    return low - room, high + room
 
 
 def plot_growth_map(record: Sweep, path: str | Path, *, title: str = '',

@@ -100,6 +100,6 @@ def _number(value: float, form: str) -> str:
 
 
 def _style(row: Row) -> Any:
-    if row.state in ('stale', 'invalid'):
+    if row.state in ('stale', 'invalid', 'outside validated range'):
         return 'magenta'
     return 'bold red' if row.squeal_risk >= 0.5 else ''

@@ -14,10 +14,14 @@ import pytest
 from squeal_core import BrakeModel, verification
 from squeal_core.brake import Brake
 from squeal_core.errors import SquealError
+from squeal_core.mechanism import without_rotation
 from squeal_core.stability import complex_modes, eigenvalues
 from squeal_core.verification import as_text, Case, Parts, Row, Verification, verify
-from squeal_core.view import verification_figures
+from squeal_core.verification.claims import components, maps
+from squeal_core.verification.paper import PRINTED
+from squeal_core.verification.parts import parts_or_why
 from squeal_core.view.verification_figures import write_figures
+from squeal_core.view.verification_shapes import Picture
 
 ROOT = Path(__file__).parents[2]
 DATA = json.loads((Path(__file__).parents[1] / 'data' / 'k09.json').read_text(encoding='utf-8'))
@@ -66,8 +70,8 @@ def test_every_figure_is_there(found: Verification) -> None:
 
 def test_printed_frequencies_are_the_papers(found: Verification) -> None:
     printed = {item['frequency_hz']: item['mode'] for item in DATA['printed_hz']}
-    assert {number: name for number, name, *_ in verification.PRINTED} == printed
-    for number, name, words, *_ in verification.PRINTED:
+    assert {number: name for number, name, *_ in PRINTED} == printed
+    for number, name, words, *_ in PRINTED:
         r = row(found, words)
         assert numbers(r.paper) == [number]
         own = found.model.angular_frequencies[found.model.names.index(name)] / 2.0 / np.pi
@@ -102,7 +106,7 @@ def test_merging_without_rotation(found: Verification, kang: BrakeModel) -> None
 def test_critical_frictions_are_where_growth_changes_sign(found: Verification) -> None:
     low, high, both = numbers(row(
         found, 'radial term raises critical friction of 13/14').project)
-    still = verification.without_rotation(found.model)
+    still = without_rotation(found.model)
     damped = replace(still, radial_dissipation=found.model.radial_dissipation)
     for model, friction in ((still, low), (damped, high), (found.model, both)):
         grows = [max(m.growth_rate for m in complex_modes(model, Case(model).at(
@@ -173,14 +177,14 @@ def verdicts(rows: Iterator[Row]) -> dict[str, Row]:
     (1.0, 'reproduced'), (1.003, 'within fit'), (0.997, 'within fit'), (1.01, 'NOT reproduced')])
 def test_frequencies_that_are_off(factor: float, verdict: str, kang: BrakeModel) -> None:
     changed = replace(kang, angular_frequencies=factor * kang.angular_frequencies)
-    r = verdicts(verification._components(Case(changed)))['disc, 3 nodal diameters']
+    r = verdicts(components(Case(changed)))['disc, 3 nodal diameters']
     assert (r.verdict, r.known) == (verdict, False)
 
 
 def test_a_changed_brake_does_not_pass(kang: BrakeModel, found: Verification) -> None:
     """Without enough friction couple the third doublet does not squeal: not known, so it fails."""
     weak = replace(kang, friction_couple=0.5 * kang.friction_couple)
-    rows = tuple(verification._maps(Case(weak)))
+    rows = tuple(maps(Case(weak)))
     assert verdicts(iter(rows))['pairs that squeal at 5 rad/s'].verdict == 'NOT reproduced'
     worse = replace(found, rows=rows)
     assert not worse.passed
@@ -190,7 +194,7 @@ def test_a_changed_brake_does_not_pass(kang: BrakeModel, found: Verification) ->
 def test_other_extra_modes_are_not_known(kang: BrakeModel) -> None:
     """Without structural damping more doublets squeal at 20 rad/s than is explained."""
     bare = replace(kang, damping_ratios=1e-6)
-    r = verdicts(verification._maps(Case(bare)))['further pairs at 20 rad/s']
+    r = verdicts(maps(Case(bare)))['further pairs at 20 rad/s']
     assert (r.verdict, r.known) == ('NOT reproduced', False)
 
 
@@ -203,13 +207,13 @@ def test_without_scikit_fem(kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -
     for name in [name for name in sys.modules if name.startswith(('skfem', 'squeal_core.fe.'))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, 'skfem', None)
-    parts, skipped = verification._parts(kang)
+    parts, skipped = parts_or_why(kang)
     assert parts is None
     assert 'scikit-fem' in skipped[0]
 
 
 def test_a_model_that_cannot_be_rebuilt_is_left_out(kang: BrakeModel) -> None:
-    parts, skipped = verification._parts(replace(kang, provenance={}))
+    parts, skipped = parts_or_why(replace(kang, provenance={}))
     assert parts is None
     assert 'missing' in skipped[0]
 
@@ -221,7 +225,7 @@ def test_an_interrupted_sweep_is_no_result(kang: BrakeModel,
 
     monkeypatch.setattr(verification, 'sweep', stopped)
     with pytest.raises(KeyboardInterrupt):
-        verification._records(kang, None, 0)
+        verification.sweeps(kang, None, 0)
 
 
 # ---------------------------------------------------------------- parts, and figures of them
@@ -244,7 +248,7 @@ def test_sums_over_nodes_are_too_large(parts: Parts, brake: Brake) -> None:
     ('disc (0,0)c', 0), ('disc (1,1)c', 1), ('disc (2,2)c', 2), ('disc (3,1)c', 3),
     ('disc (4,1)c', 4)])
 def test_drawn_shapes_have_their_diameters(name: str, diameters: int, parts: Parts) -> None:
-    picture = verification_figures._Picture.of(parts)
+    picture = Picture.of(parts)
     vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index(name)]
     seen = picture.in_phase(1j * vector, 'normal')
     drawn = [patch.motion(seen, 'normal').real for patch in (*picture.disc, *picture.pads)]
@@ -256,7 +260,7 @@ def test_drawn_shapes_have_their_diameters(name: str, diameters: int, parts: Par
 
 
 def test_drawn_pad_lifts_as_one(parts: Parts, brake: Brake) -> None:
-    picture = verification_figures._Picture.of(parts)
+    picture = Picture.of(parts)
     vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index('pad 2 lift')]
     mass = brake.pad.material.density * brake.pad.thickness * brake.contact.area
     assert np.abs(picture.pads[1].motion(vector, 'normal')) == pytest.approx(mass**-0.5, rel=1e-3)
@@ -264,7 +268,7 @@ def test_drawn_pad_lifts_as_one(parts: Parts, brake: Brake) -> None:
 
 
 def test_torsion_stays_in_plane(parts: Parts) -> None:
-    picture = verification_figures._Picture.of(parts)
+    picture = Picture.of(parts)
     vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index('disc (0,0)s')]
     normal, along = (np.abs(picture.disc[1].motion(vector, way)).max()
                      for way in ('normal', 'tangential'))

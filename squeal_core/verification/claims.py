@@ -1,0 +1,96 @@
+"""Claims of K09 about frequencies and about which modes squeal: figs 8, 10, 13 and 14."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from squeal_core.mechanism import Mechanism, mechanisms
+from squeal_core.stability import complex_modes, Mode
+from squeal_core.verification.case import added_pairs, Case
+from squeal_core.verification.paper import EXACT, FAST, FIT, PADS, Pair, PRINTED, SLOW, THIRD
+from squeal_core.verification.row import Row, said
+
+
+def components(case: Case) -> Iterator[Row]:
+    """Frequencies of disc and pads that K09 prints."""
+    for printed, name, words, source, why in PRINTED:
+        own = case.model.angular_frequencies[case.model.names.index(name)] / 2.0 / np.pi
+        off = abs(own / printed - 1.0)
+        yield said(words, source, f'{printed:g} Hz', f'{own:.1f} Hz, {own / printed - 1:+.2%}',
+                   bool(off <= EXACT), fit=bool(off <= FIT), why=why,
+                   tolerance=f'{100 * EXACT:g}/{100 * FIT:g} %')
+
+
+def maps(case: Case) -> Iterator[Row]:
+    """Figs 10 and 13: which pairs squeal at full stiffness, and who takes part."""
+    before, meant, added = added_pairs(case)
+    yield said('pairs that squeal at 5 rad/s', 'fig. 10', names([THIRD, PADS]), names(before),
+               set(before) == {THIRD, PADS})
+    yield from _moving(case, before)
+    found = {pair: mechanisms(case.model, case.at(FAST), [added[own]])[0]
+             for pair, own in meant.items() if own in added}
+    for pair, own in meant.items():
+        yield _added(pair, own, found.get(pair))
+    for mechanism in found.values():
+        yield _gyroscopic(case, mechanism)
+    yield _further(case, {pair: mode for pair, mode in added.items()
+                          if pair not in meant.values()})
+
+
+def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[Row]:
+    """What moves in the two pairs that squeal at 5 rad/s."""
+    third = np.array([name[:-1] == 'disc (3,0)' for name in case.model.names])
+    for pair, words, part in ((THIRD, 'third disc doublet', third),
+                              (PADS, 'rigid pads', case.rigid)):
+        share = case.energy(case.at(SLOW), before[pair])[part].sum() if pair in before else 0.0
+        yield said(f'what moves in {names([pair])}', 'sec. 3.1', words,
+                   f'{share:.0%} of the energy', bool(share > 0.5), tolerance='over 50 %')
+
+
+def _added(pair: Pair, own: Pair, found: Mechanism | None) -> Row:
+    claim, tolerance = f'{names([pair])} squeal at 20 rad/s only', 'one place'
+    if found is None:
+        return said(claim, 'fig. 14', names([pair]), 'none', False, tolerance=tolerance)
+    parts = ', '.join(f'{part.name} {part.fraction:.0%}' for part in found.participation[:2])
+    return said(claim, 'fig. 14', names([pair]), f'{names([own])}, '
+                f'{found.mode.frequency_hz:.0f} Hz', own == pair, tolerance=tolerance,
+                fit=abs(own[0] - pair[0]) <= 1, why='a place in order of frequency depends on '
+                f'neighbours, which a fitted hat moves; in this mode take part {parts}, ...')
+
+
+def _gyroscopic(case: Case, found: Mechanism) -> Row:
+    mode, without = found.mode, found.without
+    free = complex_modes(replace(case.model, radial_dissipation=None), case.at(SLOW))
+    slow = max((other for other in free.modes if abs(
+        other.frequency_hz / mode.frequency_hz - 1.0) < 0.01), key=lambda m: m.growth_rate,
+        default=free.modes[0])
+    return said(
+        f'{mode.frequency_hz:.0f} Hz: added by gyroscopic term', 'sec. 3.1', 'grows by it',
+        f'{mode.growth_rate:+.1f}, without it {without["gyroscopic"]:+.1f} 1/s',
+        without['gyroscopic'] <= 0.0, known=min(without['rotation'], slow.growth_rate) > 0.0,
+        why=f'it couples by friction without any rotation too ({without["rotation"]:+.1f} 1/s); '
+        'what holds it at 5 rad/s is the radial dissipation, in proportion to 1/speed: without '
+        f'that it grows there as well ({slow.growth_rate:+.1f} 1/s). The gyroscopic term adds to '
+        'it, but is not needed')
+
+
+def _further(case: Case, others: Mapping[Pair, Mode]) -> Row:
+    """Pairs that squeal at 20 rad/s and that the text does not name."""
+    found = {pair: mechanisms(case.model, case.at(FAST), [mode])[0]
+             for pair, mode in others.items()}
+    leads = {other.participation[0].name for other in found.values()}
+    growth = ', '.join(f'{other.participation[0].name} by {other.mode.growth_rate:.1f} 1/s'
+                       for other in found.values())
+    own = ', '.join(f'{names([pair])} ({other.mode.frequency_hz:.0f} Hz)'
+                    for pair, other in found.items())
+    return said('further pairs at 20 rad/s', 'sec. 3.1', 'none named', own or 'none', not others,
+                known=leads <= {'disc (2,0)', 'disc (7,0)'},
+                why=f'the second and the seventh disc doublet grow as well ({growth}); the text '
+                'does not say that it names all, and its map (fig. 13) was not compared point by '
+                'point')
+
+
+def names(found: Iterable[Pair]) -> str:
+    """Return pairs in K09's way of writing, as 13/14."""
+    return ', '.join(f'{first}/{second}' for first, second in found)

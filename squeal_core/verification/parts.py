@@ -1,0 +1,72 @@
+"""The modes that a model of K09's brake was built from, solved anew: for what needs shapes."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from squeal_core import operators
+from squeal_core.brake import Brake, HatDisc
+from squeal_core.brake_file import parse_brake
+from squeal_core.brake_model import BrakeModel
+from squeal_core.build import contact_arrays, contact_faces
+from squeal_core.errors import SquealError
+from squeal_core.modal_basis import ModalBasis
+from squeal_core.planar_mesh import AS_PRINTED, contact_grid
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Modes of disc and pads, and the model whose coordinates are theirs, signs included."""
+
+    brake: Brake
+    disc: ModalBasis
+    pads: tuple[ModalBasis, ModalBasis]
+    faces: tuple[operators.ContactFace, ...]
+    model: BrakeModel
+
+    @cached_property
+    def by_sums(self) -> BrakeModel:
+        """The model with contact integrals as sums over 15 x 43 nodes, as K09 eq. (40) reads."""
+        half = 0.5 * _hat(self.brake).rotor_thickness
+        top, bottom = (contact_grid(self.brake.contact, z, AS_PRINTED) for z in (half, -half))
+        first, second = self.pads
+        return replace(self.model, **contact_arrays((  # type: ignore[arg-type]
+            operators.top_face(first.sample(top), self.disc.sample(top), len(second.names)),
+            operators.bottom_face(second.sample(bottom), self.disc.sample(bottom),
+                                  len(first.names)))))
+
+
+def parts_or_why(model: BrakeModel) -> tuple[Parts | None, tuple[str, ...]]:
+    """Return the parts, or what is left out without them, and the reason."""
+    try:
+        return rebuild(model), ()
+    except (ImportError, SquealError) as error:
+        return None, (f'sums over nodes, follower force, mode shapes: {error}',)
+
+
+def rebuild(model: BrakeModel) -> Parts:
+    """Return the parts that a model of a hat disc was built from, solved anew (needs skfem)."""
+    from squeal_core.fe.axisymmetric import disc_modes
+    from squeal_core.fe.solid import pad_modes
+
+    brake = parse_brake(model.provenance.get('description', {}))
+    settings = model.provenance['settings']
+    elements, half = tuple(settings['pad_elements']), 0.5 * _hat(brake).rotor_thickness
+    disc = disc_modes(_hat(brake), brake.disc_modes, order=settings['disc_order'])
+    pad = pad_modes(brake.pad, brake.contact, brake.pad_modes, elements=elements)
+    pads = replace(pad, offset=half), replace(pad, offset=-half - brake.pad.thickness)
+    found = np.concatenate([part.angular_frequencies for part in (pads[0], disc, pads[1])])
+    if found.shape != (model.size,) or not np.allclose(found, model.angular_frequencies, 1e-6):
+        raise SquealError("modes solved anew are not the model's; build the model again")
+    faces = contact_faces(brake, disc, pads, elements[:2], settings['contact_points'])
+    gyroscopic = operators.gyroscopic(disc.volume_layers(), _hat(brake).material.density)
+    return Parts(brake, disc, pads, faces, replace(
+        model, gyroscopic=np.pad(gyroscopic, len(pad.names)),
+        **contact_arrays(faces)))  # type: ignore[arg-type]
+
+
+def _hat(brake: Brake) -> HatDisc:
+    if not isinstance(brake.disc, HatDisc):
+        raise SquealError(f'{brake.name}: its disc comes from a file; give a disc by dimensions')
+    return brake.disc

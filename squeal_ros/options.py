@@ -1,0 +1,64 @@
+"""From a command's options to what the library wants, and checks before long work."""
+
+import argparse
+from collections.abc import Sequence
+import math
+from pathlib import Path
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.errors import SquealError
+from squeal_core.operating_point import OperatingPoint
+
+DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
+MOST_WORKERS = 256
+
+
+def operating_point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
+    """Make the operating point that the options describe."""
+    law = model.friction_law
+    speed = model.contact_radius * options.rotor_speed
+    friction, slope = options.friction, options.friction_slope
+    if law is None and (friction is None or options.friction_law):
+        raise SquealError('this model has no friction law; give --friction and --friction-slope')
+    if slope is None:
+        slope = 0.0
+        if law is not None and (options.friction_law or friction is None):
+            slope = law.slope_at(speed, law.coefficient(speed) if friction is None else friction)
+    if friction is None and law is not None:
+        friction = law.coefficient(speed)
+    contact_pressure = _preload(model, options) / model.contact_area
+    return OperatingPoint(
+        rotor_speed=options.rotor_speed, friction=math.copysign(friction, options.rotor_speed),
+        friction_slope=slope, contact_pressure=contact_pressure,
+        contact_stiffness=model.contact_stiffness_at(contact_pressure)
+        if options.contact_stiffness is None else options.contact_stiffness)
+
+
+def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
+    if options.pressure is None:
+        return DEFAULT_PRELOAD if options.preload is None else float(options.preload)
+    if model.caliper is None:
+        raise SquealError('--pressure: this model has no caliper; give --preload')
+    return model.caliper.preload(options.pressure)
+
+
+def check_output(option: str, path: str | None, suffixes: Sequence[str] = ()) -> None:
+    """Refuse a file that could not be written, before the work that it is for."""
+    if path is None:
+        return
+    if suffixes and Path(path).suffix not in suffixes:
+        raise SquealError(f'{option}: {path} is of no kind that is known; end it in '
+                          f'{", ".join(suffixes)}')
+    if not Path(path).absolute().parent.is_dir():
+        raise SquealError(f'{option}: {path} is in no folder that exists; make it first')
+
+
+def check_workers(count: int) -> None:
+    if not 0 <= count <= MOST_WORKERS:
+        raise SquealError(f'--workers: is {count}; give 0 (this process) to {MOST_WORKERS}')
+
+
+def positive(name: str, value: float) -> float:
+    if not (math.isfinite(value) and value > 0.0):
+        raise SquealError(f'{name}: is {value}; give a positive number')
+    return value
