@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal_core.arrays import FloatArray, readonly
-from squeal_core.brake import Caliper, Contact
+from squeal_core.brake import Caliper, Contact, StiffnessTable
 from squeal_core.errors import ModelError
 from squeal_core.friction import check_number, FrictionLaw, FrictionTable
 from squeal_core.operating_point import Coefficients, OperatingPoint
+from squeal_core.surface import SurfaceShapes
 
 OPERATORS = ('gyroscopic', 'contact_stiffness', 'friction_couple', 'radial_dissipation',
              'negative_slope', 'follower')
@@ -42,13 +43,17 @@ class BrakeModel:
     contact_radius : float
         r_ctr [m], where the sliding speed is taken.
     nominal_contact_stiffness : float
-        k_c per area [N/m^3].
+        k_c per area [N/m^3], where no table says more.
+    stiffness_table : StiffnessTable, optional
+        k_c over contact pressure; None: nominal at every pressure (K09).
     caliper, friction_law, friction_table
         What turns pressure, speed and temperature into an operating point; None: not known.
     names : tuple of str
         A name for each mode, may be empty.
     provenance : mapping
         How the model came to be: texts and numbers for `squeal info`.
+    surface : SurfaceShapes, optional
+        Shapes of the modes, for pictures.
 
     Raises
     ------
@@ -69,11 +74,13 @@ class BrakeModel:
     contact_area: float = _KANG.area
     contact_radius: float = _KANG.mean_radius
     nominal_contact_stiffness: float = _KANG.stiffness
+    stiffness_table: StiffnessTable | None = None
     caliper: Caliper | None = None
     friction_law: FrictionLaw | None = None
     friction_table: FrictionTable | None = None
     names: tuple[str, ...] = ()
     provenance: dict[str, Any] = field(default_factory=dict, repr=False)
+    surface: SurfaceShapes | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         w = _finite('angular_frequencies', self.angular_frequencies)
@@ -93,6 +100,9 @@ class BrakeModel:
             check_number(name, getattr(self, name), above=0.0)
         if self.names and len(self.names) != w.size:
             raise ModelError(f'names: {len(self.names)} for {w.size} modes; give one for each')
+        if self.surface and self.surface.shapes.shape[2] != w.size:
+            raise ModelError(f'surface: shapes of {self.surface.shapes.shape[2]} modes for '
+                             f'{w.size}; give them for each')
 
     def _check_operator(self, name: str) -> None:
         if getattr(self, name) is None:
@@ -174,11 +184,9 @@ class BrakeModel:
         friction_slope : float, optional
             mu_v [s/m]; the friction law's, scaled to the measured mu, where None.
         contact_stiffness : float, optional
-            k_c [N/m^3]; nominal where None.
+            k_c [N/m^3]; by the stiffness table where None, nominal without one.
         """
-        if self.caliper is None:
-            raise ModelError('caliper: this model has none, so a pressure says nothing; give the '
-                             'preload through OperatingPoint(contact_pressure=...)')
+        contact_pressure = self.contact_pressure(pressure)
         speed = self.contact_radius * rotor_speed
         if self.friction_law is not None:
             if friction is None:
@@ -189,10 +197,22 @@ class BrakeModel:
             raise ModelError('friction_law: this model has none; give a friction coefficient')
         return OperatingPoint(
             rotor_speed=rotor_speed, friction=float(np.copysign(friction, rotor_speed)),
-            friction_slope=friction_slope or 0.0,
-            contact_pressure=self.caliper.preload(pressure) / self.contact_area,
-            contact_stiffness=self.nominal_contact_stiffness
+            friction_slope=friction_slope or 0.0, contact_pressure=contact_pressure,
+            contact_stiffness=self.contact_stiffness_at(contact_pressure)
             if contact_stiffness is None else contact_stiffness)
+
+    def contact_pressure(self, pressure: float) -> float:
+        """Return p0, preload over contact area [Pa], at a brake pressure [Pa]."""
+        if self.caliper is None:
+            raise ModelError('caliper: this model has none, so a pressure says nothing; give the '
+                             'preload through OperatingPoint(contact_pressure=...)')
+        return self.caliper.preload(pressure) / self.contact_area
+
+    def contact_stiffness_at(self, contact_pressure: float) -> float:
+        """Return k_c [N/m^3] at a contact pressure p0 [Pa]: the table's, else nominal."""
+        if self.stiffness_table is None:
+            return self.nominal_contact_stiffness
+        return float(self.stiffness_table(contact_pressure))
 
     def save(self, path: str | Path) -> None:
         """Write the model to a file; see `squeal_core.model_file`."""

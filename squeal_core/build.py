@@ -1,9 +1,8 @@
 """From a brake description to its modal model: modes, contact faces, arrays, audit."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
-import math
 import platform
 from typing import Any
 
@@ -11,14 +10,13 @@ import numpy as np
 
 from squeal_core import operators
 from squeal_core.arrays import FloatArray
-from squeal_core.audit import audit, interpolation, refuse_wrong
+from squeal_core.audit import audit, refuse_wrong
 from squeal_core.brake import Brake, HatDisc, ModalResults, Pad, Support
 from squeal_core.brake_model import BrakeModel
-from squeal_core.modal_basis import keep_whole_doublets, ModalBasis, Quadrature
+from squeal_core.component import Component, read_component
+from squeal_core.modal_basis import ModalBasis, Quadrature, SampledShapes
 from squeal_core.planar_mesh import sector_quadrature
-
-# neighbours this close in frequency are a doublet; a mesh without symmetry splits it a little
-_DOUBLET = 5e-3
+from squeal_core.surface import Patch, SurfaceShapes
 
 
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
@@ -68,16 +66,7 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         'audit': [check.to_json() for check in checks]})
 
 
-@dataclass(frozen=True)
-class _Component:
-    """A component's modes, its density [kg/m^3], and the MAC where they were interpolated."""
-
-    basis: ModalBasis
-    density: float = math.nan
-    mac: float | None = None
-
-
-def _assembled(brake: Brake, disc: _Component, pads: tuple[ModalBasis, ModalBasis],
+def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis],
                faces: tuple[operators.ContactFace, ...], follower: bool) -> BrakeModel:
     before, after = (len(pad.names) for pad in pads)
     gyroscopic = operators.gyroscopic(disc.basis.volume_layers(), disc.density)
@@ -91,10 +80,38 @@ def _assembled(brake: Brake, disc: _Component, pads: tuple[ModalBasis, ModalBasi
         support_stiffness=_supports(brake, pads, len(gyroscopic), 'stiffness'),
         support_damping=_supports(brake, pads, len(gyroscopic), 'damping'),
         contact_area=brake.contact.area, contact_radius=brake.contact.mean_radius,
-        nominal_contact_stiffness=brake.contact.stiffness, caliper=brake.caliper,
+        nominal_contact_stiffness=brake.contact.stiffness,
+        stiffness_table=brake.contact.stiffness_table, caliper=brake.caliper,
         friction_law=brake.friction_law, friction_table=brake.friction_table,
         names=(*(f'pad 1 {n}' for n in pads[0].names), *disc.basis.names,
-               *(f'pad 2 {n}' for n in pads[1].names)))
+               *(f'pad 2 {n}' for n in pads[1].names)),
+        surface=_surface(brake, disc.basis, pads))
+
+
+def _surface(brake: Brake, disc: ModalBasis,
+             pads: tuple[ModalBasis, ModalBasis]) -> SurfaceShapes:
+    """Return shapes for pictures: of the ring that the pads sweep, and of the pads.
+
+    They are taken on the contact faces, which every source of modes covers, just inside the
+    edges; the pads' are drawn at their backs.
+    """
+    half, contact = 0.5 * rotor_thickness(brake), brake.contact
+
+    def part(name: str, basis: ModalBasis, face: float, drawn: float,
+             columns: int) -> tuple[Patch, SampledShapes, FloatArray]:
+        inset = 0.02 * (contact.outer_radius - contact.inner_radius)
+        ring = name == 'disc'
+        angle = (2.0 * np.pi * np.arange(columns) / columns if ring
+                 else 0.49 * contact.angle * np.linspace(-1.0, 1.0, columns))
+        radius = np.linspace(contact.inner_radius + inset, contact.outer_radius - inset, 4)
+        r, t = (grid.ravel() for grid in np.meshgrid(radius, angle, indexing='ij'))
+        points = Quadrature(r, t, np.full_like(r, face), np.zeros_like(r))
+        return Patch(name, 4, columns, ring), basis.sample(points), np.full_like(r, drawn)
+
+    return SurfaceShapes.of([
+        part('pad 1', pads[0], half, half + brake.pads[0].thickness, 12),
+        part('disc', disc, half, half, 48),
+        part('pad 2', pads[1], -half, -half - brake.pads[1].thickness, 12)])
 
 
 def contact_arrays(faces: tuple[operators.ContactFace, ...]) -> dict[str, FloatArray]:
@@ -128,48 +145,30 @@ def rotor_thickness(brake: Brake) -> float:
     return disc.rotor_thickness if isinstance(disc, HatDisc) else disc.thickness
 
 
-def _disc(brake: Brake, order: int) -> _Component:
+def _disc(brake: Brake, order: int) -> Component:
     if isinstance(brake.disc, ModalResults):
-        return _read(brake.disc, brake.disc_modes, doublets=True)
+        half = 0.5 * rotor_thickness(brake)
+        return read_component(brake.disc, brake.disc_modes, brake.contact, (half, -half))
     from squeal_core.fe.axisymmetric import disc_modes
-    return _Component(disc_modes(brake.disc, brake.disc_modes, order=order),
-                      brake.disc.material.density)
+    return Component(disc_modes(brake.disc, brake.disc_modes, order=order),
+                     brake.disc.material.density)
 
 
-def _pads(brake: Brake, elements: tuple[int, int, int]) -> tuple[_Component, _Component]:
+def _pads(brake: Brake, elements: tuple[int, int, int]) -> tuple[Component, Component]:
     half = 0.5 * rotor_thickness(brake)
     solved: dict[Pad, Any] = {}  # equal pads share one solution
 
-    def component(pad: Pad | ModalResults, bottom: float) -> _Component:
+    def component(pad: Pad | ModalResults, face: float, bottom: float) -> Component:
         if isinstance(pad, ModalResults):
-            return _read(pad, brake.pad_modes)
+            return read_component(pad, brake.pad_modes, brake.contact, (face,))
         from squeal_core.fe.solid import pad_modes
         if pad not in solved:
             solved[pad] = pad_modes(pad, brake.contact, brake.pad_modes, elements=elements)
-        return _Component(replace(solved[pad], offset=bottom))
+        return Component(replace(solved[pad], offset=bottom))
 
     first, second = brake.pads
-    return component(first, half), component(second, -half - second.thickness)
-
-
-def _read(results: ModalResults, count: int, *, doublets: bool = False) -> _Component:
-    """Read modes of another package: through their elements, or through planar layers of nodes."""
-    from squeal_core.fe.solid import SolidModes
-    from squeal_core.planar_mesh import LayeredNodes, PlanarModes
-    from squeal_core.readers import read_modes
-
-    nodal = read_modes(
-        results.file, format=results.format, length_unit=results.length_unit,
-        mass_unit=results.mass_unit, axis=results.axis,  # type: ignore[arg-type]
-        origin=results.origin, modal_mass=results.modal_mass,
-        density=results.density if results.modal_mass is None else None)
-    count = min(count, len(nodal.names))
-    if doublets:
-        count = keep_whole_doublets(nodal.angular_frequencies, count, tolerance=_DOUBLET)
-    nodal = nodal.keep(count)
-    basis: ModalBasis = (SolidModes.from_nodal(nodal, density=results.density) if nodal.elements
-                         else PlanarModes(LayeredNodes(nodal)))
-    return _Component(basis, results.density, interpolation(basis, nodal))
+    return (component(first, half, half),
+            component(second, -half, -half - second.thickness))
 
 
 def _supports(brake: Brake, pads: tuple[ModalBasis, ModalBasis], disc_modes: int,

@@ -18,13 +18,14 @@ import numpy as np
 
 from squeal_core import resources
 from squeal_core.arrays import FloatArray
-from squeal_core.brake import Caliper
+from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
 from squeal_core.errors import ModelFileError, quoted, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
+from squeal_core.surface import SurfaceShapes
 
 FORMAT = 'squeal_ros brake model'
-SCHEMA = 1
+SCHEMA = 2  # of files with a stiffness table; without one they are of schema 1
 MAX_BYTES = 8 * MAX_MODES**2  # of one array
 
 UNITS = {
@@ -33,8 +34,10 @@ UNITS = {
     'negative_slope': 'm^2/kg', 'follower': 'm/kg', 'support_stiffness': '1/s^2',
     'support_damping': '1/s', 'contact_area': 'm^2', 'contact_radius': 'm',
     'nominal_contact_stiffness': 'N/m^3', 'piston_area': 'm^2', 'temperature': 'K',
+    'surface_points': 'm', 'surface_shapes': 'kg^-1/2',
 }
 _ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
+_SURFACE = ('surface_points', 'surface_shapes')
 _SCALARS = ('contact_area', 'contact_radius', 'nominal_contact_stiffness')
 
 
@@ -42,13 +45,19 @@ def save_model(model: BrakeModel, path: str | Path) -> None:
     """Write a model; an existing file is replaced only by a whole one."""
     path = Path(path)
     arrays = {name: getattr(model, name) for name in _ARRAYS if getattr(model, name) is not None}
+    if model.surface:
+        arrays.update(surface_points=model.surface.points, surface_shapes=model.surface.shapes)
     header: dict[str, Any] = {
-        'format': FORMAT, 'schema': SCHEMA, 'units': UNITS, 'names': list(model.names),
+        'format': FORMAT, 'schema': 1, 'units': UNITS, 'names': list(model.names),
         'provenance': model.provenance, **{name: getattr(model, name) for name in _SCALARS},
         'caliper': dataclasses.asdict(model.caliper) if model.caliper else None,
         'friction_law': dataclasses.asdict(model.friction_law) if model.friction_law else None,
         'friction_table': dataclasses.asdict(model.friction_table)
-        if model.friction_table else None}
+        if model.friction_table else None,
+        **({'surface': model.surface.header()} if model.surface else {})}
+    if model.stiffness_table:
+        # a reader of schema 1 would pass over it and answer for another brake
+        header.update(schema=2, stiffness_table=dataclasses.asdict(model.stiffness_table))
     try:
         header['hash'] = content_hash(header, arrays)
     except TypeError as error:
@@ -108,7 +117,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, FloatArray]]:
             _check_header(path, header)
             there = {name.removesuffix('.npy') for name in archive.namelist()}
             arrays = {name: _read_array(path, archive, name, 'f')
-                      for name in _ARRAYS if name in there}
+                      for name in (*_ARRAYS, *_SURFACE) if name in there}
     except FileNotFoundError:
         raise ModelFileError(
             path, 'does not exist', 'give the path of a model file or the name of a shipped '
@@ -158,11 +167,15 @@ def _check_header(path: Path, header: Any) -> None:
 
 def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
     table, names = header['friction_table'], header['names']
+    stiffness = header.get('stiffness_table')
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise SquealError(f'names are {quoted(names)}; give a list of texts')
     return BrakeModel(
-        **dict[str, Any](arrays), **{name: header[name] for name in _SCALARS},
+        **dict[str, Any]({name: arrays[name] for name in _ARRAYS if name in arrays}),
+        **{name: header[name] for name in _SCALARS},
+        stiffness_table=StiffnessTable(**stiffness) if stiffness else None,
         caliper=Caliper(**header['caliper']) if header['caliper'] else None,
         friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
         friction_table=FrictionTable(**table) if table else None,
-        names=tuple(names), provenance=dict(header['provenance']))
+        names=tuple(names), provenance=dict(header['provenance']),
+        surface=SurfaceShapes.read(header.get('surface'), arrays))

@@ -6,7 +6,7 @@ the node and the replay of a bag run this same code and get the same numbers.
 The monitor is advisory. It is no safety function.
 """
 
-import bisect
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import math
@@ -16,35 +16,24 @@ import numpy as np
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import ConfigurationError
+from squeal_core.inputs import Input, Reading, Sample, Status, validated_ranges
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, first_order_risk, Inputs
-from squeal_core.settings import BrakeSettings, InputSettings, MonitorSettings, Signal
+from squeal_core.settings import BrakeSettings, MonitorSettings, Signal
 from squeal_core.stability import complex_modes, ComplexModes, Mode
 
-State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid']
-Status: TypeAlias = Literal['good', 'never received', 'stale', 'invalid']
+__all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
+           'VehicleMonitor']
 
-# samples kept of an input: between two ticks, and stamped ahead of them
-_KEPT = 4096
+State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
+                           'outside validated range']
+
+# what an input's status makes of the brake's state, the gravest first
+_STATES: dict[Status, State] = {
+    'invalid': 'invalid', 'stuck': 'invalid', 'never received': 'stale', 'stale': 'stale',
+    'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
 # modes whose probability of growing is looked at: the least stable few
 _CANDIDATES = 3
-
-
-@dataclass(frozen=True)
-class Sample:
-    """A value in SI units and the time it holds for [ns]."""
-
-    stamp: int
-    value: float
-
-
-@dataclass(frozen=True)
-class Reading:
-    """An input as an assessment found it: the newest sample up to the tick."""
-
-    status: Status
-    value: float = math.nan
-    age: float = math.nan  # s
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +47,9 @@ class Assessment:
         The tick [ns].
     state : str
         'steady': sliding under load, the numbers hold; 'released': no load, risk 0;
-        'not sliding', 'stale', 'invalid': not known, numbers NaN.
+        'not sliding', 'stale', 'invalid', 'outside validated range': not known, numbers NaN.
     reason : str
-        The state in words, inputs named.
+        The state in words; inputs named with their value and age.
     inputs : mapping
         `Reading` of each input.
     friction : float
@@ -110,76 +99,112 @@ class BrakeMonitor:
 
     def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel) -> None:
         _check_model_serves(brake, model)
+        self._model = model
+        self._adopt(brake, settings)
+        validated = validated_ranges(model, settings)
+        self._inputs = {signal: Input(signal, limits, settings, validated[signal])
+                        for signal, limits in brake.inputs.items()}
+        self._latest: dict[Signal, float] = {}  # by receipt, whatever their stamps
+        self._time: int | None = None
+
+    def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         self.brake = brake
         self._settings = settings
-        self._model = model
         self._deviations = Deviations(
             friction=settings.friction_deviation, pressure=settings.pressure_deviation,
             rotor_speed=settings.rotor_speed_deviation,
             contact_stiffness=settings.contact_stiffness_deviation)
-        self._samples: dict[Signal, list[Sample]] = {}
-        self.reset()
+
+    def retune(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
+        """Take other settings of the same brake and inputs; samples stay."""
+        self._adopt(brake, settings)
+        validated = validated_ranges(self._model, settings)
+        for signal, limits in brake.inputs.items():
+            self._inputs[signal].retune(limits, settings, validated[signal])
 
     def reset(self) -> None:
-        """Forget all samples, as after a jump back of the clock."""
-        self._samples = {signal: [] for signal in self.brake.inputs}
+        """Forget all samples."""
+        self._latest.clear()
+        for one in self._inputs.values():
+            one.forget()
+
+    @property
+    def refused(self) -> Counter[str]:
+        """How many samples of each input were refused, and why."""
+        return Counter({f'{signal} {why}': count for signal, one in self._inputs.items()
+                        for why, count in one.refused.items()})
 
     def receive(self, signal: Signal, sample: Sample) -> None:
         """Take a sample of an input this brake has; late ones find their place by stamp."""
-        samples = self._samples[signal]
-        bisect.insort(samples, sample, key=_stamp)
-        if len(samples) > _KEPT:
-            del samples[0]
+        self._latest[signal] = sample.value
+        sliding = (self._latest.get('pressure', 0.0) >= self._settings.release_pressure
+                   and abs(self._latest.get('rotor_speed', 0.0))
+                   >= self._settings.minimum_rotor_speed)
+        others = sum(one.changes for name, one in self._inputs.items() if name != signal)
+        self._inputs[signal].receive(sample, sliding=sliding, others=others)
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
-        inputs = {signal: self._read(signal, time) for signal in self.brake.inputs}
+        inputs = self._read(time)
         found = Assessment(brake=self.brake.name, time=time, state='steady', reason='',
                            inputs=inputs)
-        friction, source = self._friction(inputs)
+        friction, source, coefficient = self._friction(inputs)
         needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure'], **friction}
-        for status, state in (('invalid', 'invalid'), ('never received', 'stale'),
-                              ('stale', 'stale')):
-            bad = [name for name, reading in needed.items() if reading.status == status]
-            if bad:
-                reasons = '; '.join(_describe(name, needed[name]) for name in bad)
-                return replace(found, state=state, reason=reasons)  # type: ignore[arg-type]
-        found = replace(found, friction=self._coefficient(friction), friction_source=source)
-        if inputs['pressure'].value < self._settings.release_pressure:
-            return replace(found, state='released', risk=0.0, reason=(
-                f'pressure {inputs["pressure"].value / 1e5:.2f} bar: brake released'))
-        if abs(inputs['rotor_speed'].value) < self._settings.minimum_rotor_speed:
-            return replace(found, state='not sliding', reason=(
-                f'rotor speed {inputs["rotor_speed"].value:.2f} rad/s: not sliding'))
-        return self._assess_sliding(found)
+        bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
+        if bad:
+            ways = {_STATES[reading.status] for reading in bad.values()}
+            return replace(found, state=next(s for s in _STATES.values() if s in ways),
+                           reason='; '.join(r.described(name) for name, r in bad.items()))
+        found = self._assess_known(replace(found, friction=coefficient, friction_source=source))
+        if source == 'temperature' and 'friction' in inputs:
+            instead = inputs['friction'].described('friction')
+            return replace(found, reason=f'{found.reason}; friction by temperature, as {instead}')
+        return found
 
-    def _read(self, signal: Signal, time: int) -> Reading:
-        samples = self._samples[signal]
-        past = bisect.bisect_right(samples, time, key=_stamp)
-        if past == 0:
-            return Reading('never received')
-        del samples[:past - 1]  # the newest of the past stays, and what is ahead of the tick
-        age, value = (time - samples[0].stamp) * 1e-9, samples[0].value
-        limits = self.brake.inputs[signal]
-        if age > limits.max_age:
-            return Reading('stale', value, age)
-        return Reading('good' if _believable(value, limits) else 'invalid', value, age)
+    def _read(self, time: int) -> dict[Signal, Reading]:
+        if self._time is not None and time < self._time:
+            for one in self._inputs.values():
+                one.go_back(time)
+        self._time = time
+        return {signal: one.read(time) for signal, one in self._inputs.items()}
 
-    def _friction(self, inputs: Mapping[Signal, Reading]) -> tuple[dict[str, Reading], str]:
-        """Choose where friction comes from: measured, or the temperature while that fails."""
+    def _friction(self, inputs: Mapping[Signal, Reading]) -> tuple[dict[str, Reading], str, float]:
+        """Choose where friction comes from: measured, or the temperature while that fails.
+
+        Returns the readings that are needed for it, the name of the source, and mu.
+        """
         measured, temperature = inputs.get('friction'), inputs.get('temperature')
-        if temperature is None or self._model.friction_table is None:
+        table = self._model.friction_table
+        if temperature is None or table is None or (measured and measured.status == 'good'):
             assert measured is not None  # the settings see to it
-            return {'friction': measured}, 'measured'
-        if measured is None or (measured.status != 'good' and temperature.status == 'good'):
-            return {'temperature': temperature}, 'temperature'
-        return {'friction': measured}, 'measured'
+            return {'friction': measured}, 'measured', measured.value
+        needed = {} if measured is None else {'friction': measured}
+        if temperature.status != 'good':
+            return {**needed, 'temperature': temperature}, '', math.nan
+        coefficient = float(table(temperature.value))
+        validated = validated_ranges(self._model, self._settings)['friction']
+        if validated.admits(coefficient):
+            return {'temperature': temperature}, 'temperature', coefficient
+        outside = replace(temperature, status='outside validated range',
+                          detail=f'which gives friction {coefficient:.4g}, {validated}')
+        return {**needed, 'temperature': outside}, '', math.nan
 
-    def _coefficient(self, friction: Mapping[str, Reading]) -> float:
-        if 'friction' in friction:
-            return friction['friction'].value
-        assert self._model.friction_table is not None
-        return float(self._model.friction_table(friction['temperature'].value))
+    def _assess_known(self, found: Assessment) -> Assessment:
+        """Assess from inputs that are all good: released, at rest or sliding."""
+        speed, pressure = found.inputs['rotor_speed'], found.inputs['pressure']
+        if pressure.value < self._settings.release_pressure:
+            return replace(found, state='released', risk=0.0, reason=(
+                f'pressure {pressure.value / 1e5:.2f} bar: brake released'))
+        if abs(speed.value) < self._settings.minimum_rotor_speed:
+            return replace(found, state='not sliding', reason=(
+                f'rotor speed {speed.value:.2f} rad/s: not sliding'))
+        validated = validated_ranges(self._model, self._settings)
+        for name, reading in (('rotor_speed', speed), ('pressure', pressure)):
+            if abs(reading.value) < validated[name].low:
+                low = replace(reading, detail=str(validated[name]))
+                return replace(found, state='outside validated range',
+                               reason=low.described(name))
+        return self._assess_sliding(found)
 
     def _point(self, inputs: Inputs) -> OperatingPoint:
         return self._model.operating_point(
@@ -187,9 +212,10 @@ class BrakeMonitor:
             contact_stiffness=inputs.contact_stiffness)
 
     def _assess_sliding(self, found: Assessment) -> Assessment:
-        at = Inputs(rotor_speed=found.inputs['rotor_speed'].value,
-                    pressure=found.inputs['pressure'].value, friction=found.friction,
-                    contact_stiffness=self._model.nominal_contact_stiffness)
+        pressure = found.inputs['pressure'].value
+        at = Inputs(rotor_speed=found.inputs['rotor_speed'].value, pressure=pressure,
+                    friction=found.friction, contact_stiffness=self._model.contact_stiffness_at(
+                        self._model.contact_pressure(pressure)))
         point = self._point(at)
         try:
             solved = complex_modes(self._model, point)
@@ -225,10 +251,6 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
             'name a friction topic, or build the model with friction.temperature_table')
 
 
-def _stamp(sample: Sample) -> int:
-    return sample.stamp
-
-
 class VehicleMonitor:
     """The monitors of all brakes of a vehicle, assessed together."""
 
@@ -236,6 +258,12 @@ class VehicleMonitor:
         self.settings = settings
         self.brakes = {brake.name: BrakeMonitor(brake, settings, model)
                        for brake in settings.brakes}
+
+    def retune(self, settings: MonitorSettings) -> None:
+        """Take other settings of the same brakes from the next assessment on; samples stay."""
+        self.settings = settings
+        for brake in settings.brakes:
+            self.brakes[brake.name].retune(brake, settings)
 
     def receive(self, brake: str, signal: Signal, sample: Sample) -> None:
         self.brakes[brake].receive(signal, sample)
@@ -246,18 +274,6 @@ class VehicleMonitor:
     def reset(self) -> None:
         for monitor in self.brakes.values():
             monitor.reset()
-
-
-def _believable(value: float, limits: InputSettings) -> bool:
-    return math.isfinite(value) and limits.minimum <= value <= limits.maximum
-
-
-def _describe(name: str, reading: Reading) -> str:
-    if reading.status == 'never received':
-        return f'{name} never received'
-    if reading.status == 'stale':
-        return f'{name} is {reading.age:.2f} s old'
-    return f'{name} is {reading.value:g}, outside its range'
 
 
 def _in_words(worst: Mode | None, risk: float) -> str:

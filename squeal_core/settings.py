@@ -13,6 +13,8 @@ Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature'
 NODE_NAME = 'squeal_monitor'
 SIGNALS: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction', 'temperature')
 Value: TypeAlias = bool | float | str | tuple[str, ...]
+# when a running node takes a new value: at the next tick, at the next configure, never
+Change: TypeAlias = Literal['tick', 'configure', 'start']
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,8 @@ class Key:
     meaning: str
     minimum: float = -math.inf
     maximum: float = math.inf
+    change: Change = 'tick'
+    choices: tuple[str, ...] = ()
 
     def read(self, value: Any) -> Value:
         """Return a value of the default's type, or raise ConfigurationError."""
@@ -34,6 +38,8 @@ class Key:
             raise self.error(value, 'give a list of names')
         if isinstance(self.default, bool | str):
             if isinstance(value, type(self.default)):
+                if self.choices and value not in self.choices:
+                    raise self.error(value, f'give one of {", ".join(self.choices)}')
                 return value
             raise self.error(value, f'give a {type(self.default).__name__}')
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -52,9 +58,10 @@ class Key:
 
 MONITOR_KEYS = (
     Key('brakes', ('front_left', 'front_right', 'rear_left', 'rear_right'), '-',
-        'names of the brakes; each becomes a part of topic and parameter names'),
-    Key('model', 'kang2009', '-', 'path of a model file, or the name of a shipped model'),
-    Key('autostart', True, '-', 'configure and activate by itself'),
+        'names of the brakes; each becomes a part of topic and parameter names', change='start'),
+    Key('model', 'kang2009', '-', 'path of a model file, or the name of a shipped model',
+        change='configure'),
+    Key('autostart', True, '-', 'configure and activate by itself', change='start'),
     Key('rate', 10.0, 'Hz', 'assessments a second; one braking brake costs about 10 ms each',
         0.1, 1000.0),
     Key('diagnostics_rate', 1.0, 'Hz', 'diagnostics a second, besides those on a change of state',
@@ -65,6 +72,28 @@ MONITOR_KEYS = (
     Key('squeal_band_low_hz', 1250.0, 'Hz', 'least frequency that counts as squeal', 0.0, 1e5),
     Key('squeal_band_high_hz', 16000.0, 'Hz', 'largest frequency that counts as squeal', 1.0, 1e5),
     Key('risk_warning', 0.5, '-', 'risk from which the diagnostic says WARN', 0.0, 1.0),
+    Key('risk_hysteresis', 0.1, '-', 'a warning ends this far below risk_warning', 0.0, 1.0),
+    Key('risk_hold', 0.5, 's', 'and not before the risk was there for so long', 0.0, 3600.0),
+    Key('stamp_tolerance', 0.5, 's', 'a sample stamped further ahead of the next tick is refused',
+        0.0, 3600.0),
+    Key('validated_rotor_speed_low', 0.5, 'rad/s',
+        'range in which the model was validated; beyond it no number', 0.0, 1e4),
+    Key('validated_rotor_speed_high', 200.0, 'rad/s', 'its upper end', 0.0, 1e4),
+    Key('validated_preload_low', 50.0, 'N', 'likewise, preload of a pad', 0.0, 1e7),
+    Key('validated_preload_high', 4e4, 'N', 'its upper end', 0.0, 1e7),
+    Key('validated_friction_low', 0.05, '-', 'likewise, friction coefficient', 0.0, 10.0),
+    Key('validated_friction_high', 0.9, '-', 'its upper end', 0.0, 10.0),
+    Key('bar_suspected_below', 500.0, 'Pa',
+        'a pressure that stays between 0.5 and this looks like bar given as Pa; 0: not looked for',
+        0.0, 1e5),
+    Key('wheel_acceleration_peak', 500.0, 'rad/s^2',
+        'a rotor speed that changes faster leaps, as rpm given as rad/s would; 0: not looked for',
+        0.0, 1e6),
+    Key('wheel_acceleration_mean', 40.0, 'rad/s^2',
+        'the same over a second: faster than a vehicle', 1.0, 1e6),
+    Key('stuck_changes', 20.0, '-',
+        'changes that an input must have shown, and that the others show, to call it stuck',
+        0.0, 1e6),
     Key('friction_deviation', 0.02, '-', 'standard deviation of the friction coefficient',
         0.0, 1.0),
     Key('pressure_deviation', 0.03, '-', 'standard deviation of the pressure, relative', 0.0, 1.0),
@@ -72,6 +101,13 @@ MONITOR_KEYS = (
         0.0, 1.0),
     Key('contact_stiffness_deviation', 0.1, '-',
         'standard deviation of the contact stiffness, relative', 0.0, 1.0),
+    Key('clock_timeout', 1.0, 's',
+        'a /clock that stands still for longer has stopped: nothing is known', 0.1, 3600.0),
+    Key('mode_shapes', False, '-', 'publish the worst mode as markers, once a second at most',
+        change='configure'),
+    Key('mode_shape_size', 0.01, 'm', 'largest displacement that is drawn', 1e-4, 1.0),
+    Key('mode_shape_frame', '{brake}', '-',
+        'frame of the markers, z along the axis; {brake} stands for the name'),
 )
 
 _INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
@@ -82,6 +118,10 @@ _INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
     'friction': ('{brake}/friction', 'std_msgs/msg/Float64', 'data', 0.01, 1.5, '-'),
     'temperature': ('', 'sensor_msgs/msg/Temperature', 'temperature', 200.0, 1500.0, 'K'),
 }
+UNITS: Mapping[str, str] = {signal: entry[-1] for signal, entry in _INPUTS.items()}
+# a real speed or pressure flickers; a friction or temperature may well be a constant
+_STUCK_AFTER: dict[Signal, float] = {
+    'rotor_speed': 2.0, 'pressure': 5.0, 'friction': 0.0, 'temperature': 0.0}
 
 
 def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
@@ -91,14 +131,22 @@ def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
     least = 1e-3 if signal in ('friction', 'temperature') else -math.inf  # none at or below zero
     at = f'{brake}.{signal}'
     return (
-        Key(f'{at}.topic', topic.format(brake=brake), '-', 'topic; empty: this input is not used'),
-        Key(f'{at}.type', type_name, '-', 'message type'),
-        Key(f'{at}.field', path.format(brake=brake), '-', 'where in the message the value is'),
+        Key(f'{at}.topic', topic.format(brake=brake), '-', 'topic; empty: this input is not used',
+            change='configure'),
+        Key(f'{at}.type', type_name, '-', 'message type', change='configure'),
+        Key(f'{at}.field', path.format(brake=brake), '-', 'where in the message the value is',
+            change='configure'),
+        Key(f'{at}.stamp', 'header', '-', 'when a value holds: "header", at the stamp of the '
+            'message where it has one, or "receipt"', change='configure',
+            choices=('header', 'receipt')),
         Key(f'{at}.scale', 1.0, f'{unit} per message unit', 'value = scale * field + offset'),
         Key(f'{at}.offset', offset, unit, 'value = scale * field + offset'),
         Key(f'{at}.max_age', 0.5, 's', 'older than this an input is stale', 1e-3, 3600.0),
         Key(f'{at}.minimum', low, unit, 'a smaller value is invalid', least),
         Key(f'{at}.maximum', high, unit, 'a larger value is invalid', least),
+        Key(f'{at}.stuck_after', _STUCK_AFTER[signal], 's',
+            'exactly constant for longer while the disc slides under load is stuck; 0: never',
+            0.0, 3600.0),
     )
 
 
@@ -114,6 +162,8 @@ class InputSettings:
     max_age: float
     minimum: float
     maximum: float
+    stamp: str = 'header'
+    stuck_after: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -138,10 +188,27 @@ class MonitorSettings:
     squeal_band_low_hz: float
     squeal_band_high_hz: float
     risk_warning: float
+    risk_hysteresis: float
+    risk_hold: float
+    stamp_tolerance: float
+    validated_rotor_speed_low: float
+    validated_rotor_speed_high: float
+    validated_preload_low: float
+    validated_preload_high: float
+    validated_friction_low: float
+    validated_friction_high: float
+    bar_suspected_below: float
+    wheel_acceleration_peak: float
+    wheel_acceleration_mean: float
+    stuck_changes: float
     friction_deviation: float
     pressure_deviation: float
     rotor_speed_deviation: float
     contact_stiffness_deviation: float
+    clock_timeout: float
+    mode_shapes: bool
+    mode_shape_size: float
+    mode_shape_frame: str
 
     @property
     def period(self) -> int:
@@ -175,10 +242,12 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
             raise ConfigurationError(
                 name[:80], f'unknown key (value {quoted(value)})',
                 'see config/monitor.yaml for the keys')
-    low, high = top['squeal_band_low_hz'], top['squeal_band_high_hz']
-    if not low < high:  # type: ignore[operator]
-        raise ConfigurationError('squeal_band_high_hz', f'is {high} and the low end {low} Hz',
-                                 'make it the larger')
+    for name, unit in (('squeal_band_{}_hz', 'Hz'), ('validated_rotor_speed_{}', 'rad/s'),
+                       ('validated_preload_{}', 'N'), ('validated_friction_{}', '-')):
+        low, high = top[name.format('low')], top[name.format('high')]
+        if not low < high:  # type: ignore[operator]
+            raise ConfigurationError(name.format('high'), f'is {high} and the low end {low} '
+                                     f'{unit}', 'make it the larger')
     brakes = tuple(_read_brake(name, parameters) for name in names)
     return MonitorSettings(brakes=brakes, **top)  # type: ignore[arg-type]
 

@@ -1,16 +1,20 @@
 """Assessment -> ROS messages, for any library that provides the message types."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 import math
 from typing import Any, Protocol
 
+from squeal_core.alarm import Alarm
 from squeal_core.monitor import Assessment
+from squeal_core.settings import MonitorSettings
 
 NAMES = ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')
 TYPES = {'squeal_risk': 'std_msgs/msg/Float64', 'growth_rate': 'std_msgs/msg/Float64',
          'friction_margin': 'std_msgs/msg/Float64',
          'unstable_frequencies': 'std_msgs/msg/Float64MultiArray'}
 DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
 
 OK, WARN, ERROR, STALE = range(4)
 
@@ -51,23 +55,51 @@ def _frequencies(library: MessageLibrary, assessment: Assessment) -> Any:
         layout=layout, data=library.floats(frequencies))
 
 
-def level(assessment: Assessment, risk_warning: float) -> int:
-    """Return the diagnostic level of an assessment (REP-107)."""
-    if assessment.state == 'invalid':
+class Levels:
+    """Diagnostic levels of a vehicle's brakes (REP-107), tick after tick: no chatter."""
+
+    def __init__(self, settings: MonitorSettings) -> None:
+        self._alarms = {brake.name: Alarm(*_thresholds(settings)) for brake in settings.brakes}
+
+    def retune(self, settings: MonitorSettings) -> None:
+        for alarm in self._alarms.values():
+            alarm.retune(*_thresholds(settings))
+
+    def of(self, assessments: Sequence[Assessment]) -> list[int]:
+        """Return the level of each assessment of a tick."""
+        return [_level(a, self._alarms[a.brake].update(a.time, a.risk)) for a in assessments]
+
+
+def _thresholds(settings: MonitorSettings) -> tuple[float, float, float]:
+    return settings.risk_warning, settings.risk_hysteresis, settings.risk_hold
+
+
+def _level(assessment: Assessment, alarm: bool) -> int:
+    if assessment.state in ('invalid', 'outside validated range'):
         return ERROR
     if assessment.state == 'stale':
         return STALE
-    return WARN if assessment.risk >= risk_warning else OK
+    return WARN if alarm else OK
+
+
+@dataclass(frozen=True)
+class NodeStatus:
+    """How the node itself does: a diagnostic level, the same in words, and figures."""
+
+    values: Mapping[str, object]
+    level: int = OK
+    message: str = 'running'
 
 
 def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assessment],
-                risk_warning: float, node_values: dict[str, object]) -> Any:
+                levels: Sequence[int], status: NodeStatus) -> Any:
     """Return the DiagnosticArray of one tick: a status for each brake, then one for the node."""
     statuses = [
-        _status(library, level(a, risk_warning), f'{node}: {a.brake}', a.reason, a.brake,
+        _status(library, level, f'{node}: {a.brake}', a.reason, a.brake,
                 {'state': a.state, **_figures(a)})
-        for a in assessments]
-    statuses.append(_status(library, OK, f'{node}: node', 'running', node, node_values))
+        for a, level in zip(assessments, levels, strict=True)]
+    statuses.append(_status(library, status.level, f'{node}: node', status.message, node,
+                            status.values))
     seconds, nanoseconds = divmod(assessments[0].time, 1_000_000_000)
     stamp = library.type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
     header = library.type('std_msgs/msg/Header')(stamp=stamp, frame_id='')
@@ -75,7 +107,7 @@ def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assess
 
 
 def _status(library: MessageLibrary, level: int, name: str, message: str, hardware: str,
-            values: dict[str, object]) -> Any:
+            values: Mapping[str, object]) -> Any:
     key_value = library.type('diagnostic_msgs/msg/KeyValue')
     return library.type('diagnostic_msgs/msg/DiagnosticStatus')(
         level=library.byte(level), name=name, message=message, hardware_id=hardware,

@@ -1,51 +1,36 @@
-"""The node `squeal_monitor`: parameters, subscriptions, timer, publishers; no arithmetic."""
+"""The node `squeal_monitor`: the life cycle, and what happens at a tick; no arithmetic."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from array import array
-from collections.abc import Callable, Sequence
-from importlib import import_module
+from contextlib import ExitStack
 import signal
 import sys
+import time
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 import rclpy
 from rclpy.context import Context
-from rclpy.exceptions import InvalidTopicNameException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from rclpy.timer import Timer
 
 from squeal_core.brake_model import BrakeModel
-from squeal_core.errors import ConfigurationError, SquealError
-from squeal_core.monitor import Assessment, VehicleMonitor
-from squeal_core.settings import (
-    flatten, is_built_in, Key, MonitorSettings, NODE_NAME, read_settings, settings_keys)
-from squeal_ros import messages
+from squeal_core.errors import SquealError
+from squeal_core.monitor import Assessment, Reading, VehicleMonitor
+from squeal_core.settings import MonitorSettings, NODE_NAME
+from squeal_ros.grid import Beat
+from squeal_ros.guards import guard_services, guarded, SturdyExecutor
+from squeal_ros.health import Health
+from squeal_ros.input_topics import InputTopics
+from squeal_ros.message_types import RosMessages
+from squeal_ros.mode_shapes import ModeShapes
+from squeal_ros.output_topics import OutputTopics
+from squeal_ros.parameters import NodeParameters
+from squeal_ros.reporting import Reporter
 from squeal_ros.signals import Router
+from squeal_ros.ticker import Ticker
 
-_LATE = 0.02  # of a period: a tick this late still counts as aligned
-
-
-class RosMessages:
-    """Message classes as rclpy provides them."""
-
-    def type(self, name: str) -> Any:
-        package, _, rest = name.partition('/')
-        try:
-            return getattr(import_module(f'{package}.msg'), rest.rpartition('/')[2])
-        except (ImportError, AttributeError, ValueError):
-            raise ConfigurationError('type', f'{name!r} is no message type known here',
-                                     'install its package or mend the name') from None
-
-    def floats(self, values: Sequence[float]) -> Any:
-        return array('d', values)
-
-    def byte(self, value: int) -> Any:
-        return bytes([value])
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
 class SquealMonitor(LifecycleNode):  # type: ignore[misc]
@@ -60,23 +45,26 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True,
                          **node_arguments)
-        self._guard_change_state()
-        self.settings = self._declare_parameters()
-        self._library = RosMessages()
-        self._monitor: VehicleMonitor | None = None
-        self._router: Router | None = None
-        self._timer: Timer | None = None
-        self._subscriptions_by_topic: dict[str, Any] = {}
-        self._outputs: dict[tuple[str, str], Any] = {}
-        self._diagnostics: Any = None
-        self._configure_error: SquealError | None = None
+        self._configured: _Configured | None = None
+        self._configure_error: Exception | None = None
         self._starting = False
-        self._last_levels: list[int] = []
-        self._last_diagnostics = 0
-        self._last_tick: int | None = None
-        self.ticks_done = 0
-        self.ticks_lost = 0
-        self.errors = 0
+        self._last_unknown: int | None = None  # steady time
+        self.health = Health()
+        guard_services(self, self.report)
+        self._parameters_of_ours = NodeParameters(
+            self, lambda: self._configured is not None, self._retune)
+        self._ticker = Ticker(self, guarded(self._tick, self.report),
+                              guarded(self._clock_stopped, self.report))
+
+    @property
+    def settings(self) -> MonitorSettings:
+        return self._parameters_of_ours.settings
+
+    def report(self, error: Exception) -> None:
+        """Log and count what one moment raised; the node goes on."""
+        self.health.errors += 1
+        self.get_logger().error(f'{type(error).__name__}: {" ".join(str(error).split())}',
+                                throttle_duration_sec=10.0)
 
     def bring_up(self) -> None:
         """Configure and activate, if the parameter `autostart` says so."""
@@ -85,32 +73,36 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self._starting = True
         configured = self.trigger_configure()
         self._starting = False
-        if configured != TransitionCallbackReturn.SUCCESS:
+        if configured != SUCCESS:
             raise self._configure_error or SquealError('configuration failed; see the log')
         self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         try:
-            self._configure()
-        except SquealError as error:
+            self._configured = _Configured(self)
+        except Exception as error:  # rclpy would go to its error state without a word
             self._configure_error = error
             if not self._starting:  # while starting, whoever starts it says so
-                self.get_logger().error(f'cannot configure: {error}')
-            self._release()
-            return TransitionCallbackReturn.FAILURE
+                kind = '' if isinstance(error, SquealError) else f'{type(error).__name__}: '
+                self.get_logger().error(f'cannot configure: {kind}{error}')
+            return FAILURE
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        assert self._monitor is not None
-        self._monitor.reset()
-        self._last_tick = None
-        self._align_timer()
-        self.get_logger().info(
-            f'watching {", ".join(self._monitor.brakes)} at {self.settings.rate:g} Hz')
+        try:
+            assert self._configured is not None
+            self._configured.monitor.reset()
+            self._start_ticker()
+        except Exception as error:
+            self.report(error)
+            self._ticker.stop()
+            return FAILURE
+        self.get_logger().info(f'watching {", ".join(self._configured.monitor.brakes)} at '
+                               f'{self.settings.rate:g} Hz')
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self._stop_timer()
+        self._leave_active()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -118,162 +110,134 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if state.label == 'active':
+            self._leave_active()
         self._release()
         return super().on_shutdown(state)
 
-    def _configure(self) -> None:
-        model = BrakeModel.load(self.settings.model)
-        self._router = Router.of(self.settings)
-        self._monitor = VehicleMonitor(self.settings, model)
-        for topic, type_name in self._router.types.items():
-            self._subscribe(topic, type_name)
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        for brake in self._monitor.brakes:
-            for name, type_name in messages.TYPES.items():
-                qos = latched if name == 'unstable_frequencies' else QoSProfile(depth=10)
-                self._outputs[brake, name] = self.create_lifecycle_publisher(
-                    self._library.type(type_name), f'~/{brake}/{name}', qos)
-        self._diagnostics = self.create_lifecycle_publisher(
-            self._library.type(messages.DIAGNOSTICS_TYPE), '/diagnostics', 10)
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Release all: the node is unconfigured then, and can be configured again."""
+        self.get_logger().error(f'error in state {state.label}; cleaned up')
+        self._release()
+        return SUCCESS
 
-    def _subscribe(self, topic: str, type_name: str) -> None:
-        def receive(message: Any) -> None:
-            self._receive(topic, message)
+    def _start_ticker(self) -> None:
+        self._ticker.start(self.settings.period, round(self.settings.clock_timeout * 1e9))
 
+    def _retune(self, settings: MonitorSettings) -> None:
+        """Take changed parameters: what is fixed while configured is not among them."""
+        if self._configured is None:
+            return
+        self._configured.retune(settings)
+        self._ticker.retime(settings.period, round(settings.clock_timeout * 1e9))
+
+    def _tick(self, beat: Beat) -> None:
+        if self._configured is None:
+            return
+        start = time.perf_counter_ns()
+        self._last_unknown = None
+        self.health.begin(beat)
         try:
-            self._subscriptions_by_topic[topic] = self.create_subscription(
-                self._library.type(type_name), topic, self._safely(receive),
-                qos_profile_sensor_data)
-        except InvalidTopicNameException as error:
-            text = ' '.join(str(error).split())
-            raise ConfigurationError('topic', f'{topic!r} ({text})', 'mend the name') from None
+            self._configured.assess(beat)
+        finally:
+            self.health.end(time.perf_counter_ns() - start, self.settings.period)
 
-    def _receive(self, topic: str, message: Any) -> None:
-        if self._router is None or self._monitor is None:
+    def _clock_stopped(self, reason: str) -> None:
+        """Say now and at the rate of diagnostics that nothing is known while the clock stands."""
+        steady = time.monotonic_ns()
+        if self._last_unknown is None:
+            self.health.clock_stops += 1
+            self.get_logger().warning(reason)
+        elif steady - self._last_unknown < 1e9 / self.settings.diagnostics_rate:
             return
-        problems = len(self._router.problems)
-        now = self.get_clock().now().nanoseconds
-        for brake, name, sample in self._router.samples(topic, message, now):
-            self._monitor.receive(brake, name, sample)
-        if len(self._router.problems) > problems:  # said once, counted after
-            self.get_logger().warning(f'cannot read {list(self._router.problems)[-1]}')
+        self._last_unknown = steady
+        if self._configured is not None:
+            self._configured.say_unknown(reason)
 
-    def _align_timer(self, tries: int = 5) -> None:
-        """Tick on multiples of the period: replayed ticks then fall on the same times.
-
-        The first timer leads to a multiple, the second goes on from there; where the first comes
-        late (a coarse simulated clock, a busy start) it is tried again.
-        """
-        self._stop_timer()
-        period, tick = self.settings.period, self._safely(self._tick)
-
-        def start() -> None:
-            if tries and self.get_clock().now().nanoseconds % period > _LATE * period:
-                self._align_timer(tries - 1)
-                return
-            self._stop_timer()
-            self._timer = self.create_timer(period * 1e-9, tick)
-            tick()
-
-        wait = period - self.get_clock().now().nanoseconds % period
-        self._timer = self.create_timer(wait * 1e-9, self._safely(start))
-
-    def _stop_timer(self) -> None:
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-            self._timer = None
-
-    def _tick(self) -> None:
-        if self._monitor is None:
-            return
-        period, now = self.settings.period, self.get_clock().now().nanoseconds
-        tick = now // period
-        if self._last_tick is not None:
-            if tick == self._last_tick:
-                return
-            if tick < self._last_tick:
-                self._monitor.reset()
-            self.ticks_lost += max(0, tick - self._last_tick - 1)
-        self._last_tick = tick
-        assessments = self._monitor.assess(tick * period)
-        self.ticks_done += 1
-        for assessment in assessments:
-            for name, message in messages.brake_messages(self._library, assessment):
-                self._outputs[assessment.brake, name].publish(message)
-        self._publish_diagnostics(assessments)
-
-    def _publish_diagnostics(self, assessments: tuple[Assessment, ...]) -> None:
-        warning, time = self.settings.risk_warning, assessments[0].time
-        levels = [messages.level(a, warning) for a in assessments]
-        due = abs(time - self._last_diagnostics) >= 1e9 / self.settings.diagnostics_rate
-        if not due and levels == self._last_levels:
-            return
-        self._last_levels, self._last_diagnostics = levels, time
-        self._diagnostics.publish(messages.diagnostics(
-            self._library, self.get_name(), assessments, warning, self._node_values()))
-
-    def _node_values(self) -> dict[str, object]:
-        assert self._router is not None
-        return {'ticks_done': self.ticks_done, 'ticks_lost': self.ticks_lost,
-                'errors': self.errors, 'unreadable_messages': self._router.problems.total()}
-
-    def _safely(self, callback: Callable[..., None]) -> Callable[..., None]:
-        """Keep an exception of one moment from ending `spin`: log, count, go on."""
-        def guarded(*arguments: Any) -> None:
-            try:
-                callback(*arguments)
-            except Exception as error:
-                self.errors += 1
-                self.get_logger().error(f'{type(error).__name__}: {error}',
-                                        throttle_duration_sec=10.0)
-        return guarded
+    def _leave_active(self) -> None:
+        """Stop ticking; the last word, which late subscribers get, is that nothing is known."""
+        self._ticker.stop()
+        if self._configured is not None:
+            guarded(self._configured.say_unknown, self.report)('the monitor is not active')
 
     def _release(self) -> None:
-        self._stop_timer()
-        for subscription in self._subscriptions_by_topic.values():
-            self.destroy_subscription(subscription)
-        self._subscriptions_by_topic.clear()
-        for publisher in (*self._outputs.values(), self._diagnostics):
-            if publisher is not None:
-                self.destroy_lifecycle_publisher(publisher)
-        self._outputs.clear()
-        self._diagnostics = self._monitor = self._router = None
-
-    def _declare_parameters(self) -> MonitorSettings:
-        """Declare every key with its description; parameters given but unknown are refused."""
-        given = {name: parameter.value for name, parameter in self._parameters.items()
-                 if not is_built_in(name)}
-        settings = read_settings(flatten(given))
-        for key in settings_keys(tuple(brake.name for brake in settings.brakes)):
-            value = key.read(given.get(key.name, key.default))
-            if key.name in given:
-                self.undeclare_parameter(key.name)
-            self.declare_parameter(key.name, list(value) if isinstance(value, tuple) else value,
-                                   _descriptor(key), ignore_override=True)
-        return settings
-
-    def _guard_change_state(self) -> None:
-        """Answer an invalid request with failure: unguarded it would end the node (rclpy#1209)."""
-        change_state = self._service_change_state.callback
-
-        def guarded(request: Any, response: Any) -> Any:
-            try:
-                return change_state(request, response)
-            except Exception as error:
-                self.get_logger().warning(f'refused a state change: {error}')
-                response.success = False
-                return response
-
-        self._service_change_state.callback = guarded
+        self._ticker.stop()
+        configured, self._configured = self._configured, None
+        if configured is not None:
+            guarded(configured.destroy, self.report)()
 
 
-def _descriptor(key: Key) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(
-        description=f'{key.meaning} [{key.unit}]', read_only=True)
-    if isinstance(key.default, float) and abs(key.minimum) < 1e300:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=key.minimum, to_value=key.maximum)]
-    return descriptor
+class _Configured:
+    """What lives from configure to cleanup: model, monitor, topics."""
+
+    def __init__(self, node: SquealMonitor) -> None:
+        self._node, library = node, RosMessages()
+        model = BrakeModel.load(node.settings.model)
+        self.router = Router.of(node.settings)
+        self.monitor = VehicleMonitor(node.settings, model)
+        self._said: set[str] = set()
+        with ExitStack() as undo:
+            self.inputs = InputTopics(node, library, self.router.types,
+                                      guarded(self._receive, node.report), self._complain)
+            undo.callback(self.inputs.destroy)
+            self.outputs = OutputTopics(
+                node, library, self.monitor.brakes, node.settings.mode_shapes)
+            undo.callback(self.outputs.destroy)
+            self._set_up_reports(library, model)
+            undo.pop_all()
+
+    def _set_up_reports(self, library: RosMessages, model: BrakeModel) -> None:
+        node, settings = self._node, self._node.settings
+        self.reporter = Reporter(
+            node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
+            self.inputs, self.outputs, lambda: self.router.problems.total())
+        self.pictures: ModeShapes | None = None
+        if settings.mode_shapes:
+            self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
+            self.reporter.mode_shapes = self.pictures.status
+
+    def destroy(self) -> None:
+        self.inputs.destroy()
+        self.outputs.destroy()
+
+    def retune(self, settings: MonitorSettings) -> None:
+        self.router = Router.of(settings, self.router.problems)
+        self.monitor.retune(settings)
+        self.reporter.retune(settings)
+        if self.pictures:
+            self.pictures.retune(settings)
+
+    def assess(self, beat: Beat) -> None:
+        """Assess all brakes at a tick and publish what came out."""
+        assessments = self.monitor.assess(beat.time)
+        self.outputs.publish(assessments)
+        self.reporter.report(assessments)
+        if self.pictures:
+            self.pictures.update(assessments, time.monotonic_ns())
+
+    def say_unknown(self, reason: str) -> None:
+        """Publish that nothing is known of any brake, and why."""
+        now = self._node.get_clock().now().nanoseconds
+        assessments = tuple(
+            Assessment(brake=name, time=now, state='stale', reason=reason,
+                       inputs={signal: Reading('stale') for signal in brake.brake.inputs})
+            for name, brake in self.monitor.brakes.items())
+        self.outputs.publish(assessments)
+        self.reporter.report_unknown(assessments, reason)
+        if self.pictures:
+            self.pictures.wipe()
+
+    def _receive(self, topic: str, message: Any, received: int) -> None:
+        problems = len(self.router.problems)
+        for brake, name, sample in self.router.samples(topic, message, received):
+            self.monitor.receive(brake, name, sample)
+        if len(self.router.problems) > problems:  # said once, counted after
+            self._complain(f'cannot read {list(self.router.problems)[-1]}')
+
+    def _complain(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            self._node.get_logger().warning(text)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -285,8 +249,8 @@ def main(arguments: list[str] | None = None) -> int:
         rclpy.init(args=arguments, context=context,
                    signal_handler_options=SignalHandlerOptions.ALL)
         started = True
-        executor = SingleThreadedExecutor(context=context)
         node = SquealMonitor(context=context)
+        executor = SturdyExecutor(context=context, report=node.report)
         executor.add_node(node)
         node.bring_up()
         executor.spin()

@@ -67,6 +67,9 @@ class Outputs:
     node: str = '/squeal_monitor'
     rows: list[Row] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self._levels = messages.Levels(self.settings)
+
     @property
     def csv_path(self) -> Path:
         return self.path.with_suffix('.csv')
@@ -85,7 +88,7 @@ class Outputs:
 
     def _write_tick(self, bag: BagWriter, table: CsvWriter, assessments: tuple[Assessment, ...],
                     done: int) -> None:
-        library = BagMessages()
+        library, levels = BagMessages(), self._levels.of(assessments)
         for assessment in assessments:
             row = row_of(assessment)
             self.rows.append(row)
@@ -95,4 +98,4 @@ class Outputs:
                           assessment.time, message)
         bag.write('/diagnostics', messages.DIAGNOSTICS_TYPE, assessments[0].time,
                   messages.diagnostics(library, self.node.lstrip('/'), assessments,
-                                       self.settings.risk_warning, {'ticks_done': done}))
+                                       levels, messages.NodeStatus({'ticks_done': done})))

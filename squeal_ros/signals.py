@@ -3,6 +3,7 @@
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+import math
 import re
 from typing import Any
 
@@ -72,15 +73,22 @@ class FieldPath:
             value = value[()]
         if not isinstance(value, int | float | np.integer | np.floating | np.bool_):
             raise FieldError(f'{self.text}: is no number but {type(value).__name__}')
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            return math.copysign(math.inf, value)
 
 
 def stamp_of(message: Any, received: int) -> int:
-    """Return the time a message holds for [ns]: its header's stamp, or that of its receipt."""
+    """Return the time a message holds for [ns]: its header's stamp, or that of its receipt.
+
+    A zero stamp is none, and so is one that is no time.
+    """
     stamp = getattr(getattr(message, 'header', None), 'stamp', None)
-    if stamp is None or (stamp.sec == 0 and stamp.nanosec == 0):
+    try:
+        return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec) or received  # type: ignore
+    except (AttributeError, TypeError, ValueError, OverflowError):
         return received
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 @dataclass(frozen=True)
@@ -92,7 +100,8 @@ class _Input:
 
     def sample(self, message: Any, received: int) -> Sample:
         value = self.settings.scale * self.path.read(message) + self.settings.offset
-        return Sample(stamp_of(message, received), value)
+        stamped = self.settings.stamp == 'header'
+        return Sample(stamp_of(message, received) if stamped else received, value)
 
 
 @dataclass
@@ -110,8 +119,14 @@ class Router:
     problems: Counter[str] = field(default_factory=Counter)
 
     @classmethod
-    def of(cls, settings: MonitorSettings) -> 'Router':
-        """Raise ConfigurationError for a bad field path or a topic of two types."""
+    def of(cls, settings: MonitorSettings, problems: Counter[str] | None = None) -> 'Router':
+        """Return a router that counts on in `problems`, if they are given.
+
+        Raises
+        ------
+        ConfigurationError
+            For a bad field path or a topic of two types.
+        """
         types: dict[str, str] = {}
         inputs: defaultdict[str, list[_Input]] = defaultdict(list)
         for brake in settings.brakes:
@@ -126,7 +141,7 @@ class Router:
                 except ConfigurationError as error:
                     raise ConfigurationError(where, *str(error).split('; ', 1)) from None
                 inputs[source.topic].append(_Input(brake.name, signal, source, path))
-        return cls(types, inputs)
+        return cls(types, inputs, Counter() if problems is None else problems)
 
     def samples(self, topic: str, message: Any,
                 received: int) -> Iterator[tuple[str, Signal, Sample]]:

@@ -20,12 +20,14 @@ from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from domains import free_domain  # noqa: E402
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from rclpy.time import Time  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState, Temperature  # noqa: E402
 from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
 
+from squeal_ros.guards import SturdyExecutor  # noqa: E402
 from squeal_ros.node import SquealMonitor  # noqa: E402
 
 TIMEOUT = 20.0
@@ -39,14 +41,17 @@ class Vehicle:
                  namespace: str = '') -> None:
         self.context, self.monitor, self.brake = context, monitor, brake
         self.node = rclpy.create_node('vehicle', context=context, namespace=namespace)
-        self.executor = SingleThreadedExecutor(context=context)
+        self.executor = SturdyExecutor(context=context, report=monitor.report)
         self.executor.add_node(monitor)
         self.executor.add_node(self.node)
         self.rotor_speed, self.pressure, self.friction = 20.0, 7.84e5, 0.42
         self.temperature = math.nan
         self.silent: set[str] = set()
+        self.simulated: int | None = None  # time of /clock and of all stamps [ns]
+        self._clock = self.node.create_publisher(Clock, '/clock', 10)
         self.said: dict[str, Any] = {}
         self.count = 0
+        self._clients: dict[str, Any] = {}
         self._publishers = {
             'rotor_speed': self.node.create_publisher(JointState, 'joint_states', 10),
             'pressure': self.node.create_publisher(
@@ -70,8 +75,12 @@ class Vehicle:
     def publish(self) -> None:
         """Publish all signals that are not silent, stamped now."""
         joints, pressure, heat = JointState(), FluidPressure(), Temperature()
+        now = self.node.get_clock().now()
+        if self.simulated is not None:
+            now = Time(nanoseconds=self.simulated)
+            self._clock.publish(Clock(clock=now.to_msg()))
         for message in (joints, pressure, heat):
-            message.header.stamp = self.node.get_clock().now().to_msg()
+            message.header.stamp = now.to_msg()
         joints.name = ['spare', f'{self.brake}_wheel_joint']
         joints.velocity = [math.nan, self.rotor_speed]
         pressure.fluid_pressure, heat.temperature = self.pressure, self.temperature
@@ -91,8 +100,31 @@ class Vehicle:
 
     def spin(self, seconds: float) -> None:
         end = time.monotonic() + seconds
-        while (rest := end - time.monotonic()) > 0.0:
-            self.executor.spin_once(timeout_sec=rest)
+        while time.monotonic() < end:
+            # always the same timeout: another one makes rclpy begin again with its first entity
+            self.executor.spin_once(timeout_sec=0.002)
+
+    def advance(self, seconds: float, step: float = 0.02) -> None:
+        """Let simulated time go on, with all signals."""
+        for _ in range(round(seconds / step)):
+            assert self.simulated is not None
+            self.simulated += round(step * 1e9)
+            self.publish()
+            self.spin(0.002)
+
+    def ask(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service of the monitor, and return its response."""
+        if name not in self._clients:
+            self._clients[name] = client = self.node.create_client(
+                kind, f'{self.monitor.get_fully_qualified_name()}/{name}')
+            self.until(client.service_is_ready, f'service {name}')
+            self.spin(0.3)  # ready is known of the request's way only; a response could be lost
+        future = self._clients[name].call_async(request)
+        end = time.monotonic() + TIMEOUT
+        while not future.done():
+            assert time.monotonic() < end, f'no answer of {name} to {request}'
+            self.executor.spin_once(timeout_sec=1.0)
+        return future.result()
 
     @property
     def risk(self) -> float:
@@ -109,6 +141,17 @@ class Vehicle:
         found = [s for s in getattr(self.said.get('diagnostics'), 'status', ())
                  if s.hardware_id == self.brake]
         return found[0] if found else None
+
+    @property
+    def node_status(self) -> Any:
+        """The node's own diagnostic status, or None."""
+        statuses = getattr(self.said.get('diagnostics'), 'status', ())
+        return statuses[-1] if statuses else None
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """The values of the node's own status."""
+        return {item.key: item.value for item in getattr(self.node_status, 'values', ())}
 
 
 def parameters(**values: Any) -> list[Parameter]:

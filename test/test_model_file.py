@@ -18,11 +18,12 @@ from hypothesis.extra import numpy as hnp
 import numpy as np
 import pytest
 
-from squeal_core.brake import Caliper
+from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.brake_model import BrakeModel, OPERATORS
 from squeal_core.errors import ModelFileError
 from squeal_core.friction import FrictionLaw, FrictionTable
 from squeal_core.model_file import content_hash, load_model, read_header
+from squeal_core.surface import SurfaceShapes
 
 FIXTURE = HealthCheck.function_scoped_fixture
 SHIPPED = Path(__file__).parents[1] / 'config' / 'models' / 'kang2009.npz'
@@ -51,6 +52,8 @@ def refusal(path: Path | str) -> str:
 def content(model: BrakeModel) -> dict[str, Any]:
     """Everything a model holds, arrays as bytes."""
     def frozen(value: Any) -> Any:
+        if isinstance(value, SurfaceShapes):
+            return frozen(value.points), frozen(value.shapes), value.patches
         return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
     return {item.name: frozen(getattr(model, item.name)) for item in dataclasses.fields(model)}
 
@@ -86,7 +89,8 @@ def npy(shape: str, data: bytes, kind: str = '<f8') -> bytes:
 @pytest.mark.parametrize('changes', [
     {}, dict.fromkeys(OPERATORS), dict.fromkeys(OPERATORS[1:], SMALL + SMALL.T),
     {'caliper': None}, {'friction_law': None}, {'friction_table': None}, {'names': ()},
-    {'provenance': {}}, {'damping_ratios': 0.01}])
+    {'provenance': {}}, {'damping_ratios': 0.01},
+    {'stiffness_table': StiffnessTable((0.0, 1e5 / 3), (1e10, 2e10 / 3))}])
 def test_round_trip_is_bit_exact(tmp_path: Path, changes: dict[str, Any]) -> None:
     model = small_model(**changes)
     model.save(tmp_path / 'model.npz')
@@ -185,8 +189,15 @@ def test_contents_that_do_not_match_the_hash(path: Path, header: Any, arrays: An
     assert 'do not match its hash' in refusal(path)
 
 
+def test_only_files_with_a_stiffness_table_are_of_schema_2(path: Path) -> None:
+    assert load_model(path).stiffness_table is None
+    assert 'stiffness_table' not in read_header(path)
+    small_model(stiffness_table=StiffnessTable((1e5,), (1e10,))).save(path)
+    assert read_header(path)['schema'] == 2
+
+
 @pytest.mark.parametrize('schema', [
-    2, 10**30, 0, -1, '1', None, 1.0, False, True, [1]])
+    3, 10**30, 0, -1, '1', None, 1.0, False, True, [1]])
 def test_other_schemas(path: Path, schema: Any) -> None:
     assert f'has schema {schema!r}; this version' in refusal(rewrite(path, {'schema': schema}))
 
@@ -214,7 +225,9 @@ def test_headers_that_say_nothing(path: Path, header: str, part: str) -> None:
     ('friction_law', {'static': 'x'}), ('friction_law', {'decay': NAN}),
     ('friction_table', {'temperature': [NAN, 1], 'friction': [0.4, 0.5]}),
     ('friction_table', {'temperature': ['a', 1], 'friction': [0.4, 0.5]}),
-    ('names', [1, 2, 3]), ('names', 'abc')])
+    ('names', [1, 2, 3]), ('names', 'abc'), ('stiffness_table', 3),
+    ('stiffness_table', {'pressure': [2.0, 1.0], 'stiffness': [1e10, 1e10]}),
+    ('stiffness_table', {'pressure': [1.0], 'stiffness': [NAN]})])
 def test_wrong_header_values_with_a_right_hash(path: Path, key: str, value: Any) -> None:
     assert 'holds no usable model' in refusal(rewrite(path, {key: value}))
 

@@ -1,0 +1,90 @@
+"""Ticks on multiples of the period, whatever the clock does: pure, of times handed in [ns]."""
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+Jump: TypeAlias = Literal['', 'back', 'forward']
+
+_JUMP_PERIODS = 10
+_JUMP_TIME = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Beat:
+    """A tick that is due: its time, how late it is and how many before it were passed over."""
+
+    time: int
+    late: int
+    lost: int
+    jump: Jump = ''
+
+
+class TickGrid:
+    """Says when a tick is due; a replay of the same samples then ticks at the same times.
+
+    Parameters
+    ----------
+    period : int
+    now, steady : int
+        Present times: the first tick is the one that comes next. A ROS time of zero is none.
+    """
+
+    def __init__(self, period: int, now: int = 0, steady: int = 0) -> None:
+        self.period = period
+        self._last = now // period if now else None
+        self._last_steady = steady
+
+    def wait(self, now: int) -> int:
+        """Return the time to the next tick."""
+        return self.period - now % self.period
+
+    def due(self, now: int) -> bool:
+        """Tell whether `beat` would give a tick."""
+        tick = now // self.period
+        # a clock that was set back by less than a period does not tick twice, and forgets nothing
+        return self._last is None or tick > self._last or tick < self._last - 1
+
+    def beat(self, now: int, steady: int, *, simulated: bool) -> Beat | None:
+        """Return the tick that is due now, if one is.
+
+        Parameters
+        ----------
+        now : int
+            ROS time.
+        steady : int
+            Of a clock that nobody sets.
+        simulated : bool
+            ROS time comes from /clock, so it may run at any speed.
+        """
+        if not self.due(now):
+            return None
+        tick = now // self.period
+        jump, lost = self._step(tick, 0 if simulated else steady - self._last_steady)
+        self._last, self._last_steady = tick, steady
+        return Beat(tick * self.period, now - tick * self.period, lost, jump)
+
+    def _step(self, tick: int, steady: int) -> tuple[Jump, int]:
+        if self._last is None:
+            return '', 0
+        if tick < self._last:
+            return 'back', 0
+        passed = tick - self._last
+        if passed * self.period - steady > max(_JUMP_TIME, _JUMP_PERIODS * self.period):
+            return 'forward', 0
+        return '', passed - 1
+
+
+class StandstillWatch:
+    """Tells for how long a clock has not moved, on the steady clock [ns]."""
+
+    def __init__(self, steady: int) -> None:
+        self._seen: int | None = None
+        self._moved = steady
+
+    def standstill(self, now: int, steady: int) -> int:
+        if now != self._seen:
+            # a first look at a simulated clock that has not started is no movement
+            if self._seen is not None or now != 0:
+                self._moved = steady
+            self._seen = now
+        return steady - self._moved

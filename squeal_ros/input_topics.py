@@ -1,0 +1,175 @@
+"""Subscriptions of the node: any message type, any publisher; what comes, and what does not."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.serialization import deserialize_message
+
+from squeal_core.errors import ConfigurationError
+from squeal_ros.health import Rate
+from squeal_ros.message_types import RosMessages
+
+# what settings may change of a topic's quality of service
+POLICIES = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
+            QoSPolicyKind.DURABILITY)
+_UNNAMED = '_UNKNOWN_'  # in the names of a node that was discovered only in part
+_LOOK_PERIOD = 1_000_000_000  # ns
+_DEPTH = 10  # more than that only makes a busy node later
+
+
+@dataclass
+class _Topic:
+    kind: Any
+    subscription: Any = None
+    received: int = 0
+    dropped: int = 0
+    undecodable: int = 0
+    sequence: int | None = None
+    alone: bool = False  # one publisher: only then do sequence numbers show gaps
+    wrong: tuple[str, ...] = ()
+    rate: Rate = field(default_factory=Rate)
+
+    @property
+    def type_name(self) -> str:
+        return f'{self.kind.__module__.partition(".")[0]}/msg/{self.kind.__name__}'
+
+
+class InputTopics:
+    """One subscription a topic; messages go to `receive`, with topic and time of receipt [ns].
+
+    Messages are taken as bytes and decoded here: the middleware would throw away without a word
+    what it cannot decode.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+    library : RosMessages
+    types : mapping
+        Message type of each topic.
+    receive : callable
+    complain : callable
+        Given a text, of which the caller says each once.
+
+    Raises
+    ------
+    ConfigurationError
+        For a type, a topic name or a quality of service that is none.
+    """
+
+    def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str],
+                 receive: Callable[[str, Any, int], None],
+                 complain: Callable[[str], None]) -> None:
+        self._node, self._receive, self._complain = node, receive, complain
+        self._looked: int | None = None
+        self._topics = {topic: _Topic(library.type(name)) for topic, name in types.items()}
+        try:
+            for topic, found in self._topics.items():
+                found.subscription = self._subscribe(topic, found)
+        except Exception:
+            self.destroy()
+            raise
+
+    def destroy(self) -> None:
+        for topic in self._topics.values():
+            if topic.subscription is not None:
+                self._node.destroy_subscription(topic.subscription)
+                topic.subscription = None
+
+    def values(self, steady: int) -> dict[str, object]:
+        """Return the figures of each topic: messages a second and since configured."""
+        figures: dict[str, object] = {}
+        for name, topic in self._topics.items():
+            figures[f'{name} rate_hz'] = topic.rate.update(topic.received, steady)
+            figures[f'{name} received'] = topic.received
+            figures[f'{name} dropped'] = topic.dropped
+        return figures
+
+    @property
+    def undecodable(self) -> int:
+        return sum(topic.undecodable for topic in self._topics.values())
+
+    @property
+    def dropped(self) -> int:
+        return sum(topic.dropped for topic in self._topics.values())
+
+    def look_around(self, steady: int) -> tuple[str, ...]:
+        """Return, in words, publishers whose messages cannot come: of another type.
+
+        The graph is looked at once a second at most [ns of steady time].
+        """
+        if self._looked is None or steady - self._looked >= _LOOK_PERIOD:
+            self._looked = steady
+            self._look()
+        return tuple(text for topic in self._topics.values() for text in topic.wrong)
+
+    def _look(self) -> None:
+        for name, topic in self._topics.items():
+            publishers = self._node.get_publishers_info_by_topic(name)
+            topic.alone = len(publishers) == 1
+            topic.wrong = tuple(sorted(set(self._wrong(name, topic, publishers))))
+            for text in topic.wrong:
+                self._complain(text)
+
+    def _wrong(self, name: str, topic: _Topic, publishers: list[Any]) -> Iterator[str]:
+        own = [str(info.topic_type_hash)
+               for info in self._node.get_subscriptions_info_by_topic(name)
+               if info.node_name == self._node.get_name()
+               and info.node_namespace == self._node.get_namespace()]
+        for info in publishers:
+            publisher = f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+            if _UNNAMED in publisher:
+                publisher = 'a publisher'
+            if info.topic_type != topic.type_name:
+                yield (f'{name}: {publisher} publishes {info.topic_type}, and '
+                       f'{topic.type_name} is wanted')
+            elif own and str(info.topic_type_hash) not in own:
+                yield f'{name}: {publisher} publishes another version of {topic.type_name}'
+
+    def _subscribe(self, topic: str, found: _Topic) -> Any:
+        def receive(data: bytes, info: Mapping[str, Any]) -> None:
+            self._take(topic, found, data, info)
+
+        qos = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT,
+                         durability=DurabilityPolicy.VOLATILE)
+        with naming(topic):
+            return self._node.create_subscription(
+                found.kind, topic, receive, qos, raw=True,
+                qos_overriding_options=QoSOverridingOptions(POLICIES))
+
+    def _take(self, topic: str, found: _Topic, data: bytes, info: Mapping[str, Any]) -> None:
+        received = self._node.get_clock().now().nanoseconds
+        found.received += 1
+        sequence = info.get('publication_sequence_number')
+        if found.alone and sequence and found.sequence and sequence > found.sequence:
+            found.dropped += sequence - found.sequence - 1
+        found.sequence = sequence
+        try:
+            message = deserialize_message(data, found.kind)
+        except Exception as error:
+            found.undecodable += 1
+            self._complain(f'{topic}: no {found.type_name} ({type(error).__name__})')
+            return
+        self._receive(topic, message, received)
+
+
+@contextmanager
+def naming(topic: str) -> Iterator[None]:
+    """Turn what rclpy raises over a topic into a ConfigurationError that names it."""
+    try:
+        yield
+    except InvalidTopicNameException as error:
+        text = ' '.join(str(error).split())
+        raise ConfigurationError('topic', f'{topic!r} ({text})', 'mend the name') from None
+    except ConfigurationError:
+        raise
+    except Exception as error:
+        text = ' '.join(str(error).split())
+        raise ConfigurationError(
+            f'qos_overrides of {topic}', f'{type(error).__name__}: {text}',
+            'give reliability, durability, history and depth as ROS names them') from None

@@ -1,0 +1,97 @@
+"""What the node says about itself and its brakes, and when: diagnostics, and the markers."""
+
+from collections.abc import Callable, Mapping, Sequence
+import time
+from typing import Any
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.monitor import Assessment
+from squeal_core.settings import MonitorSettings
+from squeal_ros import messages
+from squeal_ros.health import Growth, Health
+from squeal_ros.input_topics import InputTopics
+from squeal_ros.output_topics import OutputTopics
+
+
+class Reporter:
+    """Publishes diagnostics at their rate and on a change of level.
+
+    Parameters
+    ----------
+    name : str
+        Of the node, for the statuses.
+    settings : MonitorSettings
+    library : MessageLibrary
+    health : Health
+    model : BrakeModel
+    inputs : InputTopics
+    outputs : OutputTopics
+    unreadable : callable
+        Count of messages without the field that was looked for.
+    """
+
+    def __init__(self, name: str, settings: MonitorSettings, library: messages.MessageLibrary,
+                 health: Health, model: BrakeModel, inputs: InputTopics, outputs: OutputTopics,
+                 unreadable: Callable[[], int]) -> None:
+        self._name, self._settings = name, settings
+        self._library, self._health = library, health
+        self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
+        self._model = _model_values(model)
+        self.mode_shapes = 'off'
+        self._alarms = messages.Levels(settings)
+        self._levels: list[int] = []
+        self._last = (0, 0)  # ROS time and steady time
+        self._growth = {'deadline misses': Growth(), 'unreadable messages': Growth(),
+                        'errors': Growth()}
+
+    def retune(self, settings: MonitorSettings) -> None:
+        self._settings = settings
+        self._alarms.retune(settings)
+
+    def report(self, assessments: Sequence[Assessment]) -> None:
+        """Take note of a tick, and publish diagnostics if they are due."""
+        levels = self._alarms.of(assessments)
+        now, steady = assessments[0].time, time.monotonic_ns()
+        period = 1e9 / self._settings.diagnostics_rate
+        # simulated time may run faster or slower, or stand still
+        due = abs(now - self._last[0]) >= period or steady - self._last[1] >= period
+        if due or levels != self._levels:
+            self._publish(assessments, levels, '')
+            self._levels, self._last = levels, (now, steady)
+
+    def report_unknown(self, assessments: Sequence[Assessment], reason: str) -> None:
+        """Publish diagnostics of brakes of which nothing is known, as there are no ticks."""
+        self._publish(assessments, self._alarms.of(assessments), reason)
+
+    def _publish(self, assessments: Sequence[Assessment], levels: list[int],
+                 stopped: str) -> None:
+        self._outputs.publish_diagnostics(messages.diagnostics(
+            self._library, self._name, assessments, levels, self._node_status(stopped)))
+
+    def _node_status(self, stopped: str) -> messages.NodeStatus:
+        steady = time.monotonic_ns()
+        wrong = self._inputs.look_around(steady)
+        unreadable = self._unreadable() + self._inputs.undecodable
+        counts = {'deadline misses': self._health.deadline_misses,
+                  'unreadable messages': unreadable, 'errors': self._health.errors}
+        faults = [f'{name}: {count}' for name, count in counts.items()
+                  if self._growth[name].recent(count, steady)]
+        values: Mapping[str, object] = {
+            **self._health.values(), 'unreadable_messages': unreadable,
+            'dropped_messages': self._inputs.dropped, 'wrong_publishers': len(wrong),
+            'rate_hz': self._settings.rate, 'mode_shapes': self.mode_shapes,
+            **self._model, **self._inputs.values(steady)}
+        if stopped:
+            return messages.NodeStatus(values, messages.STALE, stopped)
+        if wrong or faults:
+            return messages.NodeStatus(values, messages.WARN, '; '.join([*wrong, *faults]))
+        return messages.NodeStatus(values)
+
+
+def _model_values(model: BrakeModel) -> dict[str, Any]:
+    """Return what the model is, and what its audit found when it was built."""
+    checks = [check for check in model.provenance.get('audit', ()) if isinstance(check, Mapping)]
+    failed = [str(check.get('name')) for check in checks if check.get('passed') is not True]
+    return {'model': model.provenance.get('brake', ''), 'model_modes': model.size,
+            'audit_checks': len(checks), 'audit_failed': len(failed),
+            'audit_failed_names': ', '.join(failed)}

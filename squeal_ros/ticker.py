@@ -1,0 +1,117 @@
+"""Drives ticks on ROS time from a steady timer, so that no step of a clock can stall them.
+
+A timer on ROS time waits for the system clock to come back after a backward step (rclpy#1490), and
+for ever on a /clock that stopped. Here a timer on steady time leads to each tick; simulated time
+is heard of by a jump callback, and the steady timer looks whether it still moves.
+"""
+
+from collections.abc import Callable
+import time
+from typing import Any
+
+from rclpy.clock import Clock, JumpThreshold
+from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
+from rclpy.node import Node
+
+from squeal_ros.grid import Beat, StandstillWatch, TickGrid
+
+_LOOKS = 4  # at a simulated clock within its timeout
+
+
+class Ticker:
+    """Calls `on_tick` with each tick that is due, and `on_stop` while ROS time stands still.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+    on_tick : callable
+        Given a `Beat`.
+    on_stop : callable
+        Given what the clock does, in words; called again and again until it goes on.
+    """
+
+    def __init__(self, node: Node, on_tick: Callable[[Beat], None],
+                 on_stop: Callable[[str], None]) -> None:
+        self._node = node
+        self._on_tick, self._on_stop = on_tick, on_stop
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer: Any = None
+        self._guard: Any = None
+        self._jumps: Any = None
+
+    def start(self, period: int, clock_timeout: int) -> None:
+        """Begin; both times in ns."""
+        self.stop()
+        self._timeout = clock_timeout
+        self._grid = TickGrid(period, self._now(), time.monotonic_ns())
+        self._watch = StandstillWatch(time.monotonic_ns())
+        self._guard = self._node.create_guard_condition(self._beat)
+        self._timer = self._node.create_timer(1.0, self._beat, clock=self._steady)
+        self._jumps = self._node.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=Duration(nanoseconds=1),
+                          min_backward=Duration(nanoseconds=-1)),
+            post_callback=self._moved)
+        self._arm()
+
+    def retime(self, period: int, clock_timeout: int) -> None:
+        """Take other times from the next tick on."""
+        if self._timer is None:
+            return
+        self._timeout = clock_timeout
+        if period != self._grid.period:
+            self._grid = TickGrid(period, self._now(), time.monotonic_ns())
+        self._arm()
+
+    def stop(self) -> None:
+        if self._jumps is not None:
+            self._jumps.unregister()
+            self._node.destroy_timer(self._timer)
+            self._node.destroy_guard_condition(self._guard)
+        self._timer = self._guard = self._jumps = None
+
+    def _moved(self, jump: Any) -> None:
+        """Hear of a new simulated time; what is to be done is left to the executor."""
+        if self._guard is not None and self._grid.due(self._now()):
+            self._guard.trigger()
+
+    def _beat(self) -> None:
+        if self._timer is None:
+            return
+        try:
+            self._look()
+        finally:
+            if self._timer is not None:
+                self._arm()
+
+    def _look(self) -> None:
+        now, steady = self._now(), time.monotonic_ns()
+        simulated = bool(self._node.get_clock().ros_time_is_active)
+        if simulated:
+            standstill = self._watch.standstill(now, steady)
+            if standstill > self._timeout:
+                self._on_stop(_in_words(now, standstill))
+            if now == 0:  # not started
+                return
+        else:
+            self._watch = StandstillWatch(steady)
+        beat = self._grid.beat(now, steady, simulated=simulated)
+        if beat is not None:
+            self._on_tick(beat)
+
+    def _arm(self) -> None:
+        """Wait for the next tick; with simulated time, for the next look at it."""
+        simulated = self._node.get_clock().ros_time_is_active
+        self._timer.timer_period_ns = (
+            self._timeout // _LOOKS if simulated else self._grid.wait(self._now()))
+        self._timer.reset()
+
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
+
+def _in_words(now: int, standstill: int) -> str:
+    seconds = standstill * 1e-9
+    if now == 0:
+        return f'clock: use_sim_time is set and nothing came on /clock for {seconds:.1f} s'
+    return f'clock: /clock stands still at {now * 1e-9:.3f} s since {seconds:.1f} s'

@@ -1,0 +1,130 @@
+"""When ticks are due, and the node's own figures: pure functions of times handed in."""
+
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+from squeal_ros.grid import Beat, StandstillWatch, TickGrid
+from squeal_ros.health import Growth, Health, Rate, RECENT, Series
+
+MS = 1_000_000
+SECOND = 1000 * MS
+PERIOD = 100 * MS
+
+
+def grid(now: int = 1000 * SECOND) -> TickGrid:
+    return TickGrid(PERIOD, now, 0)
+
+
+@given(st.integers(1, 10**10), st.integers(0, 2**62))
+def test_the_wait_leads_to_a_multiple_of_the_period(period: int, now: int) -> None:
+    wait = TickGrid(period).wait(now)
+    assert 0 < wait <= period
+    assert (now + wait) % period == 0
+
+
+def test_the_first_tick_is_the_one_that_comes_next() -> None:
+    found = grid(1000 * SECOND + 1)
+    assert found.beat(1000 * SECOND + PERIOD - 1, 0, simulated=False) is None
+    assert found.beat(1000 * SECOND + PERIOD + 3 * MS, 0, simulated=False) == Beat(
+        1000 * SECOND + PERIOD, 3 * MS, 0)
+    assert not found.due(1000 * SECOND + PERIOD + 4 * MS)
+
+
+def test_without_a_time_the_first_tick_is_due_at_once() -> None:
+    assert TickGrid(PERIOD).beat(SECOND + 5, 0, simulated=True) == Beat(SECOND, 5, 0)
+
+
+def test_ticks_passed_over_are_counted() -> None:
+    found, start = grid(), 1000 * SECOND
+    assert found.beat(start + 4 * PERIOD, 4 * PERIOD, simulated=False) == Beat(
+        start + 4 * PERIOD, 0, 3)
+
+
+@pytest.mark.parametrize('step', [1, PERIOD // 2, PERIOD])
+def test_a_small_step_back_ticks_no_time_twice(step: int) -> None:
+    """The system clock is slewed and stepped by some ms every day."""
+    found, start = grid(), 1000 * SECOND
+    assert found.beat(start + 5 * PERIOD, 5 * PERIOD, simulated=False)
+    back = start + 6 * PERIOD - 1 - step
+    assert found.beat(back, 6 * PERIOD, simulated=False) is None
+    assert found.beat(start + 6 * PERIOD, 7 * PERIOD, simulated=False) == Beat(
+        start + 6 * PERIOD, 0, 0)
+
+
+def test_a_step_back_goes_on_from_there() -> None:
+    found = grid()
+    assert found.beat(1000 * SECOND + PERIOD, PERIOD, simulated=False)
+    assert found.beat(10 * SECOND, 2 * PERIOD, simulated=False) == Beat(
+        10 * SECOND, 0, 0, 'back')
+    assert found.beat(10 * SECOND + PERIOD, 3 * PERIOD, simulated=False) == Beat(
+        10 * SECOND + PERIOD, 0, 0)
+
+
+@pytest.mark.parametrize(('simulated', 'steady', 'beat'), [
+    (False, SECOND, ('forward', 0)), (True, SECOND, ('forward', 0)),
+    (False, 3600 * SECOND, ('', 36000 - 1))])
+def test_a_step_forward_is_no_lost_hour_but_a_blocked_node_is(
+        simulated: bool, steady: int, beat: tuple[str, int]) -> None:
+    found = grid().beat(4600 * SECOND, steady, simulated=simulated)
+    assert found is not None
+    assert (found.jump, found.lost) == beat
+
+
+@given(st.lists(st.integers(-3 * SECOND, 3 * SECOND), max_size=60), st.booleans())
+def test_ticks_go_forward_unless_they_say_so(steps: list[int], simulated: bool) -> None:
+    now, last, found = 1000 * SECOND, 1000 * SECOND, grid()
+    for steady, step in enumerate(steps):
+        now += step
+        beat = found.beat(now, steady, simulated=simulated)
+        if beat:
+            assert beat.time % PERIOD == 0
+            assert 0 <= beat.late < PERIOD
+            assert (beat.time > last) != (beat.jump == 'back')
+            last = beat.time
+
+
+def test_standstill_is_measured_from_the_last_movement() -> None:
+    watch = StandstillWatch(5)
+    assert watch.standstill(0, 10) == 5  # never started: zero is no time
+    assert watch.standstill(0, 20) == 15
+    assert watch.standstill(7, 30) == 0
+    assert watch.standstill(7, 40) == 10
+    assert watch.standstill(6, 50) == 0
+
+
+def test_percentiles_of_the_last_thousand() -> None:
+    series = Series()
+    assert all(math.isnan(float(str(v))) for v in series.values('x').values())
+    for number in range(5000, 0, -1):  # the last thousand are 1000 to 1
+        series.add(number * SECOND)
+    assert series.values('x') == {'x_s': 1.0, 'x_max_s': 1000.0, 'x_p99_s': 990.0}
+
+
+def test_a_deadline_is_missed_by_work_or_by_delay() -> None:
+    health = Health()
+    for lost, work in ((0, PERIOD), (0, PERIOD + 1), (2, 5), (2, PERIOD + 1)):
+        health.begin(Beat(SECOND, MS, lost))
+        health.end(work, PERIOD)
+    values = health.values()
+    assert (values['ticks_done'], values['ticks_lost'], values['deadline_misses']) == (4, 4, 4)
+    assert values['tick_lateness_max_s'] == 1e-3
+
+
+def test_rate_over_a_second_or_more() -> None:
+    rate = Rate()
+    assert math.isnan(rate.update(0, 0))
+    assert math.isnan(rate.update(40, SECOND // 2))
+    assert rate.update(100, 2 * SECOND) == 50.0
+    assert rate.update(101, 2 * SECOND + 1) == 50.0
+    assert rate.update(100, 3 * SECOND) == 0.0
+
+
+def test_growth_is_forgotten_after_a_while() -> None:
+    growth = Growth()
+    assert not growth.recent(0, 5)
+    assert growth.recent(3, 10)
+    assert growth.recent(3, 9 + RECENT)
+    assert not growth.recent(3, 10 + RECENT)

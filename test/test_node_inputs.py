@@ -1,0 +1,192 @@
+"""Inputs on real DDS: any publisher, any type, any bytes; what cannot be used is named."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import math
+from typing import Any
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from geometry_msgs.msg import TwistStamped  # noqa: E402
+from harness import Vehicle, vehicle  # noqa: E402
+import rclpy  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.qos import (  # noqa: E402
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from rclpy.serialization import serialize_message  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
+
+OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
+
+
+@pytest.mark.parametrize('reliability', [ReliabilityPolicy.RELIABLE,
+                                         ReliabilityPolicy.BEST_EFFORT])
+@pytest.mark.parametrize('durability', [DurabilityPolicy.VOLATILE,
+                                        DurabilityPolicy.TRANSIENT_LOCAL])
+@pytest.mark.parametrize('depth', [1, 0])
+def test_any_publisher_is_heard(reliability: Any, durability: Any, depth: int) -> None:
+    history = HistoryPolicy.KEEP_LAST if depth else HistoryPolicy.KEEP_ALL
+    qos = QoSProfile(depth=depth, history=history, reliability=reliability, durability=durability)
+    with vehicle() as car:
+        car.silent = {'friction'}
+        publisher = car.node.create_publisher(Float64, 'fl/friction', qos)
+
+        def known() -> bool:
+            publisher.publish(Float64(data=0.42))
+            return car.risk > 0.99
+
+        car.until(known)
+
+
+def test_one_message_of_a_foreign_type_feeds_all_inputs_of_two_brakes() -> None:
+    fields: dict[str, Any] = {}
+    for i, brake in enumerate(('fl', 'fr')):
+        for j, signal in enumerate(('rotor_speed', 'pressure', 'friction')):
+            fields.update({f'{brake}__{signal}__topic': '/vehicle/brakes',
+                           f'{brake}__{signal}__type': 'std_msgs/Float64MultiArray',
+                           f'{brake}__{signal}__field': f'data[{3 * i + j}]'})
+    with vehicle(brakes=['fl', 'fr'], **fields) as car:
+        publisher = car.node.create_publisher(Float64MultiArray, '/vehicle/brakes', 10)
+
+        def state(words: str, data: list[float]) -> bool:
+            publisher.publish(Float64MultiArray(data=data))
+            status = getattr(car.said.get('diagnostics'), 'status', ())[:-1]
+            return words in ' '.join(s.message for s in status)
+
+        car.until(lambda: state('released', [20.0, 7.84e5, 0.42, 20.0, 0.0, 0.42])
+                  and car.risk > 0.99)
+        car.until(lambda: state('never received', [20.0]) or math.isnan(car.risk))
+        assert int(car.figures['unreadable_messages']) > 0
+        car.until(lambda: state('released', [20.0, 7.84e5, 0.42, 20.0, 0.0, 0.42])
+                  and car.risk > 0.99)
+
+
+def test_nested_fields_and_units() -> None:
+    with vehicle(fl__rotor_speed__topic='twist', fl__rotor_speed__scale=1.0 / 0.3,
+                 fl__rotor_speed__type='geometry_msgs/msg/TwistStamped',
+                 fl__rotor_speed__field='twist.linear.x') as car:
+        publisher = car.node.create_publisher(TwistStamped, 'twist', 10)
+        message = TwistStamped()
+        message.twist.linear.x = 6.0
+
+        def known() -> bool:
+            message.header.stamp = car.node.get_clock().now().to_msg()
+            publisher.publish(message)
+            return car.risk > 0.99
+
+        car.until(known)
+        values = {item.key: item.value for item in car.status.values}
+        assert float(values['rotor_speed_input']) == pytest.approx(20.0)
+
+
+def test_the_time_of_receipt_for_stamps_that_cannot_be_trusted() -> None:
+    receipt = {'fl__rotor_speed__stamp': 'receipt', 'fl__pressure__stamp': 'receipt'}
+    for settings in (receipt, {}):
+        with vehicle(**settings) as car:  # type: ignore[arg-type]
+            # all stamps from a machine whose clock is an hour behind
+            car.simulated = car.node.get_clock().now().nanoseconds - 3600 * 10**9
+            if settings:
+                car.until(lambda: car.risk > 0.99)
+            else:
+                car.until(lambda: car.status is not None and '3600.' in car.status.message)
+                assert car.status.level == STALE
+                assert math.isnan(car.risk)
+
+
+@contextmanager
+def stranger(car: Vehicle) -> Iterator[Any]:
+    """Yield a node of another process, as far as the middleware can tell."""
+    context = Context()
+    rclpy.init(context=context, domain_id=car.context.get_domain_id())
+    node = rclpy.create_node('stranger', context=context)
+    try:
+        yield node
+        node.destroy_node()
+    finally:
+        context.try_shutdown()
+
+
+def test_a_publisher_of_another_type_is_named() -> None:
+    with vehicle() as car:
+        car.until(lambda: car.risk > 0.99)
+        with stranger(car) as other:
+            wrong = other.create_publisher(Float32, 'fl/friction', 10)
+
+            def said() -> bool:
+                wrong.publish(Float32(data=0.9))
+                return str(car.node_status.message) == (
+                    'fl/friction: /stranger publishes std_msgs/msg/Float32, and '
+                    'std_msgs/msg/Float64 is wanted')
+
+            car.until(said)
+            assert car.node_status.level == WARN
+            assert car.figures['wrong_publishers'] == '1'
+            assert car.risk > 0.99  # the right one is heard
+            assert car.status.level == WARN
+            car.silent = {'friction'}
+            car.until(lambda: math.isnan(car.risk) and 'friction is' in car.status.message)
+            other.destroy_publisher(wrong)
+            car.silent = set()
+            car.until(lambda: car.risk > 0.99 and car.figures['wrong_publishers'] == '0')
+
+
+@pytest.mark.parametrize('bytes_of', [
+    b'', b'\x00', b'\x00\x01\x00\x00', b'\xff' * 200, serialize_message(JointState())[:-6],
+    serialize_message(String(data='x' * 5000))])
+def test_bytes_that_are_no_message_are_counted(bytes_of: bytes) -> None:
+    with vehicle() as car:
+        car.until(lambda: car.risk > 0.99)
+        good = car._publishers['rotor_speed']
+
+        def counted() -> bool:
+            good.publish(bytes_of)
+            return int(car.figures['unreadable_messages']) > 2
+
+        car.until(counted)
+        assert 'unreadable messages' in car.node_status.message
+        assert car.node_status.level == WARN
+        car.said.clear()
+        car.until(lambda: car.risk > 0.99)
+
+
+def test_what_comes_and_what_is_dropped() -> None:
+    with vehicle() as car:
+        car.until(lambda: car.risk > 0.99)
+        car.until(lambda: float(car.figures['fl/friction rate_hz']) > 0.0)
+        before = {name: int(car.figures[f'fl/friction {name}'])
+                  for name in ('received', 'dropped')}
+        for _ in range(200):  # while the node does not spin: its queue holds ten
+            car._publishers['friction'].publish(Float64(data=0.42))
+        car.until(lambda: int(car.figures['fl/friction dropped']) > before['dropped'])
+        car.silent = {'friction'}
+        car.spin(0.1)
+        last = car.said['diagnostics']
+        car.until(lambda: car.said['diagnostics'] is not last)
+        figures = car.figures
+        heard = sum(int(figures[f'fl/friction {name}']) - before[name] for name in before)
+        assert heard >= 200
+        assert int(figures['dropped_messages']) >= int(figures['fl/friction dropped']) > 0
+
+
+def test_the_model_and_its_audit_are_in_the_figures() -> None:
+    with vehicle() as car:
+        car.until(lambda: car.node_status is not None)
+        assert car.figures['model'] == 'kang2009'
+        assert car.figures['model_modes'] == '92'
+        assert int(car.figures['audit_checks']) > 5
+        for name in ('tick_time_s', 'tick_time_max_s', 'tick_time_p99_s', 'tick_lateness_p99_s'):
+            assert float(car.figures[name]) >= 0.0 or math.isnan(float(car.figures[name]))
+        assert car.node_status.name == 'squeal_monitor: node'
+
+
+def test_two_namespaces_are_told_apart_in_diagnostics() -> None:
+    with vehicle(namespace='/left') as car:
+        car.until(lambda: car.status is not None)
+        assert car.status.name == 'left/squeal_monitor: fl'
