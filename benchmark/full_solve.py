@@ -39,13 +39,13 @@ def main() -> None:
     settings = read_settings({'brakes': ['fl']})
     monitor = BrakeMonitor(settings.brakes[0], settings, model)
     for signal, value in (('rotor_speed', 20.0), ('pressure', 7.84e5), ('friction', 0.42)):
-        monitor.receive(signal, Sample(0, value))  # type: ignore[arg-type]
+        monitor.receive(signal, Sample(1, value))  # type: ignore[arg-type]
     tasks: dict[str, Callable[[], object]] = {
         'numpy.linalg.eigvals of the whole state': lambda: np.linalg.eigvals(state),
         'eigenvalues': lambda: eigenvalues(model, point),
         'complex_modes': lambda: complex_modes(model, point),
         'mode_vectors of one mode': lambda: mode_vectors(model, point, worst),
-        'assessment of a braking brake': lambda: monitor.assess(0)}
+        'assessment of a braking brake': lambda: monitor.assess(1)}
     reference = median(tasks['numpy.linalg.eigvals of the whole state'])
     print(f'{platform.processor() or platform.machine()}, Python {platform.python_version()}, '
           f'numpy {np.__version__}, scipy {scipy.__version__}, N = {n}, one BLAS thread')

@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from squeal_core.anchor import Anchor, DEGREE
+from squeal_core.anchor import Anchor, DEGREE, norms
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.brake_model import BrakeModel
+from squeal_core.encounters import encounters
 from squeal_core.monomials import Monomials
 from squeal_core.operating_point import Coefficients, OperatingPoint
 from squeal_core.stability import state_matrix
 
 _STEP = 0.1  # relative step of the parameters that blocks are chosen for
+_STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
 _SLOPE_STEP = 0.01  # s/m; the slope may be zero
-_COUPLING = 0.1  # root of the second-order term from which on two modes share a block
-_COARSE = 3  # degree from which on single precision is enough: terms are small corrections
+_COUPLING = 0.07  # root of the second-order term from which on two modes share a block
+_COARSE = 2  # degree from which on single precision is enough: its terms are small corrections
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
@@ -47,7 +49,8 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
     scales = np.abs(steps).max(axis=0, initial=0.0)
     scales[scales == 0.0] = 1.0
     roots, couplings, rounding = _projected(model, point, rows, scales)
-    blocks = _blocks(roots, couplings, [step / scales for step in steps], coupling)
+    scaled = [step / scales for step in steps]
+    blocks = _blocks(roots, couplings, scaled, coupling)
     monomials = Monomials(rows.size, degree)
     terms = _Series(roots, couplings, blocks, monomials).terms()
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
@@ -60,8 +63,9 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
         point=point, rows=rows, centre=readonly(centre), scales=readonly(scales),
         monomials=monomials, sizes=sizes,
         series=readonly(np.concatenate([entries.real, entries.imag])),
-        majorants=tuple(readonly(_norms(term, sizes)) for term in terms[-3:]),
-        nearness=readonly(_nearness(roots, couplings, blocks, monomials)),
+        majorants=tuple(readonly(norms(term, sizes)) for term in terms[-3:]),
+        nearness=readonly(np.float32(_nearness(roots, couplings, blocks, monomials))),
+        encounters=encounters(roots, couplings, blocks, scaled, degree),
         rounding=readonly([rounding[block].max() for block in blocks]),
         mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
 
@@ -69,8 +73,9 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
 def _neighbours(point: OperatingPoint) -> list[OperatingPoint]:
     """Return points a step of each parameter away."""
     slope = point.friction_slope
-    moved = [replace(point, **{name: (1.0 + _STEP) * getattr(point, name)})
-             for name in ('rotor_speed', 'contact_pressure', 'contact_stiffness')]
+    moved = [replace(point, **{name: (1.0 + step) * getattr(point, name)})
+             for name, step in (('rotor_speed', _STEP), ('contact_pressure', _STEP),
+                                ('contact_stiffness', _STIFFNESS_STEP))]
     friction = replace(point, friction=(1.0 + _STEP) * point.friction,
                        friction_slope=(1.0 + _STEP) * slope)
     return [*moved, friction, replace(point, friction_slope=slope + _SLOPE_STEP)]
@@ -103,7 +108,7 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatA
     for step in steps:
         change = np.tensordot(step, couplings, axes=1)
         strength = np.maximum(strength, np.abs(change * change.T))
-    close = strength > (limit * gap) ** 2
+    close = strength >= (limit * gap) ** 2  # two equal roots too, however little they have to do
     _, label = connected_components(close, directed=False)
     groups = [np.flatnonzero(label == i) for i in range(label.max(initial=-1) + 1)]
     size = np.abs(roots).max(initial=0.0)
@@ -137,7 +142,8 @@ class _Series:
         for degree in range(1, self.monomials.degree):
             if degree == _COARSE:
                 couplings, gap = couplings.astype(np.complex64), gap.astype(np.complex64)
-            product = self._product(couplings, subspace[-1].astype(couplings.dtype), degree)
+            product = (self.couplings[:, :, kept] if degree == 1 else self._product(
+                couplings, subspace[-1].astype(couplings.dtype), degree))
             found.append(self._entries(product).astype(complex))
             for i in range(1, degree):
                 self._subtract(product, subspace[i], found[degree - i], i, degree - i)
@@ -221,10 +227,3 @@ def _nearness(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[Ind
         product = down[a] * up[b] + (down[b] * up[a] if a != b else 0.0)
         found[:, i] = np.maximum.reduceat((product * scale).max(axis=0), starts)
     return found
-
-
-def _norms(terms: ComplexArray, sizes: IndexArray) -> FloatArray:
-    """Return the Frobenius norm of each block (blocks, terms)."""
-    ends = np.cumsum(sizes**2)
-    squares = np.add.reduceat(np.abs(terms) ** 2, np.concatenate([[0], ends[:-1]]), axis=1)
-    return np.asarray(np.sqrt(squares).T)

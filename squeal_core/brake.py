@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import math
 from typing import Any
 
+import numpy as np
+
+from squeal_core.arrays import FloatArray
 from squeal_core.errors import SquealError
-from squeal_core.friction import check_number, FrictionLaw, FrictionTable
+from squeal_core.friction import check_number, check_rising, column, FrictionLaw, FrictionTable
 
 
 @dataclass(frozen=True)
@@ -79,16 +83,53 @@ class Support:
 
 
 @dataclass(frozen=True)
+class StiffnessTable:
+    """Contact stiffness over contact pressure, linear between its points, flat beyond.
+
+    Friction material stiffens as it is pressed together. Beyond the measured pressures the last
+    value is held rather than refused: a running monitor must answer at every pressure.
+
+    Parameters
+    ----------
+    pressure : tuple of floats
+        p0, preload over contact area, rising, the first may be zero [Pa].
+    stiffness : tuple of floats
+        k_c per area at each pressure, above zero [N/m^3].
+
+    Raises
+    ------
+    SquealError
+        For lists that do not match, do not rise, or hold what is no number in range.
+    """
+
+    pressure: tuple[float, ...]
+    stiffness: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        table = 'stiffness table'
+        object.__setattr__(self, 'pressure', column(
+            table, 'pressure', self.pressure, above=-math.inf, least=0.0))
+        object.__setattr__(self, 'stiffness', column(table, 'stiffness', self.stiffness))
+        check_rising(table, ('pressures', 'stiffnesses'), self.pressure, self.stiffness)
+
+    def __call__(self, pressure: FloatArray | float) -> FloatArray:
+        """Return k_c [N/m^3] at contact pressures [Pa]."""
+        return np.asarray(np.interp(pressure, self.pressure, self.stiffness))
+
+
+@dataclass(frozen=True)
 class Contact:
     """The sector in which pads touch the disc, and the stiffness of the friction material.
 
-    Radii in m, angle in rad, stiffness per area in N/m^3.
+    Radii in m, angle in rad, nominal stiffness per area in N/m^3; with a table the stiffness
+    follows the contact pressure.
     """
 
     inner_radius: float
     outer_radius: float
     angle: float
     stiffness: float
+    stiffness_table: StiffnessTable | None = None
 
     @property
     def area(self) -> float:

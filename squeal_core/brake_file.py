@@ -13,6 +13,7 @@ from squeal_core.brake import (
     Material,
     ModalResults,
     Pad,
+    StiffnessTable,
     Support,
 )
 from squeal_core.description import Quantity, Section
@@ -23,6 +24,7 @@ from squeal_core.yaml_file import read_yaml
 ZERO_CELSIUS = 273.15
 
 _LENGTH = Quantity('length', above=0.0, below=5.0)
+_STIFFNESS = Quantity('stiffness', above=1e6, below=1e15)
 
 
 def read_brake(path: str | Path) -> Brake:
@@ -159,11 +161,26 @@ def _contact(section: Section) -> Contact:
         inner_radius=section.number('inner_radius', _LENGTH),
         outer_radius=section.number('outer_radius', _LENGTH),
         angle=section.number('angle', Quantity('angle', 0.0, math.pi)),
-        stiffness=section.number('stiffness', Quantity('stiffness', 1e6, 1e15)))
+        stiffness=section.number('stiffness', _STIFFNESS),
+        stiffness_table=_stiffness_table(section))
     section.finish()
     _in_order(section.where, 'the patch has a width', inner_radius=contact.inner_radius,
               outer_radius=contact.outer_radius)
     return contact
+
+
+def _stiffness_table(contact: Section) -> StiffnessTable | None:
+    table = contact.section('stiffness_table', required=False)
+    if table is None:
+        return None
+    contact.sources[table.where] = table.text('source', default='not given')
+    pressure = table.quantities('contact_pressure', Quantity('pressure', 0.0, 1e9, closed=True))
+    stiffness = table.quantities('stiffness', _STIFFNESS)
+    table.finish()
+    try:
+        return StiffnessTable(pressure, stiffness)
+    except SquealError as error:
+        raise BrakeDescriptionError(table.where, str(error), 'mend the lists') from None
 
 
 def _caliper(section: Section) -> Caliper:

@@ -13,6 +13,7 @@ from squeal_core.errors import BrakeDescriptionError, quoted
 UNITS: dict[str, dict[str, float]] = {
     'length': {'m': 1.0, 'mm': 1e-3},
     'angle': {'rad': 1.0, 'deg': math.pi / 180.0},
+    'pressure': {'pa': 1.0, 'bar': 1e5, 'mpa': 1e6},
     'modulus': {'pa': 1.0, 'mpa': 1e6, 'gpa': 1e9},
     'density': {'kg_m3': 1.0},
     'stiffness': {'n_m3': 1.0},
@@ -110,6 +111,17 @@ class Section:
             raise BrakeDescriptionError(
                 self.path(key), f'is {quoted(values)}', 'write a list of numbers')
         return tuple(_finite(self.path(f'{key}[{i}]'), v) for i, v in enumerate(values))
+
+    def quantities(self, name: str, quantity: Quantity) -> tuple[float, ...]:
+        """Return a list of quantities in SI units, whichever of its units the key names."""
+        key, factor = self._find(name, quantity)
+        values = tuple(value * factor for value in self.numbers(key or name))
+        for i, value in enumerate(values):
+            if not quantity.admits(value):
+                raise BrakeDescriptionError(
+                    self.path(f'{key}[{i}]'), f'is {value / factor:g} ({value:g} in SI units)',
+                    f'give values in {quantity.range_text} (SI units)')
+        return values
 
     def finish(self) -> None:
         """Refuse keys nobody asked for: a misspelt key must not pass for a default."""

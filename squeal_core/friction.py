@@ -24,6 +24,30 @@ def check_number(name: str, value: Any, *, above: float = -math.inf, least: floa
                           f'at most {most:g}')
 
 
+def column(table: str, name: str, values: Any, *, above: float = 0.0,
+           least: float = -math.inf) -> tuple[float, ...]:
+    """Return the column of a table as plain numbers, checked one by one."""
+    try:
+        numbers = tuple(value.item() if isinstance(value, np.generic) else value
+                        for value in values)
+    except TypeError:
+        raise SquealError(
+            f'{table}: {name} is {quoted(values)}; give a list of numbers') from None
+    for i, value in enumerate(numbers):
+        check_number(f'{table}: {name}[{i}]', value, above=above, least=least)
+    return numbers
+
+
+def check_rising(table: str, names: tuple[str, str], places: tuple[float, ...],
+                 values: tuple[float, ...]) -> None:
+    """Raise SquealError unless a table has a value for each place and its places rise."""
+    if len(places) != len(values):
+        raise SquealError(f'{table}: {len(places)} {names[0]} and {len(values)} {names[1]}; give '
+                          'as many of one as of the other')
+    if not places or np.any(np.diff(places) <= 0):
+        raise SquealError(f'{table}: {names[0]} {quoted(list(places))} do not rise; sort them')
+
+
 @dataclass(frozen=True)
 class FrictionLaw:
     r"""Coefficient falling with sliding speed: mu_k + (mu_s - mu_k) exp(-alpha v).
@@ -91,22 +115,9 @@ class FrictionTable:
 
     def __post_init__(self) -> None:
         for name in ('temperature', 'friction'):
-            try:
-                values = tuple(value.item() if isinstance(value, np.generic) else value
-                               for value in getattr(self, name))
-            except TypeError:
-                raise SquealError(f'friction table: {name} is {quoted(getattr(self, name))}; '
-                                  'give a list of numbers') from None
-            for i, value in enumerate(values):
-                check_number(f'friction table: {name}[{i}]', value, above=0.0)
-            object.__setattr__(self, name, values)
-        if len(self.temperature) != len(self.friction):
-            raise SquealError(
-                f'friction table: {len(self.temperature)} temperatures and {len(self.friction)} '
-                'friction coefficients; give as many of one as of the other')
-        if not self.temperature or np.any(np.diff(self.temperature) <= 0):
-            raise SquealError(f'friction table: temperatures {quoted(list(self.temperature))} do '
-                              'not rise; sort them')
+            object.__setattr__(self, name, column('friction table', name, getattr(self, name)))
+        check_rising('friction table', ('temperatures', 'friction coefficients'),
+                     self.temperature, self.friction)
 
     def __call__(self, temperature: FloatArray | float) -> FloatArray:
         """Return mu [-] at temperatures [K]."""

@@ -9,11 +9,12 @@ import warnings
 import numpy as np
 from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 
-from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
+Source: TypeAlias = Literal['full', 'table']
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,34 +79,34 @@ class ComplexModes:
 
     Parameters
     ----------
-    eigenvalues : (2N,) array
-        [1/s]: those that do not oscillate, least stable first, then pairs by frequency.
+    quiet : array
+        Roots that do not oscillate [1/s], least stable first.
+    upper : array
+        Those with Im > 0, by frequency; their conjugates are roots too.
     errors : (N,) array
         What the root of each mode may be off by [1/s], beyond rounding.
     tolerances : Tolerances
     source : str
         'full' for an eigensolution, 'table' for the series of `squeal_core.anchor`.
-    reason : str
-        Why it was solved so, in words.
     """
 
-    eigenvalues: ComplexArray
+    quiet: ComplexArray
+    upper: ComplexArray
     errors: FloatArray
     tolerances: Tolerances
-    source: Literal['full', 'table'] = 'full'
-    reason: str = ''
+    source: Source = 'full'
+
+    @cached_property
+    def eigenvalues(self) -> ComplexArray:
+        """All 2N roots [1/s]: those that do not oscillate, then pairs by frequency."""
+        pairs = np.column_stack([self.upper, self.upper.conj()]).ravel()
+        return readonly(np.concatenate([self.quiet, pairs]), complex)
 
     @cached_property
     def roots(self) -> ComplexArray:
         """One root of each mode (N,) [1/s], in order of index: the one with Im >= 0."""
-        quiet = 2 * len(self.errors) - 2 * self._oscillating
         # of two roots that do not oscillate the less stable one speaks for the mode
-        return readonly(np.concatenate(
-            [self.eigenvalues[:quiet // 2], self.eigenvalues[quiet::2]]), complex)
-
-    @cached_property
-    def _oscillating(self) -> int:
-        return int(np.count_nonzero(self.eigenvalues.imag > self.tolerances.oscillation))
+        return readonly(np.concatenate([self.quiet[:self.quiet.size // 2], self.upper]), complex)
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
@@ -175,23 +176,21 @@ def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) 
     return state
 
 
-def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None, *,
-             source: Literal['full', 'table'] = 'full', reason: str = '') -> ComplexModes:
-    """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode."""
-    quiet, upper = order(roots, tolerances)
-    pairs = np.column_stack([roots[upper], roots[upper].conj()]).ravel()
-    off = np.zeros(len(roots)) if errors is None else errors
+def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None,
+             source: Source = 'full') -> ComplexModes:
+    """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
+
+    Roots with Im < 0 may be missing: of a pair the other one counts.
+    """
+    frequency = roots.imag
+    quiet = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
+    upper = (frequency > tolerances.oscillation).nonzero()[0]
+    quiet = quiet[np.argsort(-roots[quiet].real, kind='stable')]
+    upper = upper[np.lexsort((roots[upper].real, frequency[upper]))]
     spoken = np.concatenate([quiet[:quiet.size // 2], upper])
-    return ComplexModes(readonly(np.concatenate([roots[quiet], pairs]), complex),
-                        readonly(off[spoken]), tolerances, source, reason)
-
-
-def order(roots: ComplexArray, tolerances: Tolerances) -> tuple[IndexArray, IndexArray]:
-    """Return the places of the roots that do not oscillate, and of those with Im > 0, in order."""
-    quiet = np.flatnonzero(np.abs(roots.imag) <= tolerances.oscillation)
-    upper = np.flatnonzero(roots.imag > tolerances.oscillation)
-    return (quiet[np.argsort(-roots[quiet].real, kind='stable')],
-            upper[np.lexsort((roots[upper].real, roots[upper].imag))])
+    off = np.zeros(spoken.size) if errors is None else errors[spoken]
+    return ComplexModes(readonly(roots[quiet], complex), readonly(roots[upper], complex),
+                        readonly(off), tolerances, source)
 
 
 def _kind(root: complex, tolerances: Tolerances) -> Kind:

@@ -9,9 +9,9 @@ waits for more than one full solution.
 S. B. Pope, Combust. Theory Model. 1 (1997) 41-63, is where in-situ adaptive tabulation is from.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from squeal_core.stability import classify, complex_modes, ComplexModes, Toleran
 _EDGE = 0.2  # of the tolerance: from here on the next anchor is asked for
 _TRIED = 3  # anchors tried for a point, the last one used first
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
+_AHEAD = 0.6  # of the way from the last anchor: how far beyond a point the next one is made
+_DRIFT = 2.0  # ratio of a parameter over that way from which on it is a jump
 _FAR = 3.0  # reaches beyond which an anchor is not tried
 
 
@@ -50,7 +52,7 @@ class TableSettings:
     """
 
     tolerance: float = 0.1
-    decay_tolerance: float = 0.01
+    decay_tolerance: float = 0.02
     memory: float = 200e6
     delay: int = 0
     audit_every: int = 2000
@@ -84,6 +86,16 @@ class _Request:
     anchor: 'Future[Anchor]'
 
 
+@dataclass(frozen=True)
+class _Answer:
+    """What the table says of a point; without an entry, nothing."""
+
+    entry: _Entry | None = None
+    roots: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    errors: FloatArray = field(default_factory=lambda: np.zeros(0))
+    worst: float = np.inf
+
+
 class Tabulation:
     """Complex modes of one model at operating points, each near the last ones.
 
@@ -110,6 +122,7 @@ class Tabulation:
         self._last: _Entry | None = None
         self._request: _Request | None = None
         self._worker: ThreadPoolExecutor | None = None
+        self._free = int(np.count_nonzero(model.free_coordinates))
         self._solves = 0
         self._unused = 0  # anchors in a row that were never used
         self._pause_until = 0
@@ -127,40 +140,77 @@ class Tabulation:
         """Return the complex modes at a point; as `stability.complex_modes`, with errors."""
         self._solves += 1
         self._adopt()
-        found, worst, entry = self._from_table(point)
-        ahead = _EDGE if self.settings.delay else 1.0
-        if worst > ahead * self.settings.tolerance or found is None:
-            self._ask(point)
-            if self.settings.delay == 0 and self._request is not None:
-                self._adopt()
-                found, worst, entry = self._from_table(point)
-        if found is None:
+        answer = self._best(point)
+        edge = _EDGE if self.settings.delay else 1.0
+        if answer.worst > edge * self.settings.tolerance:
+            self._prepare(point, answer)
+            if self.settings.delay == 0:
+                answer = self._best(point)
+        found = self._modes(answer)
+        if found is None or answer.entry is None:
             self.statistics.full += 1
             return complex_modes(self.model, point, tolerances=self._tolerances)
-        assert entry is not None
-        entry.used, self._last = self._solves, entry
-        entry.hits += 1
+        self._last = answer.entry
+        self._last.used = self._solves
+        self._last.hits += 1
         self.statistics.tabulated += 1
         every = self.settings.audit_every
         if every and self.statistics.tabulated % every == 0:
-            return self._audited(point, found, entry)
+            return self._audited(point, found, self._last)
         return found
 
-    def _from_table(self, point: OperatingPoint
-                    ) -> tuple[ComplexModes | None, float, '_Entry | None']:
-        """Return modes, their largest error, and where they are from; None beyond the limit."""
+    def covers(self, point: OperatingPoint) -> bool:
+        """Tell whether the table answers at a point, without any solve and any trace."""
+        return self._modes(self._best(point)) is not None
+
+    def add(self, anchor: Anchor) -> None:
+        """Take an anchor into the table; the least recently used ones make room for it."""
+        self._entries.append(_Entry(anchor, self._solves))
+        self._forget_oldest()
+        self._index()
+
+    def close(self) -> None:
+        """End the worker; the engine can be used on, and starts another."""
+        if self._worker is not None:
+            self._worker.shutdown(wait=True, cancel_futures=True)
+            self._worker = self._request = None
+
+    def _best(self, point: OperatingPoint) -> '_Answer':
+        """Return the first answer well within the tolerance, or else the best of those tried."""
         coefficients = np.array(point.coefficients())[:, None]
-        least = np.inf
+        best = _Answer()
         for entry in self._near(coefficients[:, 0]):
             roots, errors = entry.anchor.roots(coefficients)
             roots, errors = roots[:, 0], errors[:, 0]
             worst = self._worst(roots, errors)
-            if worst <= self.settings.tolerance and self._decided(roots, errors):
-                found = self._classified(entry.anchor, roots, errors)
-                if found is not None:
-                    return found, worst, entry
-            least = min(least, worst)
-        return None, max(least, self.settings.tolerance), None
+            if worst < best.worst:
+                best = _Answer(entry, roots, errors, worst)
+            if worst <= _EDGE * self.settings.tolerance:
+                break
+        return best
+
+    def _modes(self, answer: '_Answer') -> ComplexModes | None:
+        """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
+        if answer.entry is None or answer.worst > self.settings.tolerance or (
+                not self._decided(answer.roots, answer.errors)):
+            return None
+        return self._classified(answer.entry.anchor, answer.roots, answer.errors)
+
+    def _prepare(self, point: OperatingPoint, answer: '_Answer') -> None:
+        """Have an anchor made for a point at or beyond the edge of the table, or for what follows.
+        """
+        beyond = answer.worst > self.settings.tolerance
+        target = point if answer.entry is None else ahead(point, answer.entry.anchor.point)
+        if target is not point and self._best(target).worst <= self.settings.tolerance:
+            if not beyond:
+                return
+            target = point
+        self._ask(target)
+        if self.settings.delay == 0:
+            self._adopt()
+            if target is not point and self._best(point).worst > self.settings.tolerance:
+                self._ask(point)  # the table does not reach back to here
+                self._adopt()
 
     def _worst(self, roots: ComplexArray, errors: FloatArray) -> float:
         """Return the largest error, in growth rates of the tolerance."""
@@ -181,28 +231,26 @@ class Tabulation:
 
     def _classified(self, anchor: Anchor, roots: ComplexArray,
                     errors: FloatArray) -> ComplexModes | None:
-        """Return the modes; None where roots and their mirror images do not make 2N."""
-        mirrored = anchor.mirrored & (np.abs(roots.imag) > 0.0)
-        images = roots[mirrored].conj()
-        rest = 2 * self.model.size - roots.size - images.size
-        free = int(np.count_nonzero(self.model.free_coordinates))
-        if rest != free:
+        """Return the modes; None where a pair became real: the next anchor's business."""
+        if np.any(anchor.mirrored & (roots.imag <= self._tolerances.oscillation)):
             return None
-        every = np.concatenate([np.zeros(rest), roots, images])
-        off = np.concatenate([np.zeros(rest), errors, errors[mirrored]])
-        return classify(every, self._tolerances, off, source='table')
+        zeros = np.zeros(self._free)
+        found = classify(np.concatenate([zeros, roots]), self._tolerances,
+                         np.concatenate([zeros, errors]), 'table')
+        return found if found.errors.size == self.model.size else None
 
-    def _near(self, coefficients: FloatArray) -> Sequence[_Entry]:
-        """Return the entries to try: the last one used, then by distance over reach."""
+    def _near(self, coefficients: FloatArray) -> Iterator[_Entry]:
+        """Yield the entries to try: the last one used, then by distance over reach."""
+        last = self._last
+        if last is not None:
+            yield last
         if not self._entries:
-            return ()
-        away = np.abs(coefficients - self._centres) / self._reaches
+            return
+        away = (coefficients - self._centres) / self._reaches
         distance = np.einsum('ij,ij->i', away, away)
-        nearest = np.argsort(distance, kind='stable')[:_TRIED]
-        found = [self._entries[i] for i in nearest.tolist() if distance[i] < _FAR**2]
-        if self._last is not None and self._last not in found:
-            found.insert(0, self._last)
-        return found
+        for i in np.argsort(distance, kind='stable')[:_TRIED].tolist():
+            if distance[i] < _FAR**2 and self._entries[i] is not last:
+                yield self._entries[i]
 
     def _index(self) -> None:
         """Lay out the anchors' places for the search; what has no effect counts for nothing."""
@@ -273,6 +321,24 @@ class Tabulation:
         self._drop(entry)
         self._index()
         return truth
+
+
+def ahead(point: OperatingPoint, behind: OperatingPoint) -> OperatingPoint:
+    """Return a point further on the way from one behind: an anchor serves on both sides of it.
+
+    A long way, or one through a change of sign, is no drift; the point itself then.
+    """
+    there = {}
+    for name in ('rotor_speed', 'contact_pressure', 'contact_stiffness', 'friction'):
+        here, before = getattr(point, name), getattr(behind, name)
+        if here == before:
+            continue
+        ratio = here / before if before else 0.0
+        if not 1.0 / _DRIFT < ratio < _DRIFT:
+            return point
+        there[name] = here * ratio**_AHEAD
+    slope = point.friction_slope
+    return replace(point, **there, friction_slope=slope + _AHEAD * (slope - behind.friction_slope))
 
 
 def _distance(found: ComplexModes, truth: ComplexModes, settings: TableSettings) -> float:

@@ -1,0 +1,26 @@
+"""The braking points of a drive, for the benchmarks."""
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.drive_cycle import read_drive_cycle
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.resources import config_folder
+from squeal_core.vehicle import brake_signals, read_vehicle
+
+DRIVES = ('us06', 'wltc_3b', 'chicago_trip')
+RELEASED = 0.5e5  # Pa, below which a brake counts as released
+SLIDING = 0.5  # rad/s, from which the disc counts as sliding
+
+
+def braking_points(model: BrakeModel, drive: str, *, brakes: int = 1,
+                   rate: float = 100.0) -> list[OperatingPoint]:
+    """Return the points of the first brakes at each sample at which they brake, in order."""
+    assert model.friction_table is not None
+    folder = config_folder()
+    signals = brake_signals(
+        read_drive_cycle(folder / 'drive_cycles' / f'{drive}.csv'),
+        read_vehicle(folder / 'vehicles' / 'midsize.yaml'), model.friction_table, rate=rate)
+    return [model.operating_point(
+        rotor_speed=signals.rotor_speed[i, brake], pressure=signals.pressure[i, brake],
+        friction=signals.friction[i, brake])
+        for i in range(signals.time.size) for brake in range(brakes)
+        if signals.pressure[i, brake] >= RELEASED and signals.rotor_speed[i, brake] >= SLIDING]
