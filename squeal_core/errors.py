@@ -42,6 +42,10 @@ class ModelFileError(PlacedError):
     """A model file that cannot be read or written."""
 
 
+class TableFileError(PlacedError):
+    """A file of anchors that cannot be read, written or used with a model."""
+
+
 class ModelError(SquealError):
     """Arrays that do not make a brake model."""
 

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 import yaml
 
-from squeal_core.brake import Brake, Caliper
+from squeal_core.brake import Brake, Caliper, StiffnessTable
 from squeal_core.brake_file import parse_brake, read_brake
-from squeal_core.errors import BrakeDescriptionError
+from squeal_core.errors import BrakeDescriptionError, SquealError
 
 SHIPPED = Path(__file__).parents[1] / 'config' / 'brakes' / 'kang2009.yaml'
 CONTENT = yaml.safe_load(SHIPPED.read_text(encoding='utf-8'))
@@ -124,7 +124,7 @@ def test_other_units_say_the_same(brake: Brake, key: str, same: str, value: floa
 
 
 def flat(values: Any) -> list[float]:
-    return sum((flat(v) if isinstance(v, tuple) else [v] for v in values), [])
+    return sum((flat(v) if isinstance(v, tuple) else [v] for v in values if v is not None), [])
 
 
 def test_plain_numbers_and_texts_of_numbers(brake: Brake) -> None:
@@ -249,6 +249,54 @@ def test_parts_that_do_not_fit(key: str, value: float, named: str, parts: Any) -
 def test_wrong_friction_table(key: str, value: Any, part: str) -> None:
     check(refusal(edited({f'friction.temperature_table.{key}': value})),
           'brake.friction.temperature_table', part)
+
+
+STIFFNESSES = {'contact_pressure_bar': [2, 8, 40], 'stiffness_n_m3': [0.2e11, 0.35e11, 0.8e11]}
+
+
+@pytest.mark.parametrize(('suffix', 'scale'), [('bar', 1.0), ('mpa', 0.1), ('pa', 1e5)])
+def test_contact_stiffness_over_pressure(suffix: str, scale: float) -> None:
+    pressures = [scale * value for value in STIFFNESSES['contact_pressure_bar']]
+    brake = parse_brake(edited({'contact.stiffness_table': {
+        'source': 'bench', f'contact_pressure_{suffix}': pressures,
+        'stiffness_n_m3': STIFFNESSES['stiffness_n_m3']}}))
+    table = brake.contact.stiffness_table
+    assert table is not None
+    assert table.pressure == pytest.approx((2e5, 8e5, 40e5), rel=1e-12)
+    assert table([0.0, 2e5, 5e5, 24e5, 40e5, 1e9]) == pytest.approx(
+        [0.2e11, 0.2e11, 0.275e11, 0.575e11, 0.8e11, 0.8e11], rel=1e-12)
+    assert brake.contact.stiffness == 0.35e11
+    assert brake.sources['contact.stiffness_table'] == 'bench'
+
+
+@pytest.mark.parametrize(('key', 'value', 'part'), [
+    ('stiffness_n_m3', [1e10], '3 pressures and 1 stiffnesses; give as many'),
+    ('stiffness_n_m3', [1e10, 0.0, 1e10], 'stiffness_n_m3[1]: is 0 (0 in SI units); give values'),
+    ('stiffness_n_m3', [1e10, math.nan, 1e10], 'stiffness_n_m3[1]: is nan; write a finite number'),
+    ('stiffness_n_m3', 1e10, 'is 10000000000.0; write a list'),
+    ('stiffness_n_m3', DELETED, 'stiffness_n_m3: is missing; add stiffness_n_m3'),
+    ('stiffness', 3, 'stiffness: unknown key'),
+    ('contact_pressure_bar', [2, 40, 8], 'do not rise; sort'),
+    ('contact_pressure_bar', [2, 2, 8], 'do not rise; sort'),
+    ('contact_pressure_bar', [-1, 2, 8], 'contact_pressure_bar[0]: is -1 (-100000 in SI units)'),
+    ('contact_pressure_bar', [], 'write a list of numbers'),
+    ('contact_pressure_pa', [1, 2, 3], 'says again what contact_pressure_pa says'),
+    ('friction', 0.4, 'unknown key'), ('source', 3, 'is 3; write a text')])
+def test_wrong_stiffness_table(key: str, value: Any, part: str) -> None:
+    table = {**STIFFNESSES, key: value}
+    table = {name: item for name, item in table.items() if item is not DELETED}
+    check(refusal(edited({'contact.stiffness_table': table})), 'brake.contact.stiffness_table',
+          part)
+
+
+@pytest.mark.parametrize(('pressure', 'stiffness', 'part'), [
+    ([1e5], 3.0, 'stiffness is 3.0; give a list'), ([], [], 'do not rise; sort'),
+    ([1e5], [-1.0], 'stiffness[0] is -1; give a number above 0'),
+    ([-1.0], [1e10], 'pressure[0] is -1; give a number')])
+def test_stiffness_tables_that_are_none(pressure: Any, stiffness: Any, part: str) -> None:
+    with pytest.raises(SquealError, match='stiffness table: ') as caught:
+        StiffnessTable(pressure, stiffness)
+    check(str(caught.value), part)
 
 
 @pytest.mark.parametrize(('text', 'part'), [

@@ -79,8 +79,9 @@ def test_modes_json_is_whole() -> None:
     answer = modes('--rotor-speed', '20', '--friction', '0.42', '--preload', '2000')
     assert [m['index'] for m in answer['modes']] == list(range(1, 93))
     assert set(answer['modes'][0]) == {
-        'index', 'kind', 'frequency_hz', 'growth_rate', 'damping_ratio', 'mechanism',
-        'participation'}
+        'index', 'identity', 'kind', 'frequency_hz', 'growth_rate', 'damping_ratio',
+        'backward_error', 'condition', 'error_bound', 'mechanism', 'participation',
+        'contributions', 'without', 'sensitivity'}
     assert [m['kind'] for m in answer['modes'][:6]] == ['rigid'] * 6
     assert all(m['growth_rate'] * m['damping_ratio'] <= 0.0 for m in answer['modes'])
     by_pressure = modes('--rotor-speed', '20', '--friction', '0.42', '--pressure', '783773.1')
