@@ -29,7 +29,7 @@ from squeal_core.monomials import Monomials
 from squeal_core.operating_point import OperatingPoint
 
 DEGREE = 3
-_TINY = 1e-300
+_TINY = 1e-200  # so small that nothing finite over it overflows
 _DIVERGENT = 0.8  # ratio of successive degrees from which on a series is not believed
 _SAFETY = 6.0  # on the remainder of a series; docs/online.md has the errors it covers
 
@@ -137,7 +137,7 @@ class Anchor:
         ratio = np.maximum(final / (last + _TINY), np.sqrt(np.maximum(
             final / (before + _TINY), near)))
         final = np.maximum(final, ratio * last)  # of a veering every other degree vanishes
-        left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, _TINY)
+        left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, 1.0 - _DIVERGENT)
         left[ratio >= _DIVERGENT] = np.inf
         self.encounters.add_to(left, terms[1])
         return left + self.rounding[:, None]

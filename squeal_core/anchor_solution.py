@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
     roots, couplings, rounding = _projected(model, point, rows, scales)
     scaled = [step / scales for step in steps]
     blocks = _blocks(roots, couplings, scaled, coupling)
-    monomials = Monomials(rows.size, degree)
+    monomials = _monomials(rows.size, degree)
     terms = _Series(roots, couplings, blocks, monomials).terms()
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
     entries = np.concatenate(terms, axis=0).T  # entries, terms
@@ -68,6 +69,11 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
         encounters=encounters(roots, couplings, blocks, scaled, degree),
         rounding=readonly([rounding[block].max() for block in blocks]),
         mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
+
+
+@lru_cache
+def _monomials(variables: int, degree: int) -> Monomials:
+    return Monomials(variables, degree)
 
 
 def _neighbours(point: OperatingPoint) -> list[OperatingPoint]:
@@ -96,7 +102,9 @@ def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
         felt = array @ right[held:] if name in _DAMPING else array[:, moving] @ right[:held]
         np.matmul(left[:, held:], -felt, out=couplings[i])
     defect = np.abs(left @ (state @ right) - np.diag(roots))
-    return roots, couplings, np.maximum(defect.max(axis=0), defect.max(axis=1))
+    # where two vectors are one to the last bit the defect may vanish and says nothing
+    least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
+    return roots, couplings, np.maximum(least, np.maximum(defect.max(axis=0), defect.max(axis=1)))
 
 
 def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
@@ -135,19 +143,22 @@ class _Series:
             column += block.size
         gap = self.roots[:, None] - self.roots[kept]
         gap[own] = np.inf  # no component of X in its own block
+        scale = -1.0 / gap
         start = np.zeros((1, self.roots.size, kept.size), complex)
         start[0, kept, np.arange(kept.size)] = 1.0
         couplings, subspace, found = self.couplings, [start], [self._entries(
             start * self.roots[kept])]
+        if self.monomials.variables == 0:  # nothing depends on the operating point
+            return found + self.monomials.degree * [np.zeros((0, found[0].shape[1]), complex)]
         for degree in range(1, self.monomials.degree):
             if degree == _COARSE:
-                couplings, gap = couplings.astype(np.complex64), gap.astype(np.complex64)
+                couplings, scale = couplings.astype(np.complex64), scale.astype(np.complex64)
             product = (self.couplings[:, :, kept] if degree == 1 else self._product(
                 couplings, subspace[-1].astype(couplings.dtype), degree))
             found.append(self._entries(product).astype(complex))
             for i in range(1, degree):
                 self._subtract(product, subspace[i], found[degree - i], i, degree - i)
-            subspace.append(-product / gap)
+            subspace.append(product * scale)
         found.append(self._last_entries(couplings, subspace[-1]).astype(complex))
         return found
 

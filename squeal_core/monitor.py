@@ -20,7 +20,9 @@ from squeal_core.inputs import Input, Reading, Sample, Status, validated_ranges
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, first_order_risk, Inputs
 from squeal_core.settings import BrakeSettings, MonitorSettings, Signal
-from squeal_core.stability import complex_modes, ComplexModes, Mode
+from squeal_core.stability import Mode
+from squeal_core.table_file import read_table
+from squeal_core.tabulation import TableSettings, Tabulation
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
            'VehicleMonitor']
@@ -97,9 +99,11 @@ class Assessment:
 class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
-    def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel) -> None:
+    def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel,
+                 engine: Tabulation | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
+        self._engine = engine or Tabulation(model, table_settings(settings))
         self._adopt(brake, settings)
         validated = validated_ranges(model, settings)
         self._inputs = {signal: Input(signal, limits, settings, validated[signal])
@@ -110,6 +114,7 @@ class BrakeMonitor:
     def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         self.brake = brake
         self._settings = settings
+        self._band = (settings.squeal_band_low_hz, settings.squeal_band_high_hz)
         self._deviations = Deviations(
             friction=settings.friction_deviation, pressure=settings.pressure_deviation,
             rotor_speed=settings.rotor_speed_deviation,
@@ -218,8 +223,8 @@ class BrakeMonitor:
                         self._model.contact_pressure(pressure)))
         point = self._point(at)
         try:
-            solved = complex_modes(self._model, point)
-            candidates = self._candidates(solved)
+            solved = self._engine.complex_modes(point)
+            candidates = solved.least_stable(*self._band, count=_CANDIDATES)
             risk = first_order_risk(self._model, self._point, at, candidates, self._deviations)
         except np.linalg.LinAlgError as error:
             return replace(found, state='invalid', reason=f'no eigensolution ({error})')
@@ -231,13 +236,6 @@ class BrakeMonitor:
             growth_rate=worst.growth_rate if worst else math.nan,
             worst_frequency_hz=worst.frequency_hz if worst else math.nan,
             friction_margin=risk.friction_margin, reason=_in_words(worst, risk.probability))
-
-    def _candidates(self, solved: ComplexModes) -> list[Mode]:
-        """Least stable oscillating modes of the squeal band, worst first."""
-        low, high = self._settings.squeal_band_low_hz, self._settings.squeal_band_high_hz
-        in_band = [m for m in solved.modes if m.kind in ('flutter', 'stable')
-                   and low <= m.frequency_hz <= high]
-        return sorted(in_band, key=lambda m: -m.growth_rate)[:_CANDIDATES]
 
 
 def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
@@ -252,16 +250,23 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
 
 
 class VehicleMonitor:
-    """The monitors of all brakes of a vehicle, assessed together."""
+    """The monitors of all brakes of a vehicle, assessed together from one table."""
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
         self.settings = settings
-        self.brakes = {brake.name: BrakeMonitor(brake, settings, model)
+        anchors = read_table(settings.table, model) if settings.table else ()
+        self.engine = Tabulation(model, table_settings(settings), anchors=anchors)
+        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.engine)
                        for brake in settings.brakes}
+
+    def close(self) -> None:
+        """End the engine's worker."""
+        self.engine.close()
 
     def retune(self, settings: MonitorSettings) -> None:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
         self.settings = settings
+        self.engine.settings = table_settings(settings)
         for brake in settings.brakes:
             self.brakes[brake.name].retune(brake, settings)
 
@@ -274,6 +279,14 @@ class VehicleMonitor:
     def reset(self) -> None:
         for monitor in self.brakes.values():
             monitor.reset()
+
+
+def table_settings(settings: MonitorSettings) -> TableSettings:
+    """Return how the engine works for a vehicle: its delay is counted in solves of all brakes."""
+    return TableSettings(
+        tolerance=settings.engine_tolerance, memory=1e6 * settings.table_memory,
+        delay=math.ceil(settings.anchor_delay * settings.rate) * len(settings.brakes),
+        audit_every=round(settings.audit_interval))
 
 
 def _in_words(worst: Mode | None, risk: float) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 from typing import Any, TypeAlias
 
@@ -41,16 +41,24 @@ class Monomials:
     def count(self) -> int:
         return sum(len(terms) for terms in self.terms)
 
-    def factors(self, degree: int) -> Iterator[tuple[int, int, int]]:
-        """Yield (term, variable, term of one degree less) for each variable a term contains."""
+    @lru_cache  # noqa: B019 - few, and kept for good
+    def factors(self, degree: int) -> tuple[tuple[int, int, int], ...]:
+        """Return (term, variable, term of one degree less) for each variable a term contains."""
+        return tuple(self._factors(degree))
+
+    @lru_cache  # noqa: B019
+    def products(self, first: int, second: int) -> tuple[tuple[int, int, int], ...]:
+        """Return (term, term of degree `first`, of `second`): the term is their product."""
+        return tuple(self._products(first, second))
+
+    def _factors(self, degree: int) -> Iterator[tuple[int, int, int]]:
         for place, term in enumerate(self.terms[degree]):
             for variable in dict.fromkeys(term):
                 rest = list(term)
                 rest.remove(variable)
                 yield place, variable, self.places[degree - 1][tuple(rest)]
 
-    def products(self, first: int, second: int) -> Iterator[tuple[int, int, int]]:
-        """Yield (term, term of degree `first`, of degree `second`): the term is their product."""
+    def _products(self, first: int, second: int) -> Iterator[tuple[int, int, int]]:
         for i, left in enumerate(self.terms[first]):
             for j, right in enumerate(self.terms[second]):
                 yield self.places[first + second][tuple(sorted(left + right))], i, j

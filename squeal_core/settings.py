@@ -62,7 +62,7 @@ MONITOR_KEYS = (
     Key('model', 'kang2009', '-', 'path of a model file, or the name of a shipped model',
         change='configure'),
     Key('autostart', True, '-', 'configure and activate by itself', change='start'),
-    Key('rate', 10.0, 'Hz', 'assessments a second; one braking brake costs about 10 ms each',
+    Key('rate', 10.0, 'Hz', 'assessments a second',
         0.1, 1000.0),
     Key('diagnostics_rate', 1.0, 'Hz', 'diagnostics a second, besides those on a change of state',
         0.01, 1000.0),
@@ -101,6 +101,16 @@ MONITOR_KEYS = (
         0.0, 1.0),
     Key('contact_stiffness_deviation', 0.1, '-',
         'standard deviation of the contact stiffness, relative', 0.0, 1.0),
+    Key('engine_tolerance', 0.1, '1/s',
+        'error of a growth rate above which a point is solved in full', 1e-6, 100.0),
+    Key('anchor_delay', 0.15, 's',
+        'between asking for an anchor of the table and its first use; 0: made while a tick waits',
+        0.0, 60.0),
+    Key('audit_interval', 2000.0, '-',
+        'of so many answers from the table one is compared with a full solve; 0: none', 0.0, 1e9),
+    Key('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: an empty table',
+        change='configure'),
+    Key('table_memory', 200.0, 'MB', 'limit of the table; what was used least goes', 1.0, 1e5),
     Key('clock_timeout', 1.0, 's',
         'a /clock that stands still for longer has stopped: nothing is known', 0.1, 3600.0),
     Key('mode_shapes', False, '-', 'publish the worst mode as markers, once a second at most',
@@ -205,6 +215,11 @@ class MonitorSettings:
     pressure_deviation: float
     rotor_speed_deviation: float
     contact_stiffness_deviation: float
+    engine_tolerance: float
+    anchor_delay: float
+    audit_interval: float
+    table: str
+    table_memory: float
     clock_timeout: float
     mode_shapes: bool
     mode_shape_size: float

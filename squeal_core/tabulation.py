@@ -11,7 +11,7 @@ S. B. Pope, Combust. Theory Model. 1 (1997) 41-63, is where in-situ adaptive tab
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -128,6 +128,11 @@ class Tabulation:
         self._pause_until = 0
 
     @property
+    def _edge(self) -> float:
+        """Error [1/s] from which on others are looked at: ahead of need where making takes time."""
+        return (_EDGE if self.settings.delay else 1.0) * self.settings.tolerance
+
+    @property
     def anchors(self) -> tuple[Anchor, ...]:
         return tuple(entry.anchor for entry in self._entries)
 
@@ -136,13 +141,17 @@ class Tabulation:
         """Size of the anchors [bytes]."""
         return sum(entry.anchor.nbytes for entry in self._entries)
 
+    def figures(self) -> dict[str, float]:
+        """Return what the engine did so far and how large its table is, by name."""
+        return {**asdict(self.statistics), 'anchors': len(self._entries),
+                'megabytes': round(1e-6 * self.nbytes, 3)}
+
     def complex_modes(self, point: OperatingPoint) -> ComplexModes:
         """Return the complex modes at a point; as `stability.complex_modes`, with errors."""
         self._solves += 1
         self._adopt()
         answer = self._best(point)
-        edge = _EDGE if self.settings.delay else 1.0
-        if answer.worst > edge * self.settings.tolerance:
+        if answer.worst > self._edge:
             self._prepare(point, answer)
             if self.settings.delay == 0:
                 answer = self._best(point)
@@ -185,7 +194,7 @@ class Tabulation:
             worst = self._worst(roots, errors)
             if worst < best.worst:
                 best = _Answer(entry, roots, errors, worst)
-            if worst <= _EDGE * self.settings.tolerance:
+            if worst <= self._edge:
                 break
         return best
 

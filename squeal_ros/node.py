@@ -190,13 +190,15 @@ class _Configured:
         node, settings = self._node, self._node.settings
         self.reporter = Reporter(
             node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
-            self.inputs, self.outputs, lambda: self.router.problems.total())
+            self.inputs, self.outputs, lambda: self.router.problems.total(),
+            self.monitor.engine.figures)
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
             self.reporter.mode_shapes = self.pictures.status
 
     def destroy(self) -> None:
+        self.monitor.close()
         self.inputs.destroy()
         self.outputs.destroy()
 

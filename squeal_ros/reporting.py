@@ -28,15 +28,18 @@ class Reporter:
     outputs : OutputTopics
     unreadable : callable
         Count of messages without the field that was looked for.
+    engine : callable
+        Figures of the engine, by name.
     """
 
     def __init__(self, name: str, settings: MonitorSettings, library: messages.MessageLibrary,
                  health: Health, model: BrakeModel, inputs: InputTopics, outputs: OutputTopics,
-                 unreadable: Callable[[], int]) -> None:
+                 unreadable: Callable[[], int],
+                 engine: Callable[[], Mapping[str, float]]) -> None:
         self._name, self._settings = name, settings
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
-        self._model = _model_values(model)
+        self._model, self._engine = _model_values(model), engine
         self.mode_shapes = 'off'
         self._alarms = messages.Levels(settings)
         self._levels: list[int] = []
@@ -80,7 +83,8 @@ class Reporter:
             **self._health.values(), 'unreadable_messages': unreadable,
             'dropped_messages': self._inputs.dropped, 'wrong_publishers': len(wrong),
             'rate_hz': self._settings.rate, 'mode_shapes': self.mode_shapes,
-            **self._model, **self._inputs.values(steady)}
+            **self._model, **{f'engine_{name}': value for name, value in self._engine().items()},
+            **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)
         if wrong or faults:

@@ -99,8 +99,9 @@ def _driven(model: BrakeModel, options: argparse.Namespace, rate: float) -> list
     signals = signals_of(cycle, vehicle, model, rate=rate, duration=options.duration)
     limits = read_settings({})
     points = [point for brake in range(len(signals.brakes)) for point in braking_points(
-        model, signals.rotor_speed[:, brake], signals.pressure[:, brake],
-        signals.friction[:, brake], release_pressure=limits.release_pressure,
+        model, *(values[:, brake].tolist() for values in (
+            signals.rotor_speed, signals.pressure, signals.friction)),
+        release_pressure=limits.release_pressure,
         minimum_rotor_speed=limits.minimum_rotor_speed)]
     if not points:
         raise SquealError(f'--drive: {options.drive} never brakes; give another cycle or a longer '

@@ -1,0 +1,129 @@
+"""Pairs of roots that come near each other: what the series of their blocks leave out.
+
+Two modes alone, a difference g of roots apart and coupled by E_rc and E_cr, have the roots
+
+    mean +- (g / 2) sqrt((1 + x)^2 + y),    x = dg / g,  y = 4 E_rc E_cr / g^2,
+
+x of first, y of second order in the step. Beyond degree d of its series |g y| / 4 times
+rho^(d - 1) / (1 - rho), rho = |x| + sqrt|y|, is left out. A weakly coupled pair that is about to
+cross has a small term of each degree and many of them: it hides behind the terms of other modes,
+and the ratio of successive terms of the whole block does not show it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+
+_MOST = 64  # pairs kept of an anchor, beside the first of each root
+_NEAREST = 0.01  # 1 - rho at least: a pair without coupling may cross
+
+
+@dataclass(frozen=True, eq=False)
+class Encounters:
+    """The pairs of roots of different blocks that matter first around an anchor.
+
+    Parameters
+    ----------
+    rates : (3 pairs, v) complex array
+        By scaled step: x, then 2 E_rc / g, then 2 E_cr / g of each pair.
+    weights : (pairs, 1) array
+        |g| / 4 [1/s].
+    order : index array
+        The pair of each entry of a list sorted by block.
+    starts, blocks : index arrays
+        Where in that list the entries of a block start, and which block it is.
+    degree : int
+        Of the series.
+    """
+
+    rates: ComplexArray
+    weights: FloatArray
+    order: IndexArray
+    starts: IndexArray
+    blocks: IndexArray
+    degree: int
+
+    @property
+    def nbytes(self) -> int:
+        return int(self.rates.nbytes + self.weights.nbytes + self.order.nbytes
+                   + self.starts.nbytes + self.blocks.nbytes)
+
+    def add_to(self, remainder: FloatArray, steps: FloatArray) -> None:
+        """Add what is left out (blocks, P) [1/s] at scaled steps (v, P)."""
+        count = len(self.weights)
+        if count == 0:
+            return
+        moved = self.rates @ steps
+        size = np.abs(moved[count:2 * count] * moved[2 * count:])
+        ratio = np.abs(moved[:count]) + np.sqrt(size)
+        size *= self.weights * ratio ** (self.degree - 1) / np.maximum(1.0 - ratio, _NEAREST)
+        remainder[self.blocks] += np.add.reduceat(size[self.order], self.starts, axis=0)
+
+
+def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
+               steps: Sequence[FloatArray], degree: int) -> Encounters:
+    """Return the pairs with the largest terms left out, all `steps` (v,) taken together.
+
+    Parameters
+    ----------
+    roots : (M,) array
+    couplings : (v, M, M) array
+        E_i.
+    blocks : sequence of index arrays
+        Roots of each block; those in none are mirror images.
+    steps : sequence of (v,) arrays
+        Scaled, one for each parameter.
+    degree : int
+    """
+    label = np.full(roots.size, -1)
+    for i, block in enumerate(blocks):
+        label[block] = i
+    gap = roots - roots[:, None]
+    left_out = _left_out(gap, couplings, steps, degree)
+    left_out[label[:, None] == label] = 0.0
+    first, second = _largest(left_out, label >= 0)
+    gap = gap[first, second]
+    diagonal = np.einsum('vaa->va', couplings)
+    rates = np.concatenate([diagonal[:, second] - diagonal[:, first],
+                            2.0 * couplings[:, first, second],
+                            2.0 * couplings[:, second, first]], axis=1) / np.tile(gap, 3)
+    both = np.concatenate([label[first], label[second]])
+    order = np.argsort(both, kind='stable')
+    order = order[both[order] >= 0]
+    found, starts = np.unique(both[order], return_index=True)
+    # an estimate needs no more than single precision, and so a table's file is half as large
+    return Encounters(readonly(np.complex64(rates.T), complex),
+                      readonly(np.float32(0.25 * np.abs(gap)[:, None])),
+                      readonly(order % max(gap.size, 1), np.intp), readonly(starts, np.intp),
+                      readonly(found, np.intp), degree)
+
+
+def _left_out(gap: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
+              degree: int) -> Any:
+    """Return the leading term left out of each pair (M, M), in units that do not matter."""
+    change, strength = np.zeros(gap.shape), np.zeros(gap.shape)
+    for step in steps:
+        moved = np.tensordot(step, couplings, axes=1)
+        own = np.diag(moved)
+        change += np.abs(own - own[:, None])
+        strength += np.abs(moved)
+    size = np.maximum(np.abs(gap), 1e-9)
+    square = 4.0 * strength * strength.T / size**2
+    return size * square * np.minimum(change / size + np.sqrt(square), 1.0) ** (degree - 1)
+
+
+def _largest(left_out: FloatArray, kept: Any) -> tuple[IndexArray, IndexArray]:
+    """Return pairs, the first of each the lower: the largest, and the largest of each root."""
+    size = len(left_out)
+    own = np.flatnonzero(kept)
+    chosen = {(min(pair), max(pair)) for pair in zip(
+        own.tolist(), left_out[own].argmax(axis=1).tolist(), strict=True)}
+    order = np.argsort(-np.triu(left_out), axis=None, kind='stable')[:_MOST]
+    chosen.update(zip((order // size).tolist(), (order % size).tolist(), strict=True))
+    pairs = np.array(sorted(pair for pair in chosen if left_out[pair] > 0.0), np.intp)
+    first, second = pairs.reshape(-1, 2).T
+    return first, second
