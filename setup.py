@@ -8,7 +8,8 @@ from setuptools import find_packages, setup
 HERE = Path(__file__).parent
 PACKAGE = 'squeal_ros'
 SHARE = f'share/{PACKAGE}'
-CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'config/vehicles')
+CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'config/vehicles',
+          'config/layouts', 'config/security')
 
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces']
 FE = ['scikit-fem>=10']
@@ -43,6 +44,7 @@ setup(
     extras_require={
         'ros': ROS, 'fe': FE, 'readers': READERS, 'nastran': NASTRAN, 'bags': BAGS, 'view': VIEW,
         'test': TEST,
+        'colcon': ['colcon-common-extensions'],
         'demo': ROS + BAGS + VIEW,
         'all': ROS + READERS + BAGS + VIEW + TEST,
     },

@@ -3,7 +3,9 @@
     ros2 launch squeal_ros squeal_monitor.launch.py config:=my.yaml use_sim_time:=true
 """
 
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.launch_context import LaunchContext
+from launch.launch_description_entity import LaunchDescriptionEntity
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import LifecycleNode
 from launch_ros.parameter_descriptions import ParameterValue
@@ -17,13 +19,24 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([
         DeclareLaunchArgument('config', default_value=shipped,
                               description='settings of the monitor, a ROS parameter file'),
+        DeclareLaunchArgument('model', default_value='',
+                              description='path of a model file, or the name of a shipped model; '
+                                          'empty: the one that the settings name'),
         DeclareLaunchArgument('namespace', default_value='',
                               description='of the node and of its relative topics'),
         DeclareLaunchArgument('use_sim_time', default_value='false',
                               description='take the time from /clock'),
-        LifecycleNode(
-            package='squeal_ros', executable='squeal_monitor', name='squeal_monitor',
-            namespace=LaunchConfiguration('namespace'), output='screen',
-            parameters=[LaunchConfiguration('config'), {'use_sim_time': ParameterValue(
-                LaunchConfiguration('use_sim_time'), value_type=bool)}]),
+        OpaqueFunction(function=monitor),
     ])
+
+
+def monitor(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """Return the node; a function, because a model that is not given must not be set at all."""
+    overrides = {'use_sim_time': ParameterValue(
+        LaunchConfiguration('use_sim_time'), value_type=bool)}
+    if LaunchConfiguration('model').perform(context):
+        overrides['model'] = ParameterValue(LaunchConfiguration('model'), value_type=str)
+    return [LifecycleNode(
+        package='squeal_ros', executable='squeal_monitor', name='squeal_monitor',
+        namespace=LaunchConfiguration('namespace'), output='screen',
+        parameters=[LaunchConfiguration('config'), overrides])]

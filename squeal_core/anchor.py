@@ -131,16 +131,28 @@ class Anchor:
 
     def _remainder(self, terms: Sequence[FloatArray]) -> FloatArray:
         """Return the norm of what the series of each block leaves out (blocks, P)."""
-        before, last, final = (bound @ np.abs(term) for bound, term in zip(
-            self.majorants, terms[-3:], strict=True))
-        near = self.nearness @ np.abs(terms[2])
+        size = np.abs(np.concatenate(terms), dtype=np.float32)
+        found = (self._bounds @ size).astype(float)
+        near, before, last, final = found.reshape(4, self.sizes.size, -1)
         ratio = np.maximum(final / (last + _TINY), np.sqrt(np.maximum(
             final / (before + _TINY), near)))
         final = np.maximum(final, ratio * last)  # of a veering every other degree vanishes
         left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, 1.0 - _DIVERGENT)
         left[ratio >= _DIVERGENT] = np.inf
         self.encounters.add_to(left, terms[1])
-        return left + self.rounding[:, None]
+        left += self.rounding[:, None]
+        return left
+
+    @cached_property
+    def _bounds(self) -> Any:
+        """`nearness` and the majorants in one matrix over all terms."""
+        starts = np.cumsum([0, *(len(terms) for terms in self.monomials.terms)])
+        found = np.zeros((4, self.sizes.size, self.monomials.count), np.float32)
+        degrees = (2, *range(self.monomials.degree - 2, self.monomials.degree + 1))
+        for part, degree, bound in zip(found, degrees, (self.nearness, *self.majorants),
+                                       strict=True):
+            part[:, starts[degree]:starts[degree + 1]] = bound
+        return found.reshape(-1, self.monomials.count)
 
 
 def _pairs(entries: ComplexArray, remainder: FloatArray, roots: list[ComplexArray],
@@ -152,9 +164,10 @@ def _pairs(entries: ComplexArray, remainder: FloatArray, roots: list[ComplexArra
     s = np.sqrt(square)
     change = remainder * (2.0 * (np.abs(half) + np.abs(b) + np.abs(c)) + remainder)
     off = remainder + np.minimum(np.sqrt(change), change / (np.abs(s) + _TINY))
-    both = np.stack([mean - s, mean + s], axis=1)
-    roots.append(both.reshape(-1, both.shape[-1]))
-    errors.append(np.repeat(off, 2, axis=0))
+    both = np.empty((2 * len(off), off.shape[1]), complex)
+    both[0::2], both[1::2] = mean - s, mean + s
+    roots.append(both)
+    errors.append(off.repeat(2, axis=0))
 
 
 def _block(entries: ComplexArray, remainder: FloatArray, roots: list[ComplexArray],

@@ -25,7 +25,7 @@ _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
 def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-              coupling: float = _COUPLING) -> Anchor:
+              coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP) -> Anchor:
     """Return the series of the spectrum around a point, from one full solve with all vectors.
 
     Parameters
@@ -36,6 +36,8 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
         Of the series, 3 at least.
     coupling : float
         From which on two modes are put in a block; the smaller, the larger blocks and region.
+    stiffness_step : float
+        Part of the contact stiffness by which modes should not meet those of other blocks.
 
     Raises
     ------
@@ -46,7 +48,8 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
                      if (array := getattr(model, name)) is not None and np.any(array)],
                     dtype=np.intp)
     centre = np.array(point.coefficients())[rows]
-    steps = [np.array(there.coefficients())[rows] - centre for there in _neighbours(point)]
+    steps = [np.array(there.coefficients())[rows] - centre
+             for there in _neighbours(point, stiffness_step)]
     scales = np.abs(steps).max(axis=0, initial=0.0)
     scales[scales == 0.0] = 1.0
     roots, couplings, rounding = _projected(model, point, rows, scales)
@@ -76,12 +79,12 @@ def _monomials(variables: int, degree: int) -> Monomials:
     return Monomials(variables, degree)
 
 
-def _neighbours(point: OperatingPoint) -> list[OperatingPoint]:
+def _neighbours(point: OperatingPoint, stiffness_step: float) -> list[OperatingPoint]:
     """Return points a step of each parameter away."""
     slope = point.friction_slope
     moved = [replace(point, **{name: (1.0 + step) * getattr(point, name)})
              for name, step in (('rotor_speed', _STEP), ('contact_pressure', _STEP),
-                                ('contact_stiffness', _STIFFNESS_STEP))]
+                                ('contact_stiffness', stiffness_step))]
     friction = replace(point, friction=(1.0 + _STEP) * point.friction,
                        friction_slope=(1.0 + _STEP) * slope)
     return [*moved, friction, replace(point, friction_slope=slope + _SLOPE_STEP)]

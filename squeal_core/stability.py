@@ -83,6 +83,9 @@ class ComplexModes:
         Roots that do not oscillate [1/s], least stable first.
     upper : array
         Those with Im > 0, by frequency; their conjugates are roots too.
+    roots : (N,) array
+        One root of each mode, in order of index: the one with Im >= 0. Of two roots that do not
+        oscillate the less stable one speaks for the mode.
     errors : (N,) array
         What the root of each mode may be off by [1/s], beyond rounding.
     tolerances : Tolerances
@@ -92,6 +95,7 @@ class ComplexModes:
 
     quiet: ComplexArray
     upper: ComplexArray
+    roots: ComplexArray
     errors: FloatArray
     tolerances: Tolerances
     source: Source = 'full'
@@ -101,12 +105,6 @@ class ComplexModes:
         """All 2N roots [1/s]: those that do not oscillate, then pairs by frequency."""
         pairs = np.column_stack([self.upper, self.upper.conj()]).ravel()
         return readonly(np.concatenate([self.quiet, pairs]), complex)
-
-    @cached_property
-    def roots(self) -> ComplexArray:
-        """One root of each mode (N,) [1/s], in order of index: the one with Im >= 0."""
-        # of two roots that do not oscillate the less stable one speaks for the mode
-        return readonly(np.concatenate([self.quiet[:self.quiet.size // 2], self.upper]), complex)
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
@@ -182,15 +180,21 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
 
     Roots with Im < 0 may be missing: of a pair the other one counts.
     """
-    frequency = roots.imag
+    growth, frequency = roots.real, roots.imag
     quiet = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
     upper = (frequency > tolerances.oscillation).nonzero()[0]
-    quiet = quiet[np.argsort(-roots[quiet].real, kind='stable')]
-    upper = upper[np.lexsort((roots[upper].real, frequency[upper]))]
+    quiet = quiet[(-growth[quiet]).argsort(kind='stable')]
+    upper = upper[np.lexsort((growth[upper], frequency[upper]))]
     spoken = np.concatenate([quiet[:quiet.size // 2], upper])
     off = np.zeros(spoken.size) if errors is None else errors[spoken]
-    return ComplexModes(readonly(roots[quiet], complex), readonly(roots[upper], complex),
-                        readonly(off), tolerances, source)
+    return ComplexModes(_frozen(roots[quiet]), _frozen(roots[upper]), _frozen(roots[spoken]),
+                        _frozen(off), tolerances, source)
+
+
+def _frozen(fresh: Any) -> Any:
+    """Return an array that nobody else holds, read-only from now on."""
+    fresh.flags.writeable = False
+    return fresh
 
 
 def _kind(root: complex, tolerances: Tolerances) -> Kind:

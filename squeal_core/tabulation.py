@@ -117,19 +117,18 @@ class Tabulation:
         self._tolerances = tolerances or Tolerances()
         self._entries = [_Entry(anchor, 0) for anchor in anchors]
         self._centres = np.zeros((0, 0))
-        self._reaches = np.zeros((0, 0))
+        self._per_reach = np.zeros((0, 0))
         self._index()
-        self._last: _Entry | None = None
         self._request: _Request | None = None
         self._worker: ThreadPoolExecutor | None = None
-        self._free = int(np.count_nonzero(model.free_coordinates))
+        self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
         self._solves = 0
         self._unused = 0  # anchors in a row that were never used
         self._pause_until = 0
 
     @property
     def _edge(self) -> float:
-        """Error [1/s] from which on others are looked at: ahead of need where making takes time."""
+        """Error [1/s] from which on others are looked at: early, where making one takes time."""
         return (_EDGE if self.settings.delay else 1.0) * self.settings.tolerance
 
     @property
@@ -159,13 +158,12 @@ class Tabulation:
         if found is None or answer.entry is None:
             self.statistics.full += 1
             return complex_modes(self.model, point, tolerances=self._tolerances)
-        self._last = answer.entry
-        self._last.used = self._solves
-        self._last.hits += 1
+        answer.entry.used = self._solves
+        answer.entry.hits += 1
         self.statistics.tabulated += 1
         every = self.settings.audit_every
         if every and self.statistics.tabulated % every == 0:
-            return self._audited(point, found, self._last)
+            return self._audited(point, found, answer.entry)
         return found
 
     def covers(self, point: OperatingPoint) -> bool:
@@ -231,8 +229,8 @@ class Tabulation:
 
     def _decided(self, roots: ComplexArray, errors: FloatArray) -> bool:
         """Whether no verdict hangs on the errors: growth, or oscillation of what grows."""
-        near = np.abs(roots.real - self._tolerances.growth) <= errors
-        if not near.any():
+        near = (np.abs(roots.real - self._tolerances.growth) <= errors).nonzero()[0]
+        if not near.size:
             return True
         # roots at zero of coordinates that nothing holds: they are rigid, whatever the error
         oscillates = np.abs(roots[near].imag) > self._tolerances.oscillation
@@ -241,33 +239,33 @@ class Tabulation:
     def _classified(self, anchor: Anchor, roots: ComplexArray,
                     errors: FloatArray) -> ComplexModes | None:
         """Return the modes; None where a pair became real: the next anchor's business."""
-        if np.any(anchor.mirrored & (roots.imag <= self._tolerances.oscillation)):
+        if (roots.imag[anchor.mirrored] <= self._tolerances.oscillation).any():
             return None
-        zeros = np.zeros(self._free)
+        zeros = self._zeros
         found = classify(np.concatenate([zeros, roots]), self._tolerances,
-                         np.concatenate([zeros, errors]), 'table')
+                         np.concatenate([zeros.real, errors]), 'table')
         return found if found.errors.size == self.model.size else None
 
     def _near(self, coefficients: FloatArray) -> Iterator[_Entry]:
-        """Yield the entries to try: the last one used, then by distance over reach."""
-        last = self._last
-        if last is not None:
-            yield last
+        """Yield the entries to try, by distance over reach."""
         if not self._entries:
             return
-        away = (coefficients - self._centres) / self._reaches
+        away = coefficients * self._per_reach - self._centres
         distance = np.einsum('ij,ij->i', away, away)
-        for i in np.argsort(distance, kind='stable')[:_TRIED].tolist():
-            if distance[i] < _FAR**2 and self._entries[i] is not last:
-                yield self._entries[i]
+        for _ in range(_TRIED):
+            nearest = int(distance.argmin())
+            if distance[nearest] > _FAR**2:
+                return
+            yield self._entries[nearest]
+            distance[nearest] = np.inf
 
     def _index(self) -> None:
         """Lay out the anchors' places for the search; what has no effect counts for nothing."""
         count = len(self._entries)
-        self._centres, self._reaches = np.zeros((count, 6)), np.full((count, 6), np.inf)
+        self._centres, self._per_reach = np.zeros((count, 6)), np.zeros((count, 6))
         for i, entry in enumerate(self._entries):
-            self._centres[i] = entry.anchor.point.coefficients()
-            self._reaches[i, entry.anchor.rows] = entry.anchor.reach
+            self._per_reach[i, entry.anchor.rows] = 1.0 / entry.anchor.reach
+            self._centres[i] = self._per_reach[i] * entry.anchor.point.coefficients()
 
     def _ask(self, point: OperatingPoint) -> None:
         """Have an anchor made here, unless one is being made already."""
@@ -314,8 +312,6 @@ class Tabulation:
 
     def _drop(self, entry: _Entry) -> None:
         self._entries = [kept for kept in self._entries if kept is not entry]
-        if self._last is entry:
-            self._last = None
         self.statistics.dropped += 1
 
     def _audited(self, point: OperatingPoint, found: ComplexModes, entry: _Entry) -> ComplexModes:

@@ -1,0 +1,126 @@
+"""The security policy lists what the running node has in the graph, no more and no less."""
+
+from collections.abc import Iterator
+import subprocess
+import sys
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from harness import vehicle  # noqa: E402
+
+from squeal_core.errors import ConfigurationError  # noqa: E402
+from squeal_core.resources import config_folder  # noqa: E402
+from squeal_core.settings import is_built_in, load_settings, read_settings  # noqa: E402
+from squeal_ros.node import SquealMonitor  # noqa: E402
+from squeal_ros.policy import policy_document  # noqa: E402
+
+SHIPPED = config_folder() / 'security' / 'squeal_monitor.policy.xml'
+SETTINGS = load_settings(config_folder() / 'monitor.yaml')
+# what differs from the shipped: names, a namespace, absolute topics, inputs and outputs more
+OTHER: dict[str, Any] = {
+    'brakes': ['left', 'right'], 'mode_shapes': True, 'left.rotor_speed.topic': '/wheels',
+    'right.temperature.topic': 'hot/disc'}
+
+
+class Case(NamedTuple):
+    """A policy, and the node it is for."""
+
+    policy: ElementTree.Element
+    monitor: SquealMonitor
+
+    def allowed(self, permission: str, kind: str) -> set[str]:
+        """Return absolute names by SROS2's rules: `~` is the node, relative the namespace."""
+        (profile,) = self.policy.iter('profile')
+        namespace, node = profile.attrib['ns'].rstrip('/') + '/', profile.attrib['node']
+        names = [item.text or '' for block in profile if block.get(permission) == 'ALLOW'
+                 for item in block.iter(kind)]
+        assert len(names) == len(set(names)), f'{permission}: a name is listed twice'
+        return {name if name.startswith('/') else
+                f'{namespace}{node}{name[1:]}' if name.startswith('~') else
+                f'{namespace}{name}' for name in names}
+
+
+@pytest.fixture(scope='module', params=['shipped', 'other'])
+def case(request: pytest.FixtureRequest) -> Iterator[Case]:
+    """A running node, and the policy for its settings."""
+    if request.param == 'shipped':
+        policy = ElementTree.parse(SHIPPED).getroot()
+        namespace, values = '', {'brakes': [brake.name for brake in SETTINGS.brakes]}
+    else:
+        namespace, values = '/fleet/car_1', OTHER
+        policy = ElementTree.fromstring(policy_document(read_settings(OTHER), namespace))
+    named = {name.replace('.', '__'): value for name, value in values.items()}
+    with vehicle(brake=values['brakes'][0], namespace=namespace, **named) as car:
+        yield Case(policy, car.monitor)
+
+
+def agree(listed: set[str], live: set[str]) -> None:
+    """Fail with what would mend the policy."""
+    assert not live - listed, f'not in the policy: {sorted(live - listed)}'
+    assert not listed - live, f'not in the graph: {sorted(listed - live)}'
+
+
+@pytest.mark.parametrize(('permission', 'kind', 'graph'), [
+    ('publish', 'topic', SquealMonitor.get_publisher_names_and_types_by_node),
+    ('subscribe', 'topic', SquealMonitor.get_subscriber_names_and_types_by_node),
+    ('reply', 'service', SquealMonitor.get_service_names_and_types_by_node),
+    ('request', 'service', SquealMonitor.get_client_names_and_types_by_node)])
+def test_policy_is_the_live_graph(case: Case, permission: str, kind: str, graph: Any) -> None:
+    node = case.monitor
+    live = {name for name, _ in graph(node, node.get_name(), node.get_namespace())}
+    agree(case.allowed(permission, kind), live)
+
+
+def test_parameters_are_the_nodes(case: Case) -> None:
+    listed = [f'{block.get("of")}.{name}' if block.get('of') else name
+              for block in case.policy.iter('parameters') for name in (block.text or '').split()]
+    assert len(listed) == len(set(listed))
+    live = set(case.monitor.list_parameters([], 0).names)
+    overrides = {name for name in live if name.startswith('qos_overrides.')}
+    agree(set(listed), live - overrides)
+    assert {name for name in listed if is_built_in(name)} == {
+        'use_sim_time', 'start_type_description_service'}
+    topics = case.allowed('publish', 'topic') | case.allowed('subscribe', 'topic')
+    assert all(any(name.startswith(f'qos_overrides.{topic}.') for topic in topics)
+               for name in overrides)
+
+
+def test_structure_is_that_of_the_schema(case: Case) -> None:
+    """Elements, attributes and their order as sros2's policy.xsd 0.2.0 wants them."""
+    policy, namespace = case.policy, case.monitor.get_namespace()
+    assert (policy.tag, policy.attrib) == ('policy', {'version': '0.2.0'})
+    assert [child.tag for child in policy] == ['contexts']
+    (context,) = policy[0]
+    assert (context.tag, context.attrib) == (
+        'context', {'path': f'{namespace.rstrip("/")}/squeal_monitor'})
+    (profiles,) = context
+    assert [child.tag for child in profiles] == ['profile', 'metadata']
+    assert profiles[0].attrib == {'ns': namespace, 'node': 'squeal_monitor'}
+    assert [(block.tag, block.attrib, {item.tag for item in block}) for block in profiles[0]] == [
+        ('topics', {'publish': 'ALLOW'}, {'topic'}),
+        ('topics', {'subscribe': 'ALLOW'}, {'topic'}),
+        ('services', {'reply': 'ALLOW'}, {'service'})]
+
+
+def test_shipped_policy_is_what_the_command_prints() -> None:
+    done = subprocess.run([sys.executable, '-m', 'squeal_ros.cli', 'policy'], check=True,
+                          capture_output=True, text=True, timeout=120)
+    assert done.stdout == SHIPPED.read_text(encoding='utf-8')
+
+
+@pytest.mark.parametrize('namespace', ['', 'car', '//', '/1', '/a b', '/a"b', '/a/b//'])
+def test_bad_namespace_is_refused(namespace: str) -> None:
+    with pytest.raises(ConfigurationError, match='namespace'):
+        policy_document(SETTINGS, namespace)
+
+
+def test_names_cannot_break_out_of_the_file() -> None:
+    settings = read_settings({'left.pressure.topic': '</topic><topic>*', 'brakes': ['left']})
+    policy = ElementTree.fromstring(policy_document(settings))
+    topics = [item.text for item in policy.iter('topic')]
+    assert '</topic><topic>*' in topics
+    assert '*' not in topics
