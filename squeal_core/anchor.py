@@ -140,8 +140,7 @@ class Anchor:
         left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, 1.0 - _DIVERGENT)
         left[ratio >= _DIVERGENT] = np.inf
         self.encounters.add_to(left, terms[1])
-        left += self.rounding[:, None]
-        return left
+        return np.asarray(left + self.rounding[:, None])
 
     @cached_property
     def _bounds(self) -> Any:
