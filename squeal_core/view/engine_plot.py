@@ -1,0 +1,55 @@
+"""The picture of how right the online engine is: error against distance from an anchor."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+try:
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+
+from squeal_core.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorsOverDistance:
+    """Errors of oscillating modes [1/s] at points ever farther from anchors.
+
+    Parameters
+    ----------
+    parameter : str
+        What was moved.
+    distance : (D,) array
+        Relative change of the parameter.
+    true, estimated : (D, samples) arrays
+        Of the worst mode of each sample; infinite where a series diverges.
+    """
+
+    parameter: str
+    distance: FloatArray
+    true: FloatArray
+    estimated: FloatArray
+
+
+def plot_errors(found: list[ErrorsOverDistance], path: str | Path, *,
+                tolerance: float = 0.1) -> None:
+    """Draw true and estimated errors over the distance, a panel for each parameter, as PNG."""
+    figure = Figure(figsize=(11.0, 3.6), layout='constrained')
+    axes = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
+    for ax, one in zip(axes, found, strict=True):
+        for values, colour, name in ((one.estimated, 'darkorange', 'estimate'),
+                                     (one.true, 'navy', 'true error')):
+            ordered = values.copy()
+            ordered.sort(axis=1)
+            low, middle, high = (ordered[:, int(q * (ordered.shape[1] - 1))] for q in (0, 0.5, 1))
+            ax.fill_between(100 * one.distance, low, high, color=colour, alpha=0.2, lw=0)
+            ax.plot(100 * one.distance, middle, color=colour, label=name)
+        ax.axhline(tolerance, color='grey', ls='--', lw=0.8)
+        ax.set(xscale='log', yscale='log', ylim=(1e-7, 1e2), title=one.parameter,
+               xlabel='distance from the anchor, %')
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel('error of the worst mode, 1/s')
+    axes[0].legend(loc='lower right', fontsize=9)
+    axes[0].annotate('tolerance', (0.02, tolerance), xycoords=('axes fraction', 'data'),
+                     va='bottom', fontsize=8, color='grey')
+    figure.savefig(path, dpi=110)
