@@ -40,7 +40,7 @@ def test_any_publisher_is_heard(reliability: Any, durability: Any, depth: int) -
 
         def known() -> bool:
             publisher.publish(Float64(data=0.42))
-            return car.risk > 0.99
+            return car.risk > 0.99 and car.status is not None
 
         car.until(known)
 
@@ -79,7 +79,7 @@ def test_nested_fields_and_units() -> None:
         def known() -> bool:
             message.header.stamp = car.node.get_clock().now().to_msg()
             publisher.publish(message)
-            return car.risk > 0.99
+            return car.risk > 0.99 and car.status is not None
 
         car.until(known)
         values = {item.key: item.value for item in car.status.values}
