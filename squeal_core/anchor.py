@@ -78,8 +78,10 @@ class Anchor:
 
     @property
     def nbytes(self) -> int:
+        """Size in memory [bytes], with what is made of it at first use."""
+        bounds = 4 * 4 * self.sizes.size * self.monomials.count
         return int(self.series.nbytes + sum(m.nbytes for m in self.majorants)
-                   + self.encounters.nbytes)
+                   + self.nearness.nbytes + self.encounters.nbytes + bounds)
 
     @cached_property
     def reach(self) -> FloatArray:
@@ -175,8 +177,9 @@ def _block(entries: ComplexArray, remainder: FloatArray, roots: list[ComplexArra
     size, points = len(entries), entries.shape[-1]
     found, condition = np.empty((size, points), complex), np.empty((size, points))
     for i in range(points):  # LAPACK itself: a quarter of the time of eig and inv on these sizes
-        found[:, i], left, right, _ = zgeev(entries[:, :, i])
-        condition[:, i] = 1.0 / (np.abs((left.conj() * right).sum(axis=0)) + _TINY)
+        found[:, i], left, right, failed = zgeev(entries[:, :, i])
+        condition[:, i] = np.inf if failed else (
+            1.0 / (np.abs((left.conj() * right).sum(axis=0)) + _TINY))
     roots.append(found)
     errors.append(size * condition * remainder)
 

@@ -21,6 +21,7 @@ _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would
 _SLOPE_STEP = 0.01  # s/m; the slope may be zero
 _COUPLING = 0.07  # root of the second-order term from which on two modes share a block
 _COARSE = 2  # degree from which on single precision is enough: its terms are small corrections
+_DEFECTIVE = 10.0  # 1/s by which roots are off because their vectors are one
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
@@ -107,7 +108,10 @@ def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
     defect = np.abs(left @ (state @ right) - np.diag(roots))
     # where two vectors are one to the last bit the defect may vanish and says nothing
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
-    return roots, couplings, np.maximum(least, np.maximum(defect.max(axis=0), defect.max(axis=1)))
+    rounding = np.maximum(least, np.maximum(defect.max(axis=0), defect.max(axis=1)))
+    if not rounding.max() < _DEFECTIVE:
+        raise np.linalg.LinAlgError('Eigenvectors do not span the space')
+    return roots, couplings, rounding
 
 
 def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],

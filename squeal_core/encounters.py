@@ -96,7 +96,7 @@ def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[In
     order = order[both[order] >= 0]
     found, starts = np.unique(both[order], return_index=True)
     # an estimate needs no more than single precision, and so a table's file is half as large
-    return Encounters(readonly(np.complex64(rates.T), complex),
+    return Encounters(readonly(np.ascontiguousarray(rates.T, np.complex64), complex),
                       readonly(np.float32(0.25 * np.abs(gap)[:, None])),
                       readonly(order % max(gap.size, 1), np.intp), readonly(starts, np.intp),
                       readonly(found, np.intp), degree)

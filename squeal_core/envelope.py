@@ -155,7 +155,8 @@ def _useful(table: Tabulation, point: OperatingPoint) -> Anchor | None:
         anchor = anchor_at(table.model, point, degree=table.settings.degree)
     except np.linalg.LinAlgError:
         return None
-    alone = Tabulation(table.model, table.settings, anchors=[anchor])
+    alone = Tabulation(table.model, table.settings, tolerances=table.tolerances,
+                       anchors=[anchor])
     return anchor if alone.covers(point) else None
 
 

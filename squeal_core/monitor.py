@@ -1,7 +1,8 @@
 """The monitor of one brake: samples in, assessments out. No ROS in here, no clock, no threads.
 
-An assessment depends on the samples received before a tick and on the tick's time, nothing else:
-the node and the replay of a bag run this same code and get the same numbers.
+An assessment depends on the samples received before a tick and on the ticks' times, nothing else:
+the node and the replay of a bag run this same code and get the same numbers from the same ticks.
+What earlier ticks left in the tables changes a number by less than its error.
 
 The monitor is advisory. It is no safety function.
 """
@@ -15,14 +16,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from squeal_core.brake_model import BrakeModel
+from squeal_core.engines import Engines
 from squeal_core.errors import ConfigurationError
 from squeal_core.inputs import Input, Reading, Sample, Status, validated_ranges
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.risk import Deviations, first_order_risk, Inputs
 from squeal_core.settings import BrakeSettings, MonitorSettings, Signal
+from squeal_core.sliding import Sliding, SlidingBrake
 from squeal_core.stability import Mode
-from squeal_core.table_file import read_table
-from squeal_core.tabulation import TableSettings, Tabulation
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
            'VehicleMonitor']
@@ -34,8 +34,6 @@ State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invali
 _STATES: dict[Status, State] = {
     'invalid': 'invalid', 'stuck': 'invalid', 'never received': 'stale', 'stale': 'stale',
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
-# modes whose probability of growing is looked at: the least stable few
-_CANDIDATES = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +66,10 @@ class Assessment:
     worst_frequency_hz : float
         Frequency of that mode.
     friction_margin : float
-        Critical minus present friction [-], first order; NaN where more friction brings none.
+        Critical minus present friction [-], bracketed and confirmed by full solves; NaN where
+        there is none, or none was found yet that holds at this speed and pressure.
+    sliding : Sliding or None
+        All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
     """
 
     brake: str
@@ -84,6 +85,7 @@ class Assessment:
     growth_rate: float = math.nan
     worst_frequency_hz: float = math.nan
     friction_margin: float = math.nan
+    sliding: Sliding | None = field(default=None, repr=False, compare=False)
 
     @property
     def known(self) -> bool:
@@ -100,10 +102,10 @@ class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
     def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel,
-                 engine: Tabulation | None = None) -> None:
+                 engines: Engines | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._engine = engine or Tabulation(model, table_settings(settings))
+        self._sliding = SlidingBrake(engines or Engines(model, settings), settings)
         self._adopt(brake, settings)
         validated = validated_ranges(model, settings)
         self._inputs = {signal: Input(signal, limits, settings, validated[signal])
@@ -114,15 +116,11 @@ class BrakeMonitor:
     def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         self.brake = brake
         self._settings = settings
-        self._band = (settings.squeal_band_low_hz, settings.squeal_band_high_hz)
-        self._deviations = Deviations(
-            friction=settings.friction_deviation, pressure=settings.pressure_deviation,
-            rotor_speed=settings.rotor_speed_deviation,
-            contact_stiffness=settings.contact_stiffness_deviation)
 
     def retune(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         """Take other settings of the same brake and inputs; samples stay."""
         self._adopt(brake, settings)
+        self._sliding.retune(settings)
         validated = validated_ranges(self._model, settings)
         for signal, limits in brake.inputs.items():
             self._inputs[signal].retune(limits, settings, validated[signal])
@@ -211,31 +209,22 @@ class BrakeMonitor:
                                reason=low.described(name))
         return self._assess_sliding(found)
 
-    def _point(self, inputs: Inputs) -> OperatingPoint:
-        return self._model.operating_point(
-            rotor_speed=inputs.rotor_speed, pressure=inputs.pressure, friction=inputs.friction,
-            contact_stiffness=inputs.contact_stiffness)
-
     def _assess_sliding(self, found: Assessment) -> Assessment:
-        pressure = found.inputs['pressure'].value
-        at = Inputs(rotor_speed=found.inputs['rotor_speed'].value, pressure=pressure,
-                    friction=found.friction, contact_stiffness=self._model.contact_stiffness_at(
-                        self._model.contact_pressure(pressure)))
-        point = self._point(at)
         try:
-            solved = self._engine.complex_modes(point)
-            candidates = solved.least_stable(*self._band, count=_CANDIDATES)
-            risk = first_order_risk(self._model, self._point, at, candidates, self._deviations)
+            known = self._sliding.judge(
+                found.inputs['rotor_speed'].value, found.inputs['pressure'].value,
+                found.friction, found.time)
         except np.linalg.LinAlgError as error:
             return replace(found, state='invalid', reason=f'no eigensolution ({error})')
-        if math.isnan(risk.probability):
+        if math.isnan(known.risk.probability):
             return replace(found, state='invalid', reason='no risk: modes are not separable here')
-        worst = candidates[0] if candidates else None
+        worst = known.worst
         return replace(
-            found, point=point, modes=solved.unstable, risk=risk.probability,
+            found, point=known.point, modes=known.modes.unstable, risk=known.risk.probability,
             growth_rate=worst.growth_rate if worst else math.nan,
             worst_frequency_hz=worst.frequency_hz if worst else math.nan,
-            friction_margin=risk.friction_margin, reason=_in_words(worst, risk.probability))
+            friction_margin=known.friction_margin, sliding=known,
+            reason=_in_words(worst, known.risk.probability))
 
 
 def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
@@ -250,23 +239,22 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
 
 
 class VehicleMonitor:
-    """The monitors of all brakes of a vehicle, assessed together from one table."""
+    """The monitors of all brakes of a vehicle, assessed together from the same tables."""
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
         self.settings = settings
-        anchors = read_table(settings.table, model) if settings.table else ()
-        self.engine = Tabulation(model, table_settings(settings), anchors=anchors)
-        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.engine)
+        self.engines = Engines(model, settings)
+        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.engines)
                        for brake in settings.brakes}
 
     def close(self) -> None:
-        """End the engine's worker."""
-        self.engine.close()
+        """End the engines' workers."""
+        self.engines.close()
 
     def retune(self, settings: MonitorSettings) -> None:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
         self.settings = settings
-        self.engine.settings = table_settings(settings)
+        self.engines.retune(settings)
         for brake in settings.brakes:
             self.brakes[brake.name].retune(brake, settings)
 
@@ -279,14 +267,6 @@ class VehicleMonitor:
     def reset(self) -> None:
         for monitor in self.brakes.values():
             monitor.reset()
-
-
-def table_settings(settings: MonitorSettings) -> TableSettings:
-    """Return how the engine works for a vehicle: its delay is counted in solves of all brakes."""
-    return TableSettings(
-        tolerance=settings.engine_tolerance, memory=1e6 * settings.table_memory,
-        delay=math.ceil(settings.anchor_delay * settings.rate) * len(settings.brakes),
-        audit_every=round(settings.audit_interval))
 
 
 def _in_words(worst: Mode | None, risk: float) -> str:

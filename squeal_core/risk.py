@@ -1,12 +1,13 @@
-"""Probability of squeal under uncertain inputs, to first order in the uncertainties.
+"""Probability of squeal under uncertain inputs: what it is, and its estimate of first order.
 
-A first-order estimate answers from the tangent at one point; it is exact for growth rates that
-are linear over the inputs' spread, and blunt next to a merging of two modes.
+`squeal_core.risk_table` sums it over the inputs' spread; the estimate of first order stands in
+where nothing is made for that yet.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import math
+from typing import Literal
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
@@ -30,7 +31,11 @@ class Inputs:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Standard deviations: of friction absolute [-], of the others relative to their value."""
+    """Standard deviations: of friction absolute [-], of the others relative to their value.
+
+    Friction, pressure and rotor speed are Gaussian. Contact stiffness is lognormal: its logarithm
+    is Gaussian, of the given deviation around that of the nominal value.
+    """
 
     friction: float
     pressure: float
@@ -45,6 +50,54 @@ class Deviations:
             'rotor_speed': self.rotor_speed * at.rotor_speed,
             'contact_stiffness': self.contact_stiffness * at.contact_stiffness}
 
+    @property
+    def none(self) -> bool:
+        """Whether all inputs are certain."""
+        return not any((self.friction, self.pressure, self.rotor_speed, self.contact_stiffness))
+
+
+@dataclass(frozen=True)
+class ModeRisk:
+    """Probability that one mode grows within the band.
+
+    Parameters
+    ----------
+    index : int
+        As of `stability.Mode` at the operating point: that of the nearest root. Where two modes
+        merge along the contact stiffness, which of them grows is a matter of convention.
+    frequency_hz, growth_rate : float
+        Of that root.
+    probability : float
+    """
+
+    index: int
+    frequency_hz: float
+    growth_rate: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class Risk:
+    """How probable squeal is.
+
+    Parameters
+    ----------
+    probability : float
+        That at least one mode in the band grows [-].
+    error : float
+        What the errors of the growth rates make of it [-]; NaN where it is not known.
+    basis : str
+        'summed': over the inputs' spread; 'first order': by the tangent at the point, as no cell
+        is made yet; 'certain': no input is uncertain.
+    modes : tuple of ModeRisk
+        Modes that may grow, the most probable first.
+    """
+
+    probability: float
+    error: float
+    basis: Literal['summed', 'first order', 'certain']
+    modes: tuple[ModeRisk, ...] = ()
+
 
 @dataclass(frozen=True)
 class RiskEstimate:
@@ -52,11 +105,15 @@ class RiskEstimate:
 
     probability: float
     friction_margin: float
+    each: tuple[float, ...] = ()
 
 
 def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPoint], at: Inputs,
                      modes: Sequence[Mode], deviations: Deviations) -> RiskEstimate:
-    """Return the probability that one of the given modes grows.
+    """Return the probability that one of the given modes grows, from the tangent at one point.
+
+    It is exact for growth rates that are linear over the inputs' spread, and blunt next to a
+    merging of two modes.
 
     Parameters
     ----------
@@ -74,7 +131,7 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
     The growth rate of a mode is Gaussian with its present value as mean and, for independent
     inputs, the root sum square of its changes over one deviation of each as deviation.
     """
-    probability, margin = 0.0, math.nan
+    each, margin = [], math.nan
     steps = deviations.steps(at)
     point = point_of(at)
     for mode in modes:
@@ -85,14 +142,14 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
             return growth_change(sensitivity, low.coefficients(), high.coefficients())
 
         deviation = math.hypot(*(change(name, step) for name, step in steps.items()))
-        own = _exceeds_zero(mode.growth_rate, deviation)
-        if math.isnan(own):  # max() would lose it
-            return RiskEstimate(own, own)
-        probability = max(probability, own)
+        each.append(_exceeds_zero(mode.growth_rate, deviation))
+        if math.isnan(each[-1]):  # max() would lose it
+            return RiskEstimate(math.nan, math.nan)
         slope = change('friction', 1e-3 * at.friction) / (1e-3 * at.friction)
         if slope > 0.0:
             margin = min(-mode.growth_rate / slope, math.inf if math.isnan(margin) else margin)
-    return RiskEstimate(probability, margin if margin <= 1.0 else math.nan)
+    return RiskEstimate(max(each, default=0.0), margin if margin <= 1.0 else math.nan,
+                        tuple(each))
 
 
 def _exceeds_zero(mean: float, deviation: float) -> float:

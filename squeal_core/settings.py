@@ -111,6 +111,12 @@ MONITOR_KEYS = (
     Key('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: an empty table',
         change='configure'),
     Key('table_memory', 200.0, 'MB', 'limit of the table; what was used least goes', 1.0, 1e5),
+    Key('margin_rate', 50.0, '1/s', 'solves a second in search of the margins of a brake',
+        0.1, 1000.0),
+    Key('margin_full_rate', 10.0, '1/s', 'the same while they are not in the table', 0.1, 1000.0),
+    Key('margin_change', 0.2, '-',
+        'change of speed or pressure from which on a friction margin holds no more', 0.0, 10.0),
+    Key('margin_age', 5.0, 's', 'likewise its age', 0.0, 3600.0),
     Key('clock_timeout', 1.0, 's',
         'a /clock that stands still for longer has stopped: nothing is known', 0.1, 3600.0),
     Key('mode_shapes', False, '-', 'publish the worst mode as markers, once a second at most',
@@ -220,6 +226,10 @@ class MonitorSettings:
     audit_interval: float
     table: str
     table_memory: float
+    margin_rate: float
+    margin_full_rate: float
+    margin_change: float
+    margin_age: float
     clock_timeout: float
     mode_shapes: bool
     mode_shape_size: float

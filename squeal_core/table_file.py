@@ -244,12 +244,13 @@ def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> Anc
     pairs, listed, coarse = reader.take('pairs', 3).tolist()
     entries = int((sizes**2).sum())
     first = sum(len(terms) for terms in monomials.terms[:_FINE])
-    series = readonly(np.concatenate([
+    # laid out as `anchor_at` does: in another order sums would be rounded otherwise
+    series = readonly(np.asfortranarray(np.concatenate([
         reader.take('first_terms', 2 * entries, first),
         reader.take('terms' if coarse else 'fine_terms', 2 * entries, monomials.count - first)],
-        axis=1))
+        axis=1)))
     ends = np.cumsum([len(terms) for terms in monomials.terms])
-    degrees = [(series[:entries, a:b] + 1j * series[entries:, a:b]).T
+    degrees = [np.ascontiguousarray((series[:entries, a:b] + 1j * series[entries:, a:b]).T)
                for a, b in zip(ends[-4:-1], ends[-3:], strict=True)]
     return Anchor(
         point=point, rows=rows, centre=readonly(np.array(point.coefficients())[rows]),

@@ -132,6 +132,10 @@ class Tabulation:
         return (_EDGE if self.settings.delay else 1.0) * self.settings.tolerance
 
     @property
+    def tolerances(self) -> Tolerances:
+        return self._tolerances
+
+    @property
     def anchors(self) -> tuple[Anchor, ...]:
         return tuple(entry.anchor for entry in self._entries)
 

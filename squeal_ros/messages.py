@@ -122,9 +122,27 @@ def _figures(assessment: Assessment) -> dict[str, object]:
         'unstable_frequencies_hz': ' '.join(repr(m.frequency_hz) for m in assessment.flutter),
         'unstable_growth_rates_1_s': ' '.join(repr(m.growth_rate) for m in assessment.flutter),
         'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
-        'friction': assessment.friction, 'friction_source': assessment.friction_source}
+        'friction': assessment.friction, 'friction_source': assessment.friction_source,
+        **_of_sliding(assessment)}
     for signal, reading in assessment.inputs.items():
         figures[f'{signal}_input'] = reading.value
         figures[f'{signal}_age_s'] = round(reading.age, 6)
         figures[f'{signal}_status'] = reading.status
+    return figures
+
+
+def _of_sliding(assessment: Assessment) -> dict[str, object]:
+    """Return where modes and risk are from, and the margins with the time they hold for."""
+    known = assessment.sliding
+    if known is None:
+        return {}
+    figures: dict[str, object] = {
+        'modes_from': known.modes.source, 'modes_error_1_s': float(known.modes.errors.max()),
+        'risk_basis': known.risk.basis, 'risk_error': known.risk.error,
+        'risk_by_mode': ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
+                                 for m in known.risk.modes)}
+    for name, margin in vars(known.margins).items():
+        if margin is not None:
+            figures |= {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
+                        f'margin_{name}_age_s': round(1e-9 * (assessment.time - margin.time), 6)}
     return figures

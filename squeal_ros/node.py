@@ -136,7 +136,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             return
         start = time.perf_counter_ns()
         self._last_unknown = None
-        self.health.begin(beat)
+        self.health.begin(beat, self.settings.period)
         try:
             self._configured.assess(beat)
         finally:
@@ -191,7 +191,7 @@ class _Configured:
         self.reporter = Reporter(
             node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
             self.inputs, self.outputs, lambda: self.router.problems.total(),
-            self.monitor.engine.figures)
+            self.monitor.engines.figures)
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)

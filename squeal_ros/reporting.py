@@ -83,7 +83,7 @@ class Reporter:
             **self._health.values(), 'unreadable_messages': unreadable,
             'dropped_messages': self._inputs.dropped, 'wrong_publishers': len(wrong),
             'rate_hz': self._settings.rate, 'mode_shapes': self.mode_shapes,
-            **self._model, **{f'engine_{name}': value for name, value in self._engine().items()},
+            **self._model, **self._engine(),
             **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)

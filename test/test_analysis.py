@@ -24,7 +24,7 @@ from squeal_ros.cli import main
 from squeal_ros.console import ProgressBar
 
 COMMANDS = ('build', 'info', 'modes', 'map', 'locus', 'critical', 'verify', 'settings', 'replay',
-            'drive', 'demo')
+            'drive', 'demo', 'tabulate')
 PRELOAD, STIFFNESS = 2000.0, 0.35e11
 
 

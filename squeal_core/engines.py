@@ -1,0 +1,87 @@
+"""What the brakes of one vehicle share: modes, risks and margins of their model, each by table."""
+
+import math
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.margin import MarginSettings
+from squeal_core.risk_table import RiskSettings, RiskTable
+from squeal_core.settings import MonitorSettings
+from squeal_core.table_file import read_table
+from squeal_core.tabulation import TableSettings, Tabulation
+
+_CELL_DELAY = 3.0  # s, in which a cell is made beside the ticks on one core, with ease
+_MARGIN_MEMORY = 0.25  # of the table's, for that of the margins
+
+
+class Engines:
+    """The tables of one model; delays are counted in the solves of all brakes.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    settings : MonitorSettings
+
+    Raises
+    ------
+    TableFileError
+        Where the settings name a table that cannot be used.
+    """
+
+    def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
+        self.model = model
+        anchors = read_table(settings.table, model) if settings.table else ()
+        self.modes = Tabulation(model, anchors=anchors)
+        self.margins = Tabulation(model, anchors=anchors)
+        self.risks = RiskTable(model, band_of(settings))
+        self.retune(settings)
+
+    def retune(self, settings: MonitorSettings) -> None:
+        """Take other settings; tables stay, but cells of another squeal band."""
+        if self.risks.band_hz != band_of(settings):
+            self.risks.close()
+            self.risks = RiskTable(self.model, band_of(settings))
+        self.modes.settings = _table_settings(settings)
+        self.margins.settings = _table_settings(settings, memory=_MARGIN_MEMORY, audit=False)
+        made_beside = settings.anchor_delay > 0.0
+        self.risks.settings = RiskSettings(
+            delay=_solves(settings, _CELL_DELAY) if made_beside else 0)
+
+    def close(self) -> None:
+        """End the workers; the engines can be used on, and start others."""
+        for table in (self.modes, self.margins, self.risks):
+            table.close()
+
+    def figures(self) -> dict[str, float]:
+        """Return what was done so far, by name."""
+        return {**{f'engine_{name}': value for name, value in self.modes.figures().items()},
+                **{f'risk_{name}': value for name, value in self.risks.figures().items()},
+                **{f'margin_{name}': self.margins.figures()[name]
+                   for name in ('tabulated', 'full', 'anchors', 'megabytes')}}
+
+
+def band_of(settings: MonitorSettings) -> tuple[float, float]:
+    """Return the ends of the squeal band [Hz]."""
+    return settings.squeal_band_low_hz, settings.squeal_band_high_hz
+
+
+def _solves(settings: MonitorSettings, seconds: float) -> int:
+    return math.ceil(seconds * settings.rate) * len(settings.brakes)
+
+
+def _table_settings(settings: MonitorSettings, memory: float = 1.0, *,
+                    audit: bool = True) -> TableSettings:
+    return TableSettings(
+        tolerance=settings.engine_tolerance, memory=1e6 * memory * settings.table_memory,
+        delay=_solves(settings, settings.anchor_delay),
+        audit_every=round(settings.audit_interval) if audit else 0)
+
+
+def margin_settings(model: BrakeModel, settings: MonitorSettings) -> MarginSettings:
+    """Look for margins where the model was validated."""
+    assert model.caliper is not None
+    per_pressure = model.caliper.preload(1.0)
+    return MarginSettings(
+        friction=(settings.validated_friction_low, settings.validated_friction_high),
+        rotor_speed=(settings.validated_rotor_speed_low, settings.validated_rotor_speed_high),
+        pressure=(settings.validated_preload_low / per_pressure,
+                  settings.validated_preload_high / per_pressure))

@@ -1,0 +1,334 @@
+"""How far the brake is from squeal: critical friction, speed and pressure, a solve at a time.
+
+A search walks away from the point in steps until growth begins (or ends, where the brake squeals
+now), halves the step it happened in, and confirms both ends of the bracket by full solves. It does
+one solve at each call and so takes some ten to hundred ticks; what it found is stamped with the
+time and the inputs it began with.
+"""
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, replace
+import math
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.stability import complex_modes, ComplexModes, Mode, Tolerances
+
+Parameter: TypeAlias = Literal['friction', 'rotor_speed', 'pressure']
+Kind: TypeAlias = Literal['squeal', 'groan', 'divergence']
+Solve: TypeAlias = Callable[[OperatingPoint], ComplexModes]
+PARAMETERS: tuple[Parameter, ...] = ('friction', 'rotor_speed', 'pressure')
+
+_NONE = Mode(0, complex(-math.inf, math.nan), 'stable')
+_THROUGH = 0.1  # part of the first step's change of growth that is left in a bracket through zero
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginSettings:
+    """Where margins are looked for, and how closely.
+
+    Parameters
+    ----------
+    friction, rotor_speed, pressure : (2,) floats
+        Bounds [-], [rad/s], [Pa].
+    friction_step : float
+        Step of the walk [-]. Two crossings within a step pass unseen.
+    ratio : float
+        Of one speed or pressure to the next.
+    friction_tolerance, tolerance : float
+        Width of the bracket: of friction [-], of speed and pressure as a part of their value.
+    """
+
+    friction: tuple[float, float] = (0.05, 0.9)
+    rotor_speed: tuple[float, float] = (0.5, 200.0)
+    pressure: tuple[float, float] = (2e4, 1.6e7)
+    friction_step: float = 0.02
+    ratio: float = 1.15
+    friction_tolerance: float = 1e-4
+    tolerance: float = 1e-3
+
+    def bounds(self, parameter: Parameter) -> tuple[float, float]:
+        found: tuple[float, float] = getattr(self, parameter)
+        return found
+
+    def moved(self, parameter: Parameter, value: float, way: float) -> float:
+        """Return the next value of a walk upwards (1) or downwards (-1), within the bounds."""
+        low, high = self.bounds(parameter)
+        there = (value + way * self.friction_step if parameter == 'friction'
+                 else value * self.ratio**way)
+        return min(max(there, min(low, value)), max(high, value))
+
+    def close(self, parameter: Parameter, ends: tuple[float, float]) -> bool:
+        """Whether a bracket is narrow enough."""
+        width = abs(ends[1] - ends[0])
+        return width <= (self.friction_tolerance if parameter == 'friction'
+                         else self.tolerance * max(ends))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginInputs:
+    """Speed [rad/s] (its sign does not matter), brake pressure [Pa] and friction [-]."""
+
+    rotor_speed: float
+    pressure: float
+    friction: float
+
+    def moved(self, parameter: Parameter, value: float) -> 'MarginInputs':
+        return replace(self, **{parameter: value})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margin:
+    """Where one kind of growth begins or ends along one parameter.
+
+    Parameters
+    ----------
+    parameter, kind : str
+        'squeal' is growth of a mode in the band, 'groan' of one below, 'divergence' of one that
+        does not oscillate.
+    time : int
+        When the search began [ns].
+    inputs : MarginInputs
+        For which it holds.
+    grows : bool
+        Whether it grows at these inputs; then the critical value is where it ends.
+    critical : float
+        The middle of the bracket; NaN where there is none within the bounds.
+    bracket : (2,) floats
+        The nearer end first; without a crossing what was walked over.
+    growth_rates : (2,) floats
+        At both ends [1/s], by full solves where there is a crossing; -inf where no mode is there.
+    index : int
+        Of the mode, at the growing end of the bracket; 0 without a crossing.
+    frequency_hz : float
+    converged : bool
+        Whether the bracket is as narrow as asked for, full solves confirm it and the growth rate
+        goes through zero in it.
+    reason : str
+        The result in words.
+    solves : int
+    """
+
+    parameter: Parameter
+    kind: Kind
+    time: int
+    inputs: MarginInputs
+    grows: bool
+    critical: float = math.nan
+    bracket: tuple[float, float]
+    growth_rates: tuple[float, float]
+    index: int = 0
+    frequency_hz: float = math.nan
+    converged: bool = False
+    reason: str
+    solves: int
+
+    @property
+    def value(self) -> float:
+        """Critical minus present value; NaN where there is none."""
+        present: float = getattr(self.inputs, self.parameter)
+        return self.critical - present
+
+
+@dataclass(frozen=True)
+class Margins:
+    """The last margins found; None: not yet.
+
+    `friction`, `rotor_speed` and `pressure` are those of squeal; `groan` and `divergence` along
+    friction.
+    """
+
+    friction: Margin | None = None
+    rotor_speed: Margin | None = None
+    pressure: Margin | None = None
+    groan: Margin | None = None
+    divergence: Margin | None = None
+
+
+_End: TypeAlias = tuple[float, Mode]
+_Solving: TypeAlias = Generator[None, None, Mode]
+_Searching: TypeAlias = Generator[None, None, Margin]
+
+
+@dataclass
+class _Line:
+    """What was solved along one parameter through given inputs."""
+
+    parameter: Parameter
+    inputs: MarginInputs
+    time: int
+    solves: int = 0
+    known: dict[tuple[float, bool], ComplexModes] = field(default_factory=dict)
+
+
+class MarginSearch:
+    """Margins of one brake, one solve at each call. The same calls give the same margins.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        With a caliper.
+    solve : callable
+        Complex modes at a point, as `Tabulation.complex_modes` of a table of its own.
+    band_hz : (2,) floats
+        The squeal band.
+    settings : MarginSettings, optional
+    tolerances : Tolerances, optional
+        What counts as oscillation and growth.
+    """
+
+    def __init__(self, model: BrakeModel, solve: Solve, band_hz: tuple[float, float], *,
+                 settings: MarginSettings | None = None,
+                 tolerances: Tolerances | None = None) -> None:
+        self.model, self.band_hz = model, band_hz
+        self.settings = settings or MarginSettings()
+        self.margins = Margins()
+        self._solve = solve
+        self._limits = tolerances or Tolerances()
+        self._work: Generator[None, None, None] | None = None
+        self._inputs: MarginInputs | None = None
+        self._time = 0
+
+    def reset(self) -> None:
+        """Forget what was found and what is being looked for."""
+        self._work, self.margins = None, Margins()
+
+    def advance(self, inputs: MarginInputs, time: int) -> Margins:
+        """Do one solve of the search that is on, or of the next one, from these inputs.
+
+        Parameters
+        ----------
+        inputs : MarginInputs
+        time : int
+            [ns].
+
+        Returns
+        -------
+        Margins
+            The last ones found; each says when and for which inputs.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            Where a solve fails; the next call begins a search anew.
+        """
+        self._inputs = replace(inputs, rotor_speed=abs(inputs.rotor_speed))
+        self._time = time
+        if self._work is None:
+            self._work = self._round()
+        try:
+            next(self._work, None)
+        except np.linalg.LinAlgError:
+            self._work = None
+            raise
+        return self.margins
+
+    def _round(self) -> Generator[None, None, None]:
+        """Search friction, then speed and pressure, over and over, each from the inputs then."""
+        while True:
+            for parameter in PARAMETERS:
+                assert self._inputs is not None
+                line = _Line(parameter, self._inputs, self._time)
+                found = yield from self._search(line, 'squeal')
+                self.margins = replace(self.margins, **{parameter: found})
+                if parameter == 'friction':
+                    groan = yield from self._search(line, 'groan')
+                    divergence = yield from self._search(line, 'divergence')
+                    self.margins = replace(self.margins, groan=groan, divergence=divergence)
+
+    def _search(self, line: _Line, kind: Kind) -> _Searching:
+        """Walk away from the inputs until the verdict changes, then halve the bracket."""
+        start: float = getattr(line.inputs, line.parameter)
+        first = yield from self._mode(line, start, kind)
+        grows = first.growth_rate > self._limits.growth
+        # more friction makes it grow, less of it ends it; of speed and pressure the nearer one
+        ways = ((-1.0 if grows else 1.0,) if line.parameter == 'friction' else (1.0, -1.0))
+        ends: dict[float, _End] = dict.fromkeys(ways, (start, first))
+        while ends:
+            for way in tuple(ends):
+                near = ends[way]
+                value = self.settings.moved(line.parameter, near[0], way)
+                if value == near[0]:
+                    del ends[way]
+                    continue
+                far = (value, (yield from self._mode(line, value, kind)))
+                if (far[1].growth_rate > self._limits.growth) != grows:
+                    return (yield from self._halved(line, kind, grows, (near, far)))
+                ends[way] = far
+        return _without(line, kind, grows, self.settings.bounds(line.parameter), first)
+
+    def _halved(self, line: _Line, kind: Kind, grows: bool, ends: tuple[_End, _End]) -> _Searching:
+        near, far = ends
+        wide = _gap(near, far)
+        while not self.settings.close(line.parameter, (near[0], far[0])):
+            value = 0.5 * (near[0] + far[0])
+            middle = (value, (yield from self._mode(line, value, kind)))
+            if (middle[1].growth_rate > self._limits.growth) == grows:
+                near = middle
+            else:
+                far = middle
+            wide = wide if math.isfinite(wide) else _gap(near, far)
+        full = []
+        for value, _ in (near, far):
+            full.append((value, (yield from self._mode(line, value, kind, full=True))))
+        near, far = full
+        signs = [mode.growth_rate > self._limits.growth for _, mode in full]
+        confirmed = signs == [grows, not grows]
+        gap = _gap(near, far)
+        through = math.isfinite(gap) and gap <= max(_THROUGH * wide, self._limits.growth)
+        mode = max(near[1], far[1], key=lambda m: m.growth_rate)
+        verb = 'ends' if grows else 'begins'
+        reason = f'{kind} {verb} at {line.parameter} {0.5 * (near[0] + far[0]):.6g}'
+        if not confirmed:
+            reason += ', not confirmed by a full solve'
+        elif not through:
+            reason += ' by a jump: a mode leaves or enters the band'
+        return Margin(
+            parameter=line.parameter, kind=kind, time=line.time, inputs=line.inputs, grows=grows,
+            critical=0.5 * (near[0] + far[0]), bracket=(near[0], far[0]),
+            growth_rates=(near[1].growth_rate, far[1].growth_rate), index=mode.index,
+            frequency_hz=mode.frequency_hz, converged=confirmed and through, reason=reason,
+            solves=line.solves)
+
+    def _mode(self, line: _Line, value: float, kind: Kind, *, full: bool = False) -> _Solving:
+        """Return the least stable mode of a kind; a solve, unless it is known, ends the call."""
+        modes = line.known.get((value, full))
+        if modes is None:
+            inputs = line.inputs.moved(line.parameter, value)
+            point = self.model.operating_point(
+                rotor_speed=inputs.rotor_speed, pressure=inputs.pressure,
+                friction=inputs.friction)
+            modes = (complex_modes(self.model, point, tolerances=self._limits) if full
+                     else self._solve(point))
+            line.known[value, full] = modes
+            line.solves += 1
+            yield
+        low, high = self.band_hz
+        if kind == 'squeal':
+            found = modes.least_stable(low, high)
+        elif kind == 'groan':
+            found = modes.least_stable(0.0, math.nextafter(low, 0.0))
+        else:
+            found = tuple(m for m in modes.unstable if m.kind == 'divergence')
+        return found[0] if found else _NONE
+
+
+def _without(line: _Line, kind: Kind, grows: bool, bounds: tuple[float, float],
+             first: Mode) -> Margin:
+    start: float = getattr(line.inputs, line.parameter)
+    if line.parameter == 'friction':
+        bounds = (start, bounds[0] if grows else bounds[1])
+    verb = 'goes on' if grows else 'does not begin'
+    return Margin(
+        parameter=line.parameter, kind=kind, time=line.time, inputs=line.inputs, grows=grows,
+        bracket=bounds, growth_rates=(first.growth_rate, first.growth_rate), solves=line.solves,
+        reason=f'{kind} {verb} from {line.parameter} {bounds[0]:.6g} to {bounds[1]:.6g}')
+
+
+def _gap(near: _End, far: _End) -> float:
+    """Difference of growth rates [1/s]; infinite where there is no mode on one side."""
+    gap = abs(far[1].growth_rate - near[1].growth_rate)
+    return math.inf if math.isnan(gap) else gap

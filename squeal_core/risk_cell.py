@@ -1,0 +1,218 @@
+"""Growth rates around an operating point at many contact stiffnesses, ready for a risk.
+
+Along the contact stiffness modes come near each other and pass; along speed, pressure and friction
+they do so much less. A cell has one anchor (`squeal_core.anchor`) at each of a row of contact
+stiffnesses, and of each keeps what can matter: modes of the squeal band that may turn from decay
+to growth by the inputs' spread. Laid out as one array they cost a risk one matrix product.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.brake_model import BrakeModel
+from squeal_core.monomials import Monomials
+from squeal_core.operating_point import OperatingPoint
+
+STIFFNESS = [3, 4]  # of the six coefficients: those in proportion to the contact stiffness
+FRICTION = [1, 2, 4, 5]  # and to friction
+
+_SPEED, _PRESSURE = 0.25, 0.3  # logarithms of speed and pressure that a cell covers either way
+_LOW_PRESSURE = 1e5  # Pa that it covers at any pressure
+_FRICTION = 0.03  # that it covers, apart from the deviation
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Standard deviations: of friction, and of pressure and speed as parts of their value."""
+
+    friction: float
+    pressure: float
+    rotor_speed: float
+
+
+@dataclass(frozen=True)
+class Family:
+    """Coefficients and operating points of a model over speed, pressure and friction.
+
+    Friction has its slope in proportion, as `BrakeModel.operating_point` has it.
+    """
+
+    model: BrakeModel
+
+    def coefficients(self, speed: float, pressure: float, friction: float) -> FloatArray:
+        """Return coefficients (6,) at a speed [rad/s] and pressure [Pa] above zero."""
+        found = np.array(self.model.operating_point(
+            rotor_speed=speed, pressure=pressure, friction=1.0).coefficients())
+        found[FRICTION] *= friction
+        return found
+
+    def point(self, speed: float, pressure: float, friction: float,
+              factor: float) -> OperatingPoint:
+        """Return the point, its contact stiffness times a factor."""
+        point = self.model.operating_point(rotor_speed=speed, pressure=pressure,
+                                           friction=friction)
+        return replace(point, contact_stiffness=factor * point.contact_stiffness)
+
+
+@dataclass(frozen=True)
+class Box:
+    """Ranges of speed [rad/s], pressure [Pa] and friction, (3,) each."""
+
+    low: FloatArray
+    high: FloatArray
+
+    def widened(self, spread: Spread, deviations: float) -> 'Box':
+        """Return the box with what values in it may be off by."""
+        relative = deviations * np.array([spread.rotor_speed, spread.pressure])
+        low, high = self.low.copy(), self.high.copy()
+        low[:2] *= np.maximum(1.0 - relative, 0.1)
+        high[:2] *= 1.0 + relative
+        low[2] -= deviations * spread.friction
+        high[2] += deviations * spread.friction
+        return Box(low, high)
+
+    @property
+    def corners(self) -> list[tuple[float, ...]]:
+        """The eight corners."""
+        return list(product(*zip(self.low.tolist(), self.high.tolist(), strict=True)))
+
+
+def box_around(inputs: Sequence[float], part: float = 1.0) -> Box:
+    """Return the range that a cell at (speed, pressure, friction) covers, times `part`."""
+    speed, pressure, friction = inputs
+    wide, high = np.exp(part * _SPEED), np.exp(part * _PRESSURE)
+    less = max(pressure - part * _LOW_PRESSURE, 0.1 * pressure)
+    return Box(
+        readonly([speed / wide, min(pressure / high, less), friction - part * _FRICTION]),
+        readonly([speed * wide, max(pressure * high, pressure + part * _LOW_PRESSURE),
+                  friction + part * _FRICTION]))
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Blocks of one size: at which node (n,), modes (n, size), series (n size^2, terms)."""
+
+    size: int
+    nodes: IndexArray
+    labels: IndexArray
+    series: ComplexArray
+
+    @cached_property
+    def growth_series(self) -> FloatArray:
+        """Of modes alone in their block the growth rates are polynomials themselves."""
+        return readonly(self.series.real)
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """What a risk needs around an operating point.
+
+    Parameters
+    ----------
+    inputs : (3,) array
+        Speed [rad/s], pressure [Pa] and friction of the centre.
+    box : Box
+        Where it holds.
+    spread : Spread
+        For which it holds.
+    rows, centre, scales, monomials
+        As of `Anchor`, at the nominal contact stiffness.
+    blocks : tuple of Blocks
+        Those that may change sign.
+    others : (nodes,) array
+        Growth rate of the least stable of the others, at the centre [1/s].
+    growth : (modes, nodes) array
+        Of each mode at the centre [1/s], as `inside` has it; -1e3 where it was lost.
+    roots : (modes,) array
+        Of all modes at the centre [1/s]; a mode's label is its place in it.
+    slopes : (modes, v) array
+        Their change with z.
+    at_edge : bool
+        Whether a mode may enter or leave the squeal band.
+    errors : (nodes,) array
+        Of growth rates near zero by a full solve at a corner of the box, the largest [1/s].
+    """
+
+    inputs: FloatArray
+    box: Box
+    spread: Spread
+    rows: IndexArray
+    centre: FloatArray
+    scales: FloatArray
+    monomials: Monomials
+    blocks: tuple[Blocks, ...]
+    others: FloatArray
+    growth: FloatArray
+    roots: ComplexArray
+    slopes: ComplexArray
+    at_edge: bool
+    errors: FloatArray
+
+    @property
+    def nbytes(self) -> int:
+        return sum(2 * b.series.nbytes for b in self.blocks) + self.growth.nbytes
+
+    @cached_property
+    def nodes(self) -> IndexArray:
+        """Node of each mode that may change sign (rows,)."""
+        return readonly(np.concatenate(
+            [np.zeros(0), *(np.repeat(b.nodes, b.size) for b in self.blocks)]), np.intp)
+
+    @cached_property
+    def labels(self) -> IndexArray:
+        """Mode of each row (rows,)."""
+        return readonly(np.concatenate(
+            [np.zeros(0), *(b.labels.ravel() for b in self.blocks)]), np.intp)
+
+    @cached_property
+    def slots(self) -> IndexArray:
+        """Rows of each node (nodes, most), filled up with the number of rows."""
+        nodes = range(self.others.size)
+        return _filled([np.flatnonzero(self.nodes == node) for node in nodes], self.nodes.size)
+
+    @cached_property
+    def modes(self) -> IndexArray:
+        """Labels of modes that may grow within the spread (m,)."""
+        certain = np.flatnonzero(self.growth.max(axis=1, initial=-np.inf) > 0.0)
+        found = np.unique(np.concatenate([self.labels, certain]))
+        return readonly(found[found >= 0], np.intp)
+
+    @cached_property
+    def places(self) -> IndexArray:
+        """Row of each of these modes at each node (m, nodes), or -1."""
+        found = np.full((self.modes.size, self.others.size), -1)
+        known = np.flatnonzero(self.labels >= 0)
+        found[np.searchsorted(self.modes, self.labels[known]), self.nodes[known]] = known
+        return readonly(found, np.intp)
+
+    def roots_near(self, coefficients: FloatArray) -> ComplexArray:
+        """Return the roots of `modes` (m,) at coefficients (6,), to first order."""
+        steps = self.steps(coefficients[:, None])[:, 0]
+        return np.asarray(self.roots[self.modes] + self.slopes[self.modes] @ steps)
+
+    def steps(self, coefficients: FloatArray) -> FloatArray:
+        """Return z (v, P) of coefficients (6, P), the same for all nodes."""
+        return (coefficients[self.rows] - self.centre[:, None]) / self.scales[:, None]
+
+
+def inside(roots: ComplexArray, band: tuple[float, float] | None) -> FloatArray:
+    """Return growth rates that turn negative where a mode leaves the band, continuously.
+
+    That a mode grows and is in the band is that the least of its growth rate and its distances
+    from the band's ends is above zero.
+    """
+    if band is None:
+        return roots.real
+    return np.minimum(roots.real, np.minimum(roots.imag - band[0], band[1] - roots.imag))
+
+
+def _filled(lists: Sequence[IndexArray], filling: int) -> IndexArray:
+    found = np.full((len(lists), max([1, *map(len, lists)])), filling)
+    for row, values in zip(found, lists, strict=True):
+        row[:len(values)] = values
+    return readonly(found, np.intp)

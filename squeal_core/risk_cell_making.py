@@ -1,0 +1,210 @@
+"""How a cell is made: anchors along the contact stiffness, which modes matter, where it holds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from squeal_core.anchor import Anchor
+from squeal_core.anchor_solution import anchor_at
+from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.risk_cell import Blocks, Box, box_around, Cell, Family, inside, Spread, STIFFNESS
+from squeal_core.risk_rule import Rule
+from squeal_core.stability import eigenvalues
+
+_PARTS = (1.0, 0.6, 0.35, 0.2)  # of the greatest box, tried until the series hold
+_TOLERANCE = 1.0  # 1/s, mean error of growth rates near zero
+_NEAR = 20.0  # 1/s from zero; farther off a sign is certain
+_WIDE, _CHECKED = 3.0, 1.5  # deviations: for which modes may matter, at which errors are measured
+_CERTAIN = 0.3  # part of a growth rate that it may be off by
+_MARGIN = 1.0  # 1/s, on what does not change sign
+_CAP = 5.0  # 1/s, up to which an error counts at one contact stiffness of many
+_SMALL = 1e-3  # of a scaled step, for differences
+_LOST = -1e3  # 1/s, of a mode that is not there
+# modes that couple more than this share a block; more where the contact stiffness is improbable
+_COUPLING, _PROBABLE, _LOOSE = 0.12, 0.1, 1.0
+_LARGEST = 4  # modes in a block; beyond it the coupling that counts is larger
+_FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are larger
+
+
+def cell_at(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
+            band: tuple[float, float]) -> Cell:
+    """Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
+
+    Parameters
+    ----------
+    family : Family
+    inputs : (3,) floats
+        Speed and pressure above zero.
+    spread : Spread
+    rule : Rule
+    band : (2,) floats
+        Of the angular frequencies that count [rad/s].
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where an eigensolution fails or its vectors do not span the space.
+    """
+    masses = rule.stiffness_masses.sum(axis=1)
+    anchors = _anchors(family, inputs, spread, rule, masses)
+    for part in _PARTS:
+        box = box_around(inputs, part)
+        errors = _measured(anchors, family, box.widened(spread, _CHECKED), rule, band)
+        if masses @ np.minimum(errors, _CAP) <= _TOLERANCE:
+            break
+    samples = _samples(family, box.widened(spread, _WIDE), rule)
+    seen = [_seen(anchor, factor, samples, band)
+            for anchor, factor in zip(anchors, rule.factors, strict=True)]
+    labels, middle = _labels(anchors, rule), anchors[rule.nodes // 2]
+    return Cell(
+        inputs=readonly(inputs), box=box, spread=spread, rows=middle.rows, centre=middle.centre,
+        scales=middle.scales, monomials=middle.monomials,
+        blocks=_gathered(anchors, seen, labels), others=readonly([s.others for s in seen]),
+        growth=readonly(_growth(seen, labels)), roots=readonly(_roots(middle), complex),
+        slopes=readonly(_slopes(middle), complex), at_edge=any(s.at_edge for s in seen),
+        errors=readonly(errors))
+
+
+def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
+             masses: FloatArray) -> list[Anchor]:
+    """Return an anchor at each of the rule's contact stiffnesses, none with a large block."""
+    speed, pressure, friction = inputs
+    wide = _WIDE * spread.friction
+    least = _COUPLING * min(1.0, max(_FRICTION * friction / wide, 0.3) if wide else 1.0)
+    found = []
+    for factor, mass in zip(rule.factors.tolist(), masses.tolist(), strict=True):
+        point = family.point(speed, pressure, friction, factor)
+        coupling = min(least * max(1.0, _PROBABLE / mass), _LOOSE)
+        while True:
+            anchor = anchor_at(
+                family.model, point, degree=rule.friction_nodes - 1, coupling=coupling,
+                stiffness_step=0.5 * rule.spacing)
+            if coupling >= _LOOSE or int(anchor.sizes.max(initial=0)) <= _LARGEST:
+                break
+            coupling *= 2.0
+        found.append(anchor)
+    return found
+
+
+def _measured(anchors: Sequence[Anchor], family: Family, box: Box, rule: Rule,
+              band: tuple[float, float]) -> FloatArray:
+    """Return the error of growth rates near zero (nodes,), each at another corner of the box."""
+    found, corners = [], box.corners
+    for node, anchor in enumerate(anchors):
+        speed, pressure, friction = corners[(3 * node) % len(corners)]
+        end = rule.factors[node] * np.exp((0.5 - node % 2) * rule.spacing)
+        point = family.point(speed, pressure, max(friction, 1e-3), end)
+        truth = eigenvalues(family.model, point)
+        roots = anchor.roots(np.array(point.coefficients())[:, None])[0][:, 0]
+        found.append(max(_farthest(truth, roots, band), _farthest(roots, truth, band)))
+    return np.array(found)
+
+
+def _farthest(some: ComplexArray, others: ComplexArray, band: tuple[float, float]) -> float:
+    """Return how far a root near growth in the band is from the next of the others, at most."""
+    near = some[(np.abs(some.real) < _NEAR) & (some.imag > band[0]) & (some.imag < band[1])]
+    return float(np.abs(near[:, None] - others).min(axis=1).max(initial=0.0))
+
+
+def _samples(family: Family, box: Box, rule: Rule) -> FloatArray:
+    """Return coefficients (6, P) at the corners of the box and at both ends of a node's part."""
+    found = []
+    for corner, end in product(box.corners, (-0.5, 0.5)):
+        coefficients = family.coefficients(*corner)
+        coefficients[STIFFNESS] *= np.exp(end * rule.spacing)
+        found.append(coefficients)
+    return np.stack(found, axis=1)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What the samples say of the modes at a node, and which blocks may change sign."""
+
+    matters: Any  # (blocks,)
+    growth: FloatArray  # (n,) at the centre
+    others: float
+    at_edge: bool
+
+
+def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float, float]) -> _Seen:
+    there = samples.copy()
+    there[STIFFNESS] *= factor
+    roots, errors = anchor.roots(there)
+    off = _MARGIN + np.minimum(errors, _MARGIN + _CERTAIN * np.abs(roots.real))
+    sure = (roots.imag - off > band[0]) & (roots.imag + off < band[1])
+    outside = (roots.imag + off < band[0]) | (roots.imag - off > band[1])
+    decays = (outside | (roots.real + off < 0.0)).all(axis=1)
+    grows = (sure & (roots.real - off > 0.0)).all(axis=1)
+    open_ = ~(decays | grows)
+    owner = np.repeat(np.arange(anchor.sizes.size), anchor.sizes)
+    matters = np.zeros(anchor.sizes.size, bool)
+    matters[owner[open_]] = True
+    growth = inside(_roots(anchor), band)
+    others = float(growth[~matters[owner]].max(initial=_LOST))
+    return _Seen(matters, growth, others, bool((open_ & ~sure.all(axis=1)).any()))
+
+
+def _labels(anchors: Sequence[Anchor], rule: Rule) -> list[IndexArray]:
+    """Return which mode each root of each anchor is: its place among those of the middle one.
+
+    Halfway between two contact stiffnesses both anchors know the roots.
+    """
+    middle = len(anchors) // 2
+    found = {middle: np.arange(int(anchors[middle].sizes.sum()))}
+    for way, end in ((1, len(anchors)), (-1, -1)):
+        for node in range(middle + way, end, way):
+            here = anchors[node]
+            between = np.array(here.point.coefficients())[:, None]
+            between[STIFFNESS] *= np.exp(-0.5 * way * rule.spacing)
+            known = anchors[node - way].roots(between)[0]
+            old, new = linear_sum_assignment(np.abs(known - here.roots(between)[0].T))
+            labels = np.full(int(here.sizes.sum()), -1)
+            labels[new] = found[node - way][old]
+            found[node] = labels
+    return [readonly(found[node], np.intp) for node in range(len(anchors))]
+
+
+def _roots(anchor: Anchor) -> ComplexArray:
+    return anchor.roots(np.array(anchor.point.coefficients())[:, None])[0][:, 0]
+
+
+def _slopes(anchor: Anchor) -> ComplexArray:
+    """Return the change of the roots with z (n, v), by central differences."""
+    steps = _SMALL * np.concatenate([np.eye(anchor.rows.size), -np.eye(anchor.rows.size)], axis=1)
+    there = np.repeat(np.array(anchor.point.coefficients())[:, None], steps.shape[1], axis=1)
+    there[anchor.rows] += anchor.scales[:, None] * steps
+    plus, minus = np.split(anchor.roots(there)[0], 2, axis=1)
+    return np.asarray((plus - minus) / (2.0 * _SMALL))
+
+
+def _growth(seen: Sequence[_Seen], labels: Sequence[IndexArray]) -> FloatArray:
+    """Return the growth rate of each mode (modes, nodes) at the centre."""
+    count = max(int(label.max(initial=-1)) for label in labels) + 1
+    found = np.full((count, len(seen)), _LOST)
+    for node, (what, label) in enumerate(zip(seen, labels, strict=True)):
+        found[label[label >= 0], node] = what.growth[label >= 0]
+    return found
+
+
+def _gathered(anchors: Sequence[Anchor], seen: Sequence[_Seen],
+              labels: Sequence[IndexArray]) -> tuple[Blocks, ...]:
+    """Collect the blocks that matter, by their size."""
+    parts: dict[int, list[tuple[int, IndexArray, ComplexArray]]] = {}
+    for node, (anchor, what, label) in enumerate(zip(anchors, seen, labels, strict=True)):
+        half = len(anchor.series) // 2
+        entries = np.concatenate([[0], np.cumsum(anchor.sizes**2)])
+        roots = np.concatenate([[0], np.cumsum(anchor.sizes)])
+        for block in np.flatnonzero(what.matters).tolist():
+            first, end = entries[block], entries[block + 1]
+            series = anchor.series[first:end] + 1j * anchor.series[half + first:half + end]
+            parts.setdefault(int(anchor.sizes[block]), []).append(
+                (node, label[roots[block]:roots[block + 1]], series))
+    return tuple(
+        Blocks(size, readonly([p[0] for p in parts[size]], np.intp),
+               readonly(np.stack([p[1] for p in parts[size]]), np.intp),
+               readonly(np.concatenate([p[2] for p in parts[size]]), complex))
+        for size in sorted(parts))

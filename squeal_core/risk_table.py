@@ -1,0 +1,258 @@
+"""Probability of squeal: that at least one mode of the band grows, under uncertain inputs.
+
+It is summed over the inputs' spread by a fixed rule (`squeal_core.risk_rule`) from growth rates
+that a cell (`squeal_core.risk_cell`) has of the operating points around. Cells are made where the
+brake is driven, beside the work, and kept. Until one is made the estimate is of first order, and
+says so.
+"""
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+import math
+
+import numpy as np
+
+from squeal_core.brake_model import BrakeModel
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.risk import Deviations, first_order_risk, Inputs, ModeRisk, Risk
+from squeal_core.risk_cell import Cell, Family, Spread
+from squeal_core.risk_cell_making import cell_at
+from squeal_core.risk_estimate import Estimate, estimate
+from squeal_core.risk_rule import Rule, rule_for
+from squeal_core.stability import ComplexModes, Tolerances
+
+_DEGREE = 3  # of the cells' series
+_CANDIDATES = 3  # modes that the estimate of first order looks at: the least stable ones
+_EDGE = 0.75  # part of a cell from which on the next one is asked for
+_LADDER = 1.5  # cells are made for deviations of friction in steps of this ratio
+_SHOWN = 1e-3  # probability from which on a mode is named
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiskSettings:
+    """How cells are made and kept.
+
+    Parameters
+    ----------
+    memory : float
+        Limit of the cells' size [bytes]; the least recently used go.
+    delay : int
+        Assessments between asking for a cell and its first use; 0: made at once, while the caller
+        waits. A cell takes about a second of one core.
+    """
+
+    memory: float = 50e6
+    delay: int = 0
+
+
+@dataclass
+class RiskStatistics:
+    """What was done so far."""
+
+    summed: int = 0
+    first_order: int = 0
+    made: int = 0
+    dropped: int = 0
+    failed: int = 0
+
+
+@dataclass
+class _Entry:
+    cell: Cell
+    used: int
+
+
+@dataclass
+class _Request:
+    due: int
+    cell: 'Future[Cell]'
+
+
+class RiskTable:
+    """Probabilities of squeal of one model at operating points, each near the last ones.
+
+    Brakes of one model share it. The same calls in the same order give the same numbers.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        With a caliper.
+    band_hz : (2,) floats
+        The squeal band.
+    settings : RiskSettings, optional
+    tolerances : Tolerances, optional
+        What counts as oscillation and growth.
+    """
+
+    def __init__(self, model: BrakeModel, band_hz: tuple[float, float],
+                 settings: RiskSettings | None = None, *,
+                 tolerances: Tolerances | None = None) -> None:
+        self.model, self.band_hz = model, band_hz
+        self.settings = settings or RiskSettings()
+        self.statistics = RiskStatistics()
+        self._tolerances = tolerances or Tolerances()
+        self._family = Family(model)
+        self._band = (max(2.0 * math.pi * band_hz[0], self._tolerances.oscillation),
+                      2.0 * math.pi * band_hz[1])
+        self._rule: Rule = rule_for(0.0, _DEGREE)
+        self._entries: list[_Entry] = []
+        self._index()
+        self._request: _Request | None = None
+        self._worker: ThreadPoolExecutor | None = None
+        self._calls = 0
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        return tuple(entry.cell for entry in self._entries)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of the cells [bytes]."""
+        return sum(entry.cell.nbytes for entry in self._entries)
+
+    def figures(self) -> dict[str, float]:
+        """Return what was done so far and how large the table is, by name."""
+        return {**asdict(self.statistics), 'cells': len(self._entries),
+                'megabytes': round(1e-6 * self.nbytes, 3)}
+
+    def close(self) -> None:
+        """End the worker; the table can be used on, and starts another."""
+        if self._worker is not None:
+            self._worker.shutdown(wait=True, cancel_futures=True)
+            self._worker = self._request = None
+
+    def assess(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
+        """Return the probability of squeal.
+
+        Parameters
+        ----------
+        at : Inputs
+            Expected inputs; the contact stiffness has to be the model's at this pressure.
+        modes : ComplexModes
+            At the operating point of `at`.
+        deviations : Deviations
+        """
+        self._calls += 1
+        if deviations.none:
+            return self._certain(modes)
+        self._follow(deviations.contact_stiffness)
+        self._adopt()
+        inputs = (abs(at.rotor_speed), at.pressure, at.friction)
+        spread = Spread(min(deviations.friction, 0.5 * at.friction), deviations.pressure,
+                        deviations.rotor_speed)
+        entry, depth = self._nearest(inputs, spread)
+        if entry is None or (depth > _EDGE and self.settings.delay):
+            self._ask(inputs, spread)
+            if entry is None and self.settings.delay == 0:
+                self._adopt()
+                entry, depth = self._nearest(inputs, spread)
+        if entry is None:
+            return self._first_order(at, modes, deviations)
+        entry.used = self._calls
+        self.statistics.summed += 1
+        found = estimate(entry.cell, self._rule, self._family, spread, inputs, self._band,
+                         self._tolerances.growth)
+        return Risk(found.probability, found.error, 'summed',
+                    self._named(entry.cell, found, inputs, modes))
+
+    def _certain(self, modes: ComplexModes) -> Risk:
+        growing = modes.flutter_in(*self.band_hz)
+        return Risk(float(bool(growing)), 0.0, 'certain', tuple(
+            ModeRisk(m.index, m.frequency_hz, m.growth_rate, 1.0) for m in growing))
+
+    def _first_order(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
+        self.statistics.first_order += 1
+        candidates = modes.least_stable(*self.band_hz, _CANDIDATES)
+        found = first_order_risk(self.model, self._point, at, candidates, deviations)
+        ways = sorted(zip(found.each, candidates, strict=False), key=lambda way: -way[0])
+        return Risk(found.probability, math.nan, 'first order', tuple(
+            ModeRisk(m.index, m.frequency_hz, m.growth_rate, p) for p, m in ways if p >= _SHOWN))
+
+    def _point(self, inputs: Inputs) -> OperatingPoint:
+        return self.model.operating_point(
+            rotor_speed=inputs.rotor_speed, pressure=inputs.pressure, friction=inputs.friction,
+            contact_stiffness=inputs.contact_stiffness)
+
+    def _named(self, cell: Cell, found: Estimate, inputs: tuple[float, float, float],
+               modes: ComplexModes) -> tuple[ModeRisk, ...]:
+        roots = cell.roots_near(self._family.coefficients(*inputs))
+        shown = np.flatnonzero(found.modes >= _SHOWN)
+        shown = shown[np.argsort(-found.modes[shown], kind='stable')]
+        places = np.abs(modes.roots - roots[shown, None]).argmin(axis=1)
+        here = modes.roots[places]
+        return tuple(map(ModeRisk, (places + 1).tolist(), (here.imag / (2.0 * np.pi)).tolist(),
+                         here.real.tolist(), found.modes[shown].tolist()))
+
+    def _follow(self, deviation: float) -> None:
+        """Begin anew where the deviation of the contact stiffness is another."""
+        if deviation != self._rule.stiffness_deviation:
+            self._rule = rule_for(deviation, _DEGREE)
+            self._entries, self._request = [], None
+            self._index()
+
+    def _nearest(self, inputs: tuple[float, float, float],
+                 spread: Spread) -> tuple[_Entry | None, float]:
+        """Return the entry in whose cell the inputs lie the deepest: 0 in the middle, 1 at an end.
+        """
+        if not self._entries:
+            return None, math.inf
+        away = np.abs(np.array(inputs) - self._middles) / self._halves
+        off = np.array([spread.friction, spread.pressure, spread.rotor_speed])
+        depths = np.where((off <= self._spreads).all(axis=1), away.max(axis=1), np.inf)
+        place = int(depths.argmin())
+        depth = float(depths[place])
+        return (self._entries[place], depth) if depth <= 1.0 else (None, depth)
+
+    def _index(self) -> None:
+        """Lay out the cells' places for the search."""
+        cells = self.cells
+        low, high = (np.array([getattr(c.box, end) for c in cells]).reshape(-1, 3)
+                     for end in ('low', 'high'))
+        self._middles, self._halves = 0.5 * (low + high), 0.5 * (high - low)
+        self._spreads = np.array([(c.spread.friction, c.spread.pressure, c.spread.rotor_speed)
+                                  for c in cells]).reshape(-1, 3)
+
+    def _ask(self, inputs: tuple[float, float, float], spread: Spread) -> None:
+        """Have a cell made here, unless one is being made already."""
+        if self._request is not None:
+            return
+        wide = Spread(_next_step(spread.friction), spread.pressure, spread.rotor_speed)
+        arguments = (self._family, inputs, wide, self._rule, self._band)
+        if self.settings.delay == 0:
+            future: Future[Cell] = Future()
+            try:
+                future.set_result(cell_at(*arguments))
+            except np.linalg.LinAlgError as error:
+                future.set_exception(error)
+        else:
+            if self._worker is None:
+                self._worker = ThreadPoolExecutor(1, 'risk')
+            future = self._worker.submit(cell_at, *arguments)
+        self._request = _Request(self._calls + self.settings.delay, future)
+
+    def _adopt(self) -> None:
+        """Take the cell asked for into use, when its time has come."""
+        request = self._request
+        if request is None or self._calls < request.due:
+            return
+        self._request = None
+        try:
+            cell = request.cell.result()
+        except np.linalg.LinAlgError:  # no eigensolution: the vectors do not span the space
+            self.statistics.failed += 1
+            return
+        self._entries.append(_Entry(cell, self._calls))
+        self.statistics.made += 1
+        while self.nbytes > self.settings.memory and len(self._entries) > 1:
+            oldest = min(self._entries[:-1], key=lambda entry: entry.used)
+            self._entries = [entry for entry in self._entries if entry is not oldest]
+            self.statistics.dropped += 1
+        self._index()
+
+
+def _next_step(deviation: float) -> float:
+    """Return the least deviation of the ladder that is not smaller."""
+    if deviation == 0.0:
+        return 0.0
+    step = math.ceil(math.log(deviation / 0.02) / math.log(_LADDER) - 1e-9)
+    return max(deviation, 0.02 * _LADDER**step)

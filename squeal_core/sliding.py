@@ -1,0 +1,154 @@
+"""What is known of a brake that slides under load: its modes, its risk and its margins."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from squeal_core.engines import band_of, Engines, margin_settings
+from squeal_core.margin import MarginInputs, Margins, MarginSearch
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.risk import Deviations, Inputs, Risk
+from squeal_core.settings import MonitorSettings
+from squeal_core.stability import ComplexModes, Mode
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sliding:
+    """What was found at one operating point.
+
+    Parameters
+    ----------
+    point : OperatingPoint
+    modes : ComplexModes
+    worst : Mode or None
+        The least stable mode that oscillates within the squeal band.
+    risk : Risk
+    margins : Margins
+        The last ones found, each stamped.
+    friction_margin : float
+        Critical minus present friction [-]; NaN where nothing confirmed holds here.
+    """
+
+    point: OperatingPoint
+    modes: ComplexModes
+    worst: Mode | None
+    risk: Risk
+    margins: Margins
+    friction_margin: float
+
+
+class SlidingBrake:
+    """One brake's way through operating points; the engines are those of all brakes.
+
+    Parameters
+    ----------
+    engines : Engines
+    settings : MonitorSettings
+    """
+
+    def __init__(self, engines: Engines, settings: MonitorSettings) -> None:
+        self._engines = engines
+        self.retune(settings)
+
+    def retune(self, settings: MonitorSettings) -> None:
+        """Take other settings; the search for margins begins anew."""
+        self._settings = settings
+        self._deviations = Deviations(
+            friction=settings.friction_deviation, pressure=settings.pressure_deviation,
+            rotor_speed=settings.rotor_speed_deviation,
+            contact_stiffness=settings.contact_stiffness_deviation)
+        self._pace = MarginPace(self._engines, settings)
+
+    def judge(self, rotor_speed: float, pressure: float, friction: float, time: int) -> Sliding:
+        """Return what is known at a speed [rad/s], pressure [Pa] and friction at a time [ns].
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            Where there is no eigensolution.
+        """
+        model = self._engines.model
+        at = Inputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction,
+                    contact_stiffness=model.contact_stiffness_at(model.contact_pressure(pressure)))
+        point = model.operating_point(rotor_speed=rotor_speed, pressure=pressure,
+                                      friction=friction, contact_stiffness=at.contact_stiffness)
+        modes = self._engines.modes.complex_modes(point)
+        risk = self._engines.risks.assess(at, modes, self._deviations)
+        here = MarginInputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction)
+        margins = self._pace.advance(here, time)
+        return Sliding(
+            point=point, modes=modes, risk=risk, margins=margins,
+            worst=next(iter(modes.least_stable(*band_of(self._settings))), None),
+            friction_margin=friction_margin(
+                margins, here, time, change=self._settings.margin_change,
+                age=self._settings.margin_age))
+
+
+class MarginPace:
+    """Advances the margins of one brake at their own rate, slowly where full solves are needed.
+
+    Parameters
+    ----------
+    engines : Engines
+    settings : MonitorSettings
+    """
+
+    def __init__(self, engines: Engines, settings: MonitorSettings) -> None:
+        self._engines, self._settings = engines, settings
+        self._search = MarginSearch(engines.model, self._solve, band_of(settings),
+                                    settings=margin_settings(engines.model, settings))
+        self._credit, self._pause, self._full = 0.0, 0, False
+
+    @property
+    def found(self) -> Margins:
+        return self._search.margins
+
+    def _solve(self, point: OperatingPoint) -> ComplexModes:
+        found = self._engines.margins.complex_modes(point)
+        self._full = self._full or found.source == 'full'
+        return found
+
+    def advance(self, inputs: MarginInputs, time: int) -> Margins:
+        """Go on with the search by what an assessment's share of it is; return what is known."""
+        if self._pause:
+            self._pause -= 1
+            return self.found
+        self._credit += self._settings.margin_rate / self._settings.rate
+        self._full = False
+        while self._credit >= 1.0 and not self._full:
+            self._credit -= 1.0
+            try:
+                self._search.advance(inputs, time)
+            except np.linalg.LinAlgError:
+                self._full = True  # begins anew, later
+        if self._full:
+            self._credit = 0.0
+            self._pause = math.ceil(self._settings.rate / self._settings.margin_full_rate)
+        return self.found
+
+
+def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
+                    change: float, age: float) -> float:
+    """Return critical minus present friction; NaN where what is known holds no more.
+
+    Parameters
+    ----------
+    margins : Margins
+    inputs : MarginInputs
+        The present ones.
+    time : int
+        [ns].
+    change : float
+        Of speed and pressure since the search began, relative, that is let pass.
+    age : float
+        Likewise of the time [s].
+    """
+    found = margins.friction
+    if found is None or not found.converged or abs(time - found.time) > 1e9 * age:
+        return math.nan
+    for name in ('rotor_speed', 'pressure'):
+        before, now = getattr(found.inputs, name), abs(getattr(inputs, name))
+        if not abs(now - before) <= change * before:
+            return math.nan
+    return found.critical - inputs.friction

@@ -1,0 +1,85 @@
+"""The sliding brake: modes, risk and margins over the ticks, against their offline references."""
+
+import math
+
+import pytest
+
+from squeal_core import BrakeModel
+from squeal_core.critical import critical_value
+from squeal_core.engines import Engines
+from squeal_core.settings import MonitorSettings, read_settings
+from squeal_core.sliding import Sliding, SlidingBrake
+from squeal_core.stability import complex_modes
+
+SPEED, PRESSURE, FRICTION = 20.0, 7.84e5, 0.42
+PERIOD = 20_000_000  # ns
+
+
+def settings(**changes: object) -> MonitorSettings:
+    return read_settings({'brakes': ['fl'], 'rate': 50.0, 'contact_stiffness_deviation': 0.0,
+                          **changes})
+
+
+def ticks(brake: SlidingBrake, count: int, begin: int = 0, *, speed: float = SPEED) -> Sliding:
+    for i in range(count):
+        found = brake.judge(speed, PRESSURE, FRICTION, (begin + i) * PERIOD)
+    return found
+
+
+def test_margins_come_confirmed_and_as_the_offline_search_has_them(kang: BrakeModel) -> None:
+    at = settings()
+    engines = Engines(kang, at)
+    brake, count = SlidingBrake(engines, at), 0
+    while math.isnan((found := ticks(brake, 10, count)).friction_margin):
+        count += 10
+        assert count < 2000
+    engines.close()
+    point = kang.operating_point(rotor_speed=SPEED, pressure=PRESSURE, friction=FRICTION)
+    expected = critical_value(kang, point, 'friction', (0.05, 0.9)).below
+    margin = found.margins.friction
+    assert margin is not None
+    assert margin.converged
+    assert found.friction_margin == pytest.approx(expected.value - FRICTION, abs=2e-4)
+    assert margin.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-3)
+    later = brake.judge(1.5 * SPEED, PRESSURE, FRICTION, (count + 10) * PERIOD)
+    assert math.isnan(later.friction_margin)  # was found for another speed
+
+
+def test_same_ticks_same_numbers_with_workers_beside(kang: BrakeModel) -> None:
+    """Anchors and cells are taken into use by count, whenever they were finished."""
+    runs = []
+    for _ in range(2):
+        at = settings(anchor_delay=0.2)
+        engines = Engines(kang, at)
+        brake = SlidingBrake(engines, at)
+        runs.append([ticks(brake, 1, i, speed=SPEED * (1.0 - 2e-3 * i)) for i in range(60)])
+        engines.close()
+    for one, other in zip(*runs, strict=True):
+        assert one.modes.roots.tolist() == other.modes.roots.tolist()
+        assert one.risk == other.risk
+        assert one.modes.source == other.modes.source
+    assert {one.modes.source for one in runs[0]} == {'full', 'table'}
+
+
+def test_modes_are_those_of_the_full_solution(kang: BrakeModel) -> None:
+    at = settings()
+    engines = Engines(kang, at)
+    found = ticks(SlidingBrake(engines, at), 40)
+    engines.close()
+    truth = complex_modes(kang, found.point)
+    assert found.modes.source == 'table'
+    assert [m.index for m in found.modes.unstable] == [m.index for m in truth.unstable]
+    assert found.worst is not None
+    assert found.worst.growth_rate == pytest.approx(
+        truth.least_stable(1250.0, 16000.0)[0].growth_rate, abs=at.engine_tolerance)
+
+
+def test_without_uncertainty_the_risk_is_zero_or_one(kang: BrakeModel) -> None:
+    certain = {f'{name}_deviation': 0.0 for name in (
+        'friction', 'pressure', 'rotor_speed', 'contact_stiffness')}
+    at = settings(**certain)
+    engines = Engines(kang, at)
+    brake = SlidingBrake(engines, at)
+    assert brake.judge(SPEED, PRESSURE, FRICTION, 0).risk.probability == 1.0
+    assert brake.judge(SPEED, PRESSURE, 0.05, 0).risk.probability == 0.0
+    engines.close()
