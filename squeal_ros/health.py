@@ -42,13 +42,16 @@ class Health:
     work: Series = field(default_factory=Series)
     lateness: Series = field(default_factory=Series)
 
-    def begin(self, beat: Beat) -> None:
-        """Count a tick; one that comes more than a period late missed its deadline."""
+    def begin(self, beat: Beat, period: int) -> None:
+        """Count a tick; one that comes more than a period late missed its deadline.
+
+        Its lateness counts from the first of those that were passed over for it [ns].
+        """
         self.ticks_done += 1
         self.ticks_lost += beat.lost
         self.deadline_misses += beat.lost > 0
         self.clock_jumps += beat.jump != ''
-        self.lateness.add(beat.late)
+        self.lateness.add(beat.late + beat.lost * period)
 
     def end(self, work: int, period: int) -> None:
         """Note how long a tick took [ns]; so does one that took longer than a period."""

@@ -35,14 +35,18 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Vehicle:
-    """One brake's signals, the node under test, and what the node last said."""
+    """One brake's signals, the node under test, and what the node last said.
 
-    def __init__(self, context: Context, monitor: SquealMonitor, brake: str,
-                 namespace: str = '') -> None:
+    Without a `monitor` the node under test is another process.
+    """
+
+    def __init__(self, context: Context, monitor: Any, brake: str, namespace: str = '') -> None:
         self.context, self.monitor, self.brake = context, monitor, brake
         self.node = rclpy.create_node('vehicle', context=context, namespace=namespace)
-        self.executor = SturdyExecutor(context=context, report=monitor.report)
-        self.executor.add_node(monitor)
+        self.executor = SturdyExecutor(
+            context=context, report=monitor.report if monitor else self._fail)
+        if monitor:
+            self.executor.add_node(monitor)
         self.executor.add_node(self.node)
         self.rotor_speed, self.pressure, self.friction = 20.0, 7.84e5, 0.42
         self.temperature = math.nan
@@ -72,6 +76,10 @@ class Vehicle:
 
         self.node.create_subscription(kind, topic, hear, qos)
 
+    @staticmethod
+    def _fail(error: Exception) -> None:
+        raise error
+
     def publish(self) -> None:
         """Publish all signals that are not silent, stamped now."""
         joints, pressure, heat = JointState(), FluidPressure(), Temperature()
@@ -97,6 +105,7 @@ class Vehicle:
             assert time.monotonic() < end, f'{what} did not come true; said: {self.said}'
             self.publish()
             self.spin(0.02)
+        self.spin(0.02)  # what else the node said at that tick
 
     def spin(self, seconds: float) -> None:
         end = time.monotonic() + seconds
@@ -180,3 +189,18 @@ def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
         finally:
             context.try_shutdown()
             gc.collect()  # what the garbage holds of a node stays in the graph
+
+
+@contextmanager
+def outside(domain: int, *, brake: str = 'fl', namespace: str = '') -> Iterator[Vehicle]:
+    """Give signals to a node of another process in a domain, and hear what it says."""
+    context = Context()
+    rclpy.init(context=context, domain_id=domain)
+    try:
+        car = Vehicle(context, None, brake, namespace)
+        yield car
+        car.executor.shutdown()
+        car.node.destroy_node()
+    finally:
+        context.try_shutdown()
+        gc.collect()

@@ -106,11 +106,12 @@ def test_percentiles_of_the_last_thousand() -> None:
 def test_a_deadline_is_missed_by_work_or_by_delay() -> None:
     health = Health()
     for lost, work in ((0, PERIOD), (0, PERIOD + 1), (2, 5), (2, PERIOD + 1)):
-        health.begin(Beat(SECOND, MS, lost))
+        health.begin(Beat(SECOND, MS, lost), PERIOD)
         health.end(work, PERIOD)
     values = health.values()
     assert (values['ticks_done'], values['ticks_lost'], values['deadline_misses']) == (4, 4, 4)
-    assert values['tick_lateness_max_s'] == 1e-3
+    assert values['tick_lateness_max_s'] == pytest.approx(1e-3 + 2e-9 * PERIOD)
+    assert values['tick_lateness_s'] == values['tick_lateness_max_s']
 
 
 def test_rate_over_a_second_or_more() -> None:

@@ -4,13 +4,14 @@ import math
 from pathlib import Path
 from typing import Any
 
-from hypothesis import given, HealthCheck, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 from harness import LATCHED, Vehicle, vehicle  # noqa: E402
+from processes import short_and_long  # noqa: E402
 from rcl_interfaces.msg import Parameter as ParameterMessage  # noqa: E402
 from rcl_interfaces.msg import ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically  # noqa: E402
@@ -142,10 +143,16 @@ STORM = st.lists(st.builds(ParameterMessage, name=st.sampled_from(NAMES), value=
                  max_size=4)
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(STORM, st.booleans())
+@short_and_long('count', 200, 2000)
 def test_any_request_is_answered_and_leaves_settings_that_hold(
-        stormy: Vehicle, storm: list[Any], atomic: bool) -> None:
+        stormy: Vehicle, count: int) -> None:
+    settings(max_examples=count)(given(STORM, st.booleans())(
+        lambda storm, atomic: request(stormy, storm, atomic)))()
+    stormy.said.clear()
+    stormy.until(lambda: stormy.status is not None, 'diagnostics after the storm')
+
+
+def request(stormy: Vehicle, storm: list[Any], atomic: bool) -> None:
     storm = [p for p in storm if p.name != 'use_sim_time' or p.value.type != 1]
     if atomic:
         answer = stormy.ask(SetParametersAtomically, 'set_parameters_atomically',
