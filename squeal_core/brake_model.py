@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+import math
 from pathlib import Path
 from typing import Any
 
@@ -196,7 +197,7 @@ class BrakeModel:
         if friction is None:
             raise ModelError('friction_law: this model has none; give a friction coefficient')
         return OperatingPoint(
-            rotor_speed=rotor_speed, friction=float(np.copysign(friction, rotor_speed)),
+            rotor_speed=rotor_speed, friction=math.copysign(friction, rotor_speed),
             friction_slope=friction_slope or 0.0, contact_pressure=contact_pressure,
             contact_stiffness=self.contact_stiffness_at(contact_pressure)
             if contact_stiffness is None else contact_stiffness)

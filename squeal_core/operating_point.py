@@ -65,17 +65,22 @@ class OperatingPoint:
     contact_stiffness: float
 
     def __post_init__(self) -> None:
+        if not math.isfinite(self.rotor_speed + self.friction + self.friction_slope
+                             + self.contact_pressure + self.contact_stiffness):
+            self._refuse_what_is_not_finite()
+        if self.rotor_speed == 0.0:
+            raise OperatingPointError(
+                'rotor_speed is 0 rad/s; steady sliding needs a speed other than zero')
+        if self.contact_pressure < 0.0 or self.contact_stiffness < 0.0:
+            name = 'contact_pressure' if self.contact_pressure < 0.0 else 'contact_stiffness'
+            raise OperatingPointError(
+                f'{name} is {getattr(self, name):g}; give zero or a positive number')
+
+    def _refuse_what_is_not_finite(self) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
             if not math.isfinite(value):
                 raise OperatingPointError(f'{item.name} is {value}; give a finite number')
-        if self.rotor_speed == 0.0:
-            raise OperatingPointError(
-                'rotor_speed is 0 rad/s; steady sliding needs a speed other than zero')
-        for name in ('contact_pressure', 'contact_stiffness'):
-            if getattr(self, name) < 0.0:
-                raise OperatingPointError(
-                    f'{name} is {getattr(self, name):g}; give zero or a positive number')
 
     def coefficients(self) -> Coefficients:
         """Return what multiplies the model's arrays; K09 eqs (38), (A.3)-(A.7)."""
