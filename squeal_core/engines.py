@@ -9,7 +9,6 @@ from squeal_core.settings import MonitorSettings
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
 
-_CELL_DELAY = 3.0  # s, in which a cell is made beside the ticks on one core, with ease
 _MARGIN_MEMORY = 0.25  # of the table's, for that of the margins
 
 
@@ -42,9 +41,7 @@ class Engines:
             self.risks = RiskTable(self.model, band_of(settings))
         self.modes.settings = _table_settings(settings)
         self.margins.settings = _table_settings(settings, memory=_MARGIN_MEMORY, audit=False)
-        made_beside = settings.anchor_delay > 0.0
-        self.risks.settings = RiskSettings(
-            delay=_solves(settings, _CELL_DELAY) if made_beside else 0)
+        self.risks.settings = RiskSettings(delay=_solves(settings, settings.risk_delay))
 
     def close(self) -> None:
         """End the workers; the engines can be used on, and start others."""

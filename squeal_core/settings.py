@@ -106,6 +106,8 @@ MONITOR_KEYS = (
     Key('anchor_delay', 0.15, 's',
         'between asking for an anchor of the table and its first use; 0: made while a tick waits',
         0.0, 60.0),
+    Key('risk_delay', 3.0, 's', 'the same for the cells of the risk; one takes a second of a core',
+        0.0, 60.0),
     Key('audit_interval', 2000.0, '-',
         'of so many answers from the table one is compared with a full solve; 0: none', 0.0, 1e9),
     Key('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: an empty table',
@@ -116,7 +118,7 @@ MONITOR_KEYS = (
     Key('margin_full_rate', 10.0, '1/s', 'the same while they are not in the table', 0.1, 1000.0),
     Key('margin_change', 0.2, '-',
         'change of speed or pressure from which on a friction margin holds no more', 0.0, 10.0),
-    Key('margin_age', 5.0, 's', 'likewise its age', 0.0, 3600.0),
+    Key('margin_age', 20.0, 's', 'likewise its age', 0.0, 3600.0),
     Key('clock_timeout', 1.0, 's',
         'a /clock that stands still for longer has stopped: nothing is known', 0.1, 3600.0),
     Key('mode_shapes', False, '-', 'publish the worst mode as markers, once a second at most',
@@ -223,6 +225,7 @@ class MonitorSettings:
     contact_stiffness_deviation: float
     engine_tolerance: float
     anchor_delay: float
+    risk_delay: float
     audit_interval: float
     table: str
     table_memory: float

@@ -12,6 +12,8 @@ from squeal_core.risk import Deviations, Inputs, Risk
 from squeal_core.settings import MonitorSettings
 from squeal_core.stability import ComplexModes, Mode
 
+_MOST_SOLVES = 8.0  # of the search for margins within one assessment
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sliding:
@@ -114,7 +116,8 @@ class MarginPace:
         if self._pause:
             self._pause -= 1
             return self.found
-        self._credit += self._settings.margin_rate / self._settings.rate
+        share = self._settings.margin_rate / self._settings.rate
+        self._credit = min(self._credit + share, _MOST_SOLVES)
         self._full = False
         while self._credit >= 1.0 and not self._full:
             self._credit -= 1.0
@@ -124,7 +127,7 @@ class MarginPace:
                 self._full = True  # begins anew, later
         if self._full:
             self._credit = 0.0
-            self._pause = math.ceil(self._settings.rate / self._settings.margin_full_rate)
+            self._pause = math.ceil(self._settings.rate / self._settings.margin_full_rate) - 1
         return self.found
 
 

@@ -192,7 +192,7 @@ def demo(options: argparse.Namespace) -> int:
     rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
     cycle, vehicle = _cycle_and_vehicle(options)
     config = Path(options.config or demos.default_config())
-    chosen = demos.demo_settings(config, rate)
+    chosen = demos.demo_settings(config, rate, speed_up)
     model = BrakeModel.load(chosen.model)
     signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
     files = demos.DemoFiles(folder=Path(options.output))
@@ -202,7 +202,7 @@ def demo(options: argparse.Namespace) -> int:
                   f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
                   'its own process')
     live = demos.run_live(signals, config, files.inputs, DriveDisplay(console, cycle.name),
-                          rate=rate, speed_up=speed_up)
+                          settings=chosen, speed_up=speed_up)
     console.print(f'ticks done {live.ticks_done}, lost {live.ticks_lost}')
     rows = [demos.on_drive_time(row) for row in demos.replay_inputs(files, chosen, model)]
     console.print(demos.agreement([demos.on_drive_time(row) for row in live.rows], rows).in_words)

@@ -24,6 +24,8 @@ from squeal_ros.drive import BrakePlayer, ORIGIN
 from squeal_ros.replay import Outputs, replay
 
 _START_UP = 30.0  # s that the node may take to subscribe
+_LONGEST_DELAY = 60.0  # s
+_DELAYS = ('anchor_delay', 'risk_delay')  # in which something is made, in real time
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 
@@ -62,12 +64,15 @@ class LiveDrive:
 
 
 @contextmanager
-def monitor_process(config: Path, rate: float) -> Iterator[subprocess.Popen[bytes]]:
+def monitor_process(config: Path, settings: MonitorSettings
+                    ) -> Iterator[subprocess.Popen[bytes]]:
     """Run the node as its own process for as long as the context lasts."""
+    values = {'use_sim_time': 'true', 'diagnostics_rate': 2.0 * settings.rate, **{
+        name: getattr(settings, name) for name in ('rate', *_DELAYS)}}
     process = subprocess.Popen(
         [sys.executable, '-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn',
-         '--params-file', str(config), '-p', 'use_sim_time:=true', '-p', f'rate:={rate}',
-         '-p', f'diagnostics_rate:={2.0 * rate}'],
+         '--params-file', str(config),
+         *(word for name, value in values.items() for word in ('-p', f'{name}:={value}'))],
         start_new_session=True,  # Ctrl-C reaches the player first, which then ends the node
         preexec_fn=_end_with_parent)
     try:
@@ -100,11 +105,11 @@ def signals_of(cycle: DriveCycle, vehicle: Vehicle, model: BrakeModel, *, rate: 
 
 
 def run_live(signals: BrakeSignals, config: Path, inputs: Path, display: DriveDisplay, *,
-             rate: float, speed_up: float) -> LiveDrive:
+             settings: MonitorSettings, speed_up: float) -> LiveDrive:
     """Play the signals to a node of its own, record them, show and keep what it says."""
     rows: list[Row] = []
     done = lost = 0
-    with (monitor_process(config, rate) as process, BrakePlayer(signals) as player,
+    with (monitor_process(config, settings) as process, BrakePlayer(signals) as player,
           BagWriter(inputs) as bag):
         if not player.wait_for_listener(_START_UP, still_alive=lambda: process.poll() is None):
             raise SquealError(f'the monitor did not subscribe within {_START_UP:.0f} s; see what '
@@ -181,6 +186,8 @@ def default_config() -> Path:
     return resources.config_folder() / 'monitor.yaml'
 
 
-def demo_settings(config: Path, rate: float) -> MonitorSettings:
-    """Return the settings under which the demo's node runs."""
-    return replace(load_settings(config), rate=rate)
+def demo_settings(config: Path, rate: float, speed_up: float) -> MonitorSettings:
+    """Return the settings under which the demo's node runs: time runs faster, work does not."""
+    settings = load_settings(config)
+    later = {name: min(speed_up * getattr(settings, name), _LONGEST_DELAY) for name in _DELAYS}
+    return replace(settings, rate=rate, **later)

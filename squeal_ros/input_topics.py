@@ -32,6 +32,7 @@ class _Topic:
     undecodable: int = 0
     sequence: int | None = None
     alone: bool = False  # one publisher: only then do sequence numbers show gaps
+    publishers: frozenset[bytes] = frozenset()
     wrong: tuple[str, ...] = ()
     rate: Rate = field(default_factory=Rate)
 
@@ -112,6 +113,9 @@ class InputTopics:
         for name, topic in self._topics.items():
             publishers = self._node.get_publishers_info_by_topic(name)
             topic.alone = len(publishers) == 1
+            found = frozenset(bytes(info.endpoint_gid) for info in publishers)
+            if found != topic.publishers:  # each counts its messages from a number of its own
+                topic.publishers, topic.sequence = found, None
             topic.wrong = tuple(sorted(set(self._wrong(name, topic, publishers))))
             for text in topic.wrong:
                 self._complain(text)

@@ -33,6 +33,9 @@ from squeal_ros.ticker import Ticker
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
+_SWITCH = 5e-4  # s after which a worker that makes an anchor hands over to a tick
+
+
 class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     """Managed node: configure loads the model, activate publishes.
 
@@ -247,6 +250,7 @@ def main(arguments: list[str] | None = None) -> int:
     context, started = Context(), False
     # rclpy's own handler ends the context; a KeyboardInterrupt beside it could strike anywhere
     signal.signal(signal.SIGINT, lambda *_: None)
+    sys.setswitchinterval(_SWITCH)
     try:
         rclpy.init(args=arguments, context=context,
                    signal_handler_options=SignalHandlerOptions.ALL)
