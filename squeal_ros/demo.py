@@ -24,6 +24,7 @@ from squeal_ros.drive import BrakePlayer, ORIGIN
 from squeal_ros.replay import Outputs, replay
 
 _START_UP = 30.0  # s that the node may take to subscribe
+_RATES = ('margin_rate', 'margin_full_rate')  # of work beside the assessments
 _LONGEST_DELAY = 60.0  # s
 _DELAYS = ('anchor_delay', 'risk_delay')  # in which something is made, in real time
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
@@ -68,7 +69,7 @@ def monitor_process(config: Path, settings: MonitorSettings
                     ) -> Iterator[subprocess.Popen[bytes]]:
     """Run the node as its own process for as long as the context lasts."""
     values = {'use_sim_time': 'true', 'diagnostics_rate': 2.0 * settings.rate, **{
-        name: getattr(settings, name) for name in ('rate', *_DELAYS)}}
+        name: getattr(settings, name) for name in ('rate', *_DELAYS, *_RATES)}}
     process = subprocess.Popen(
         [sys.executable, '-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn',
          '--params-file', str(config),
@@ -190,4 +191,5 @@ def demo_settings(config: Path, rate: float, speed_up: float) -> MonitorSettings
     """Return the settings under which the demo's node runs: time runs faster, work does not."""
     settings = load_settings(config)
     later = {name: min(speed_up * getattr(settings, name), _LONGEST_DELAY) for name in _DELAYS}
-    return replace(settings, rate=rate, **later)
+    slower = {name: getattr(settings, name) / speed_up for name in _RATES}
+    return replace(settings, rate=rate, **later, **slower)
