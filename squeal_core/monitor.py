@@ -105,7 +105,8 @@ class BrakeMonitor:
                  engines: Engines | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._sliding = SlidingBrake(engines or Engines(model, settings), settings)
+        self._sliding = SlidingBrake(
+            engines or Engines(model, settings), settings, brake.name)
         self._adopt(brake, settings)
         validated = validated_ranges(model, settings)
         self._inputs = {signal: Input(signal, limits, settings, validated[signal])

@@ -20,6 +20,7 @@ from squeal_core.risk_cell_making import cell_at
 from squeal_core.risk_estimate import Estimate, estimate
 from squeal_core.risk_rule import Rule, rule_for
 from squeal_core.stability import ComplexModes, Tolerances
+from squeal_core.workers import worker
 
 _DEGREE = 3  # of the cells' series
 _CANDIDATES = 3  # modes that the estimate of first order looks at: the least stable ones
@@ -226,7 +227,7 @@ class RiskTable:
                 future.set_exception(error)
         else:
             if self._worker is None:
-                self._worker = ThreadPoolExecutor(1, 'risk')
+                self._worker = worker('risk')
             future = self._worker.submit(cell_at, *arguments)
         self._request = _Request(self._calls + self.settings.delay, future)
 

@@ -47,10 +47,14 @@ class SlidingBrake:
     ----------
     engines : Engines
     settings : MonitorSettings
+    brake : str
+        Which of the settings' brakes it is; empty: the first.
     """
 
-    def __init__(self, engines: Engines, settings: MonitorSettings) -> None:
+    def __init__(self, engines: Engines, settings: MonitorSettings, brake: str = '') -> None:
         self._engines = engines
+        names = [one.name for one in settings.brakes]
+        self._place = names.index(brake) if brake else 0
         self.retune(settings)
 
     def retune(self, settings: MonitorSettings) -> None:
@@ -60,7 +64,7 @@ class SlidingBrake:
             friction=settings.friction_deviation, pressure=settings.pressure_deviation,
             rotor_speed=settings.rotor_speed_deviation,
             contact_stiffness=settings.contact_stiffness_deviation)
-        self._pace = MarginPace(self._engines, settings)
+        self._pace = MarginPace(self._engines, settings, self._place)
 
     def judge(self, rotor_speed: float, pressure: float, friction: float, time: int) -> Sliding:
         """Return what is known at a speed [rad/s], pressure [Pa] and friction at a time [ns].
@@ -90,14 +94,18 @@ class SlidingBrake:
 class MarginPace:
     """Advances the margins of one brake at their own rate, slowly where full solves are needed.
 
+    Brakes take turns: at each tick one of them goes on with its search.
+
     Parameters
     ----------
     engines : Engines
     settings : MonitorSettings
+    place : int
+        Of the brake among the settings'.
     """
 
-    def __init__(self, engines: Engines, settings: MonitorSettings) -> None:
-        self._engines, self._settings = engines, settings
+    def __init__(self, engines: Engines, settings: MonitorSettings, place: int) -> None:
+        self._engines, self._settings, self._place = engines, settings, place
         self._search = MarginSearch(engines.model, self._solve, band_of(settings),
                                     settings=margin_settings(engines.model, settings))
         self._credit, self._pause, self._full = 0.0, 0, False
@@ -113,10 +121,13 @@ class MarginPace:
 
     def advance(self, inputs: MarginInputs, time: int) -> Margins:
         """Go on with the search by what an assessment's share of it is; return what is known."""
+        turns = len(self._settings.brakes)
+        if time // self._settings.period % turns != self._place:
+            return self.found
         if self._pause:
             self._pause -= 1
             return self.found
-        share = self._settings.margin_rate / self._settings.rate
+        share = self._settings.margin_rate / self._settings.rate * turns
         self._credit = min(self._credit + share, _MOST_SOLVES)
         self._full = False
         while self._credit >= 1.0 and not self._full:
@@ -127,7 +138,8 @@ class MarginPace:
                 self._full = True  # begins anew, later
         if self._full:
             self._credit = 0.0
-            self._pause = math.ceil(self._settings.rate / self._settings.margin_full_rate) - 1
+            self._pause = math.ceil(
+                self._settings.rate / self._settings.margin_full_rate / turns) - 1
         return self.found
 
 

@@ -21,6 +21,7 @@ from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import classify, complex_modes, ComplexModes, Tolerances
+from squeal_core.workers import worker
 
 _EDGE = 0.2  # of the tolerance: from here on the next anchor is asked for
 _TRIED = 3  # anchors tried for a point, the last one used first
@@ -283,7 +284,7 @@ class Tabulation:
                 future.set_exception(error)
         else:
             if self._worker is None:
-                self._worker = ThreadPoolExecutor(1, 'anchors')
+                self._worker = worker('anchors')
             future = self._worker.submit(
                 anchor_at, self.model, point, degree=self.settings.degree)
         self._request = _Request(self._solves + self.settings.delay, future)

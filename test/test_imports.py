@@ -16,6 +16,7 @@ ORDER = (
     'squeal_core.arrays',
     'squeal_core.errors',
     'squeal_core.resources',
+    'squeal_core.workers',
     'squeal_core.yaml_file',
     'squeal_core.description',
     'squeal_core.friction',

@@ -1,0 +1,18 @@
+"""A thread beside the work, which gives way to it."""
+
+from concurrent.futures import ThreadPoolExecutor
+import os
+import sys
+import threading
+
+_NICE = 10
+
+
+def worker(name: str) -> ThreadPoolExecutor:
+    """Return an executor of one thread, on Linux of a lower priority than the caller's."""
+    return ThreadPoolExecutor(1, name, initializer=_give_way)
+
+
+def _give_way() -> None:
+    if sys.platform == 'linux':  # where a thread has a priority of its own
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
