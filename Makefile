@@ -23,7 +23,7 @@ suite = if [ -z "$(1)" ]; then echo 'make: no $(3) found here, so nothing is tes
 COLCON_TESTS := $(foreach t,launch layouts model_file node process replay security_policy settings,\
 	test/test_$(t).py)
 
-.PHONY: demo test test-ubuntu24 test-newest colcon nastran lint benchmark clean help
+.PHONY: demo test soak test-ubuntu24 test-newest colcon nastran lint benchmark clean help
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -51,6 +51,9 @@ colcon: .venv-colcon/installed  ## colcon build and colcon test in a clean works
 	PYTHONSAFEPATH=1 colcon test --return-code-on-test-failure \
 		--event-handlers console_direct+ --pytest-args $(PARALLEL) $(COLCON_TESTS) && \
 	colcon test-result --all | tee summary && grep -q 'Summary: [1-9]' summary
+
+soak: $(VENV)/installed  ## the long forms of tests: storms, floods, an hour of driving; half an hour
+	$(BIN)/python -m pytest -m soak -s -q test
 
 nastran: .venv-nastran/installed  ## tests of OP2 files, with pyNastran and numpy below 2
 	.venv-nastran/bin/python -c 'import pyNastran.op2.op2_geom'  # else its tests would skip

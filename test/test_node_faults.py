@@ -1,0 +1,245 @@
+"""Faults of inputs through real DDS: no number past the limit, the cause named, quick recovery.
+
+Simulated time goes on in step with what the node has taken, so nothing hangs on the machine's
+speed. `test_faults.py` plays every fault on every input of the monitor without a node.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import math
+import re
+import time
+from typing import Any
+
+from faults import braking, Event, FAULTS, NODE_FAULTS, SECOND
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from harness import TIMEOUT, Vehicle, vehicle  # noqa: E402
+from rclpy.time import Time  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
+from std_msgs.msg import Float32, Float64, Header  # noqa: E402
+from test_faults import (  # noqa: E402
+    bad,
+    BEGIN,
+    END,
+    FAIR,
+    MAX_AGE,
+    MEASURED,
+    START,
+    STEP,
+    STUCK,
+)
+from test_node_inputs import stranger  # noqa: E402
+
+from squeal_core.monitor import Sample  # noqa: E402
+from squeal_core.settings import Signal  # noqa: E402
+from squeal_ros import input_topics  # noqa: E402
+
+TOPICS: dict[Signal, str] = {'rotor_speed': 'joint_states', 'pressure': 'fl/brake_pressure',
+                             'friction': 'fl/friction'}
+TYPES: dict[Signal, Any] = {'rotor_speed': JointState, 'pressure': FluidPressure,
+                            'friction': Float64}
+# samples fall between ticks, so that it is plain which tick sees them
+STREAM = [event for event in braking(8.0, rate=20.0, signals=MEASURED,
+                                     start=BEGIN + SECOND // 1000)
+          if START - SECOND < event.time < END + MAX_AGE + SECOND // 2]
+
+
+class Stage:
+    """A node whose time goes on only when it has taken what was published."""
+
+    def __init__(self, car: Vehicle) -> None:
+        self._car, self._now = car, BEGIN
+        self.publishers: dict[Signal, Any] = {s: car._publishers[s] for s in TOPICS}
+        for signal in TOPICS:
+            self.wait(self.publishers[signal].get_subscription_count, signal)
+        self.wait(car._clock.get_subscription_count, '/clock')
+
+    def wait(self, condition: Callable[[], Any], what: str) -> None:
+        end = time.monotonic() + TIMEOUT
+        while not condition():
+            assert time.monotonic() < end, f'{what} did not come true; said: {self._car.said}'
+            self._car.executor.spin_once(timeout_sec=0.002)
+
+    def send(self, signal: Signal, sample: Sample) -> None:
+        """Publish a value, and wait until the node has taken it."""
+        header = Header(stamp=Time(nanoseconds=sample.stamp).to_msg())
+        message = Float64(data=sample.value)
+        if signal == 'rotor_speed':
+            message = JointState(header=header, name=['fl_wheel_joint'], velocity=[sample.value])
+        elif signal == 'pressure':
+            message = FluidPressure(header=header, fluid_pressure=sample.value)
+        before = self._taken(signal)
+        self.publishers[signal].publish(message)
+        self.wait(lambda: self._taken(signal) > before, signal)
+
+    def _taken(self, signal: Signal) -> int:
+        figures = self._car.monitor._configured.inputs.values(0)
+        return int(str(figures[f'{TOPICS[signal]} received']))
+
+    def _node_time(self) -> int:
+        return int(self._car.monitor.get_clock().now().nanoseconds)
+
+    def until(self, now: int) -> None:
+        """Let time pass [ns]; hear what the node says at each tick on the way."""
+        ticks = range((self._now // STEP + 1) * STEP, now + 1, STEP)
+        for instant in (*ticks, now):
+            self._car._clock.publish(Clock(clock=Time(nanoseconds=instant).to_msg()))
+            self.wait(lambda at=instant: self._node_time() == at, 'the clock')
+            if instant % STEP == 0 and instant > self._now:
+                self.wait(lambda at=instant: self.told == at, 'the tick')
+            self._now = instant
+
+    @property
+    def told(self) -> int:
+        """The time of the last diagnostics [ns]."""
+        if 'diagnostics' not in self._car.said:
+            return 0
+        stamp = self._car.said['diagnostics'].header.stamp
+        return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+    @property
+    def risk(self) -> float:
+        """The risk in the last diagnostics."""
+        values = {item.key: item.value for item in self._car.status.values}
+        assert math.isnan(float(values['squeal_risk'])) == (values['state'] != 'steady')
+        return float(values['squeal_risk'])
+
+    def play(self, events: list[Event]) -> Iterator[int]:
+        """Publish events at their times; yield each tick, after the node spoke."""
+        for event in events:
+            for tick in range((self._now // STEP + 1) * STEP, event.time, STEP):
+                self.until(tick)
+                yield tick
+            self.until(event.time)
+            self.send(event.signal, event.sample)
+
+
+@contextmanager
+def stage(**values: Any) -> Iterator[tuple[Stage, Vehicle]]:
+    stuck = {f'fl__{signal}__stuck_after': STUCK / SECOND for signal in TOPICS}
+    # time stands still while the node is waited for: no clock has stopped
+    with vehicle(use_sim_time=True, clock_timeout=600.0, rate=SECOND / STEP, stuck_changes=10.0,
+                 **stuck, **values) as car:
+        yield Stage(car), car
+
+
+SHORT = [('off', 'friction'), ('stuck', 'rotor_speed'), ('NaN', 'friction'),
+         ('wrong unit', 'pressure'), ('delayed', 'pressure'), ('out of order', 'rotor_speed')]
+# without a stamp the time of receipt counts, and friction has none
+STAMPED = {'delayed', 'future stamp'}
+LONG = [(name, signal) for name in FAULTS for signal in MEASURED if name != 'zero stamp'
+        and not (name in STAMPED and signal == 'friction')
+        and (name, signal) not in {*SHORT, *FAIR}]
+
+
+@pytest.mark.parametrize(('name', 'signal'), [
+    *SHORT, *(pytest.param(*case, marks=pytest.mark.soak) for case in LONG)])
+def test_fault(name: str, signal: Signal) -> None:
+    fault = FAULTS[name]
+    stream = fault.apply(STREAM, signal, START, END)
+    wrong = known = 0
+    with stage() as (acted, car):
+        for tick in acted.play(stream):
+            if tick < START - SECOND // 2:
+                continue
+            if tick <= START or tick >= END + MAX_AGE:
+                assert acted.risk >= 0.0, (tick - BEGIN, car.status.message)
+                known += 1
+            elif START < tick < END and bad(fault, signal, stream, tick):
+                assert math.isnan(acted.risk)
+                assert re.fullmatch(f'{signal} {fault.cause}.*', car.status.message)
+                assert car.status.level in (b'\x02', b'\x03')
+                acted.wait(lambda: math.isnan(car.risk), 'risk NaN')
+                wrong += 1
+        assert car.figures['errors'] == '0'
+    assert (wrong > 3) == (fault.kind != 'harmless')
+    assert known >= 8  # half a second before it, nearly as long after
+
+
+def drive(acted: Stage, seconds: float, *, without: tuple[Signal, ...] = ()) -> None:
+    """Go on with all inputs but some, to just after the last samples."""
+    start = acted._now
+    for event in braking(seconds, rate=20.0, signals=MEASURED, start=start + SECOND // 1000):
+        acted.until(event.time)
+        if event.signal not in without:
+            acted.send(event.signal, event.sample)
+
+
+@pytest.fixture
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the node look at the graph whenever it speaks, not once a second."""
+    monkeypatch.setattr(input_topics, '_LOOK_PERIOD', 0)
+
+
+@pytest.mark.usefixtures('often')
+@pytest.mark.parametrize('signal', ['friction', 'rotor_speed'])
+@pytest.mark.parametrize('name', NODE_FAULTS)
+def test_another_publisher(name: str, signal: Signal) -> None:
+    """An input's publisher ends; after a while one in another process takes over."""
+    with stage() as (acted, car), stranger(car) as other:
+        drive(acted, 0.5)
+        assert acted.risk >= 0.0
+        car.node.destroy_publisher(acted.publishers[signal])
+        if name == 'type changed':
+            wrong = other.create_publisher(Float32, TOPICS[signal], 10)
+            said = f'{TOPICS[signal]}: /stranger publishes std_msgs/msg/Float32, and '
+
+            def named() -> bool:
+                wrong.publish(Float32(data=0.4))
+                drive(acted, 0.1, without=(signal,))
+                return str(car.node_status.message).startswith(said)
+
+            acted.wait(named, 'the wrong type')
+            assert car.figures['wrong_publishers'] == '1'
+            other.destroy_publisher(wrong)
+        drive(acted, 0.8, without=(signal,))
+        assert math.isnan(acted.risk)
+        assert re.fullmatch(rf'{signal} is \d\.\d\d s old: .*', car.status.message)
+        fresh = other.create_publisher(TYPES[signal], TOPICS[signal], 10)
+        acted.wait(fresh.get_subscription_count, 'the new publisher')
+        acted.publishers[signal] = fresh
+        drive(acted, 0.15)  # a sample of each, and a tick
+        assert acted.risk >= 0.0
+        assert car.status.level < b'\x02'
+        assert car.figures['dropped_messages'] == car.figures['errors'] == '0'
+
+
+def test_a_publisher_that_is_replaced_at_once_is_not_missed() -> None:
+    with stage() as (acted, car), stranger(car) as other:
+        for count in range(4):
+            drive(acted, 0.3)
+            assert acted.risk >= 0.0
+            old, node = acted.publishers['friction'], (other, car.node)
+            acted.publishers['friction'] = new = node[count % 2].create_publisher(
+                Float64, TOPICS['friction'], 10)
+            acted.wait(new.get_subscription_count, 'the new publisher')
+            node[(count + 1) % 2].destroy_publisher(old)
+        assert car.figures['dropped_messages'] == '0'
+
+
+@pytest.mark.usefixtures('often')
+def test_one_that_stood_by_has_dropped_nothing() -> None:
+    """It counts its messages from a number of its own, far from that of the one before."""
+    with stage() as (acted, car), stranger(car) as other:
+        def sees(count: int) -> None:
+            """Go on until the node has looked at the graph and found so many publishers."""
+            acted.wait(lambda: car.monitor.count_publishers(TOPICS['friction']) == count, 'graph')
+            drive(acted, 0.1, without=('friction',))
+
+        drive(acted, 0.3)
+        standby = other.create_publisher(Float64, TOPICS['friction'], 10)
+        acted.wait(standby.get_subscription_count, 'the one that stands by')
+        sees(2)
+        for _ in range(300):
+            standby.publish(Float64(data=0.42))
+        drive(acted, 0.3)  # the last number is the old one's
+        car.node.destroy_publisher(acted.publishers['friction'])
+        sees(1)
+        acted.publishers['friction'] = standby
+        drive(acted, 0.3)
+        assert acted.risk >= 0.0
+        assert car.figures['dropped_messages'] == '0'

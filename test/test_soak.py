@@ -1,0 +1,78 @@
+"""An hour of driving, faster than real time: memory, threads and open files stay as they are.
+
+The node is a process of its own on simulated time, four brakes at 10 Hz, through a drive cycle
+again and again; its signals have the noise of sensors.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from domains import free_domain  # noqa: E402
+import processes  # noqa: E402
+from processes import cpu_seconds, Footprint, linux, short_and_long  # noqa: E402
+
+from squeal_core import BrakeModel  # noqa: E402
+from squeal_core.drive_cycle import read_drive_cycle  # noqa: E402
+from squeal_core.resources import find  # noqa: E402
+from squeal_core.vehicle import BrakeSignals, read_vehicle  # noqa: E402
+from squeal_ros.demo import signals_of  # noqa: E402
+from squeal_ros.drive import BrakePlayer  # noqa: E402
+
+RATE = 10.0  # Hz
+MINUTE, HOUR = 72.0, 3600.0  # s
+SPEED_UP = {MINUTE: 24.0, HOUR: 12.0}
+WARM = {MINUTE: 36.0, HOUR: 600.0}  # s: what is made once was made by then
+# of memory; in a minute Python's pools still grow
+GROWTH = {MINUTE: 1.10, HOUR: 1.02}
+NOISE = {'rotor_speed': 0.02, 'pressure': 2e3, 'temperature': 0.1, 'friction': 1e-3}
+TABLE = 2.0  # MB: the table is full early, so that nothing but a leak can grow
+
+
+def hours(model: BrakeModel, seconds: float) -> BrakeSignals:
+    """Signals of a cycle that is driven again and again."""
+    cycle = read_drive_cycle(find('drive_cycles', 'us06', '.csv'))
+    span = cycle.time[-1] + 1.0
+    times = int(np.ceil(seconds / span))
+    again = replace(cycle, speed=np.tile(cycle.speed, times), time=np.concatenate(
+        [cycle.time + i * span for i in range(times)]))
+    signals = signals_of(again, read_vehicle(find('vehicles', 'midsize', '.yaml')), model,
+                         rate=RATE, duration=seconds)
+    noise = np.random.default_rng(1)
+    return replace(signals, **{
+        name: getattr(signals, name) + spread * noise.standard_normal(signals.pressure.shape)
+        for name, spread in NOISE.items()})
+
+
+@linux
+@short_and_long('seconds', MINUTE, HOUR, minutes=30.0)
+def test_driving(seconds: float, kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    signals = hours(kang, seconds)
+    parameters = {f'{brake}__temperature__topic': f'{brake}/rotor_temperature'
+                  for brake in signals.brakes}
+    prints, done, known = [], 0, 0
+    with free_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        with processes.monitor(domain, brakes=list(signals.brakes), use_sim_time=True, rate=RATE,
+                               diagnostics_rate=1.0, clock_timeout=60.0, table_memory=TABLE,
+                               **parameters) as node, BrakePlayer(signals) as player:
+            assert player.wait_for_listener(30.0, still_alive=lambda: node.poll() is None)
+            for step, heard in enumerate(player.play(speed_up=SPEED_UP[seconds])):
+                if step % 200 == 0:
+                    prints.append(Footprint.of(node.pid))
+                for progress in heard:
+                    done, lost = progress.ticks_done, progress.ticks_lost
+                    known += sum(row.squeal_risk >= 0.0 for row in progress.rows)
+            load = cpu_seconds(node.pid)
+            assert node.poll() is None
+    warm, last = prints[round(WARM[seconds] / seconds * len(prints))], prints[-1]
+    largest = max(held.memory for held in prints) / 1e6
+    print(f'\n{seconds:.0f} s of driving at {SPEED_UP[seconds]:g} x: {done} ticks, {lost} lost; node '
+          f'computed {load:.0f} s; {warm} -> {last}, largest {largest:.1f} MB')
+    assert done > 0.3 * RATE * seconds  # the others are lost to a busy machine
+    assert known > 0
+    assert last.memory < GROWTH[seconds] * warm.memory
+    assert (last.threads, last.files) == (warm.threads, warm.files)
