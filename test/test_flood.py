@@ -32,7 +32,9 @@ TOPICS = tuple(FLOODS['500 Hz on all twelve'])
 
 
 def settings() -> dict[str, Any]:
-    chosen: dict[str, Any] = {'rate': RATE, 'diagnostics_rate': 10.0, 'brakes': list(BRAKES)}
+    chosen: dict[str, Any] = {
+        'rate': RATE, 'diagnostics_rate': 10.0, 'brakes': list(BRAKES),
+        'table_memory': 2.0}  # MB: the tables are full early, so that nothing but a leak can grow
     for topic in TOPICS:
         name = topic.replace('/', '__')
         chosen[f'{name}__topic'] = topic

@@ -70,8 +70,8 @@ def test_driving(seconds: float, kang: BrakeModel, monkeypatch: pytest.MonkeyPat
             assert node.poll() is None
     warm, last = prints[round(WARM[seconds] / seconds * len(prints))], prints[-1]
     largest = max(held.memory for held in prints) / 1e6
-    print(f'\n{seconds:.0f} s of driving at {SPEED_UP[seconds]:g} x: {done} ticks, {lost} lost; node '
-          f'computed {load:.0f} s; {warm} -> {last}, largest {largest:.1f} MB')
+    print(f'\n{seconds:.0f} s of driving at {SPEED_UP[seconds]:g} x: {done} ticks, {lost} lost; '
+          f'node computed {load:.0f} s; {warm} -> {last}, largest {largest:.1f} MB')
     assert done > 0.3 * RATE * seconds  # the others are lost to a busy machine
     assert known > 0
     assert last.memory < GROWTH[seconds] * warm.memory
