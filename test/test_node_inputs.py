@@ -121,7 +121,8 @@ def test_a_publisher_of_another_type_is_named() -> None:
 
             def said() -> bool:
                 wrong.publish(Float32(data=0.9))
-                return str(car.node_status.message) == (
+                # a busy machine adds deadline misses
+                return str(car.node_status.message).startswith(
                     'fl/friction: /stranger publishes std_msgs/msg/Float32, and '
                     'std_msgs/msg/Float64 is wanted')
 
