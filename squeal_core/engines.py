@@ -9,7 +9,7 @@ from squeal_core.settings import MonitorSettings
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
 
-_MARGIN_MEMORY = 0.25  # of the table's, for that of the margins
+_SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
 
 
 class Engines:
@@ -40,8 +40,10 @@ class Engines:
             self.risks.close()
             self.risks = RiskTable(self.model, band_of(settings))
         self.modes.settings = _table_settings(settings)
-        self.margins.settings = _table_settings(settings, memory=_MARGIN_MEMORY, audit=False)
-        self.risks.settings = RiskSettings(delay=_solves(settings, settings.risk_delay))
+        self.margins.settings = _table_settings(settings, memory=_SHARE, audit=False)
+        self.risks.settings = RiskSettings(
+            memory=1e6 * _SHARE * settings.table_memory,
+            delay=_solves(settings, settings.risk_delay))
 
     def close(self) -> None:
         """End the workers; the engines can be used on, and start others."""

@@ -29,7 +29,7 @@ WARM = {MINUTE: 36.0, HOUR: 600.0}  # s: what is made once was made by then
 # of memory; in a minute Python's pools still grow
 GROWTH = {MINUTE: 1.10, HOUR: 1.02}
 NOISE = {'rotor_speed': 0.02, 'pressure': 2e3, 'temperature': 0.1, 'friction': 1e-3}
-TABLE = 2.0  # MB: the table is full early, so that nothing but a leak can grow
+TABLE = 4.0  # MB: the table is full early, so that nothing but a leak can grow
 
 
 def hours(model: BrakeModel, seconds: float) -> BrakeSignals:
