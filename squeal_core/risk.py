@@ -9,10 +9,15 @@ from dataclasses import dataclass
 import math
 from typing import Literal
 
+import numpy as np
+
+from squeal_core.anchor import Anchor
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sensitivity import growth_change, root_sensitivity
 from squeal_core.stability import Mode
+
+_TANGENT = 0.02  # of a deviation, over which a difference stands for the tangent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +155,28 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
             margin = min(-mode.growth_rate / slope, math.inf if math.isnan(margin) else margin)
     return RiskEstimate(max(each, default=0.0), margin if margin <= 1.0 else math.nan,
                         tuple(each))
+
+
+def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint], at: Inputs,
+                    modes: Sequence[Mode], deviations: Deviations) -> tuple[float, ...]:
+    """Return the first-order probability of each mode, its tangent by differences of a series.
+
+    Parameters
+    ----------
+    series : Anchor
+        That has the roots around the operating point of `at`.
+    point_of, at, modes, deviations
+        As of `first_order_risk`.
+    """
+    steps = deviations.steps(at)
+    points = [point_of(at), *(point_of(at.moved(name, 0.5 * sign * _TANGENT * step))
+                              for name, step in steps.items() for sign in (-1, 1))]
+    roots, _ = series.roots(np.array([point.coefficients() for point in points]).T)
+    here = [int(np.abs(roots[:, 0] - mode.eigenvalue).argmin()) for mode in modes]
+    growth = roots.real[here]
+    changes = (growth[:, 2::2] - growth[:, 1::2]) / _TANGENT
+    return tuple(_exceeds_zero(mode.growth_rate, math.hypot(*change))
+                 for mode, change in zip(modes, changes.tolist(), strict=True))
 
 
 def _exceeds_zero(mean: float, deviation: float) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.risk import Deviations, first_order_risk, Inputs, ModeRisk, Risk
+from squeal_core.risk import Deviations, first_order_risk, Inputs, ModeRisk, Risk, risks_by_series
 from squeal_core.risk_cell import Cell, Family, Spread
 from squeal_core.risk_cell_making import cell_at
 from squeal_core.risk_estimate import Estimate, estimate
@@ -164,9 +164,14 @@ class RiskTable:
     def _first_order(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
         self.statistics.first_order += 1
         candidates = modes.least_stable(*self.band_hz, _CANDIDATES)
-        found = first_order_risk(self.model, self._point, at, candidates, deviations)
-        ways = sorted(zip(found.each, candidates, strict=False), key=lambda way: -way[0])
-        return Risk(found.probability, math.nan, 'first order', tuple(
+        if modes.series is not None:
+            each = risks_by_series(modes.series, self._point, at, candidates, deviations)
+            greatest = float(np.max(each, initial=0.0))  # not a number where one is none
+        else:
+            found = first_order_risk(self.model, self._point, at, candidates, deviations)
+            each, greatest = found.each, found.probability
+        ways = sorted(zip(each, candidates, strict=False), key=lambda way: -way[0])
+        return Risk(greatest, math.nan, 'first order', tuple(
             ModeRisk(m.index, m.frequency_hz, m.growth_rate, p) for p, m in ways if p >= _SHOWN))
 
     def _point(self, inputs: Inputs) -> OperatingPoint:

@@ -91,6 +91,8 @@ class ComplexModes:
     tolerances : Tolerances
     source : str
         'full' for an eigensolution, 'table' for the series of `squeal_core.anchor`.
+    series : squeal_core.anchor.Anchor or None
+        That series.
     """
 
     quiet: ComplexArray
@@ -99,6 +101,7 @@ class ComplexModes:
     errors: FloatArray
     tolerances: Tolerances
     source: Source = 'full'
+    series: Any = None
 
     @cached_property
     def eigenvalues(self) -> ComplexArray:

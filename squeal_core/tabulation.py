@@ -249,7 +249,7 @@ class Tabulation:
         zeros = self._zeros
         found = classify(np.concatenate([zeros, roots]), self._tolerances,
                          np.concatenate([zeros.real, errors]), 'table')
-        return found if found.errors.size == self.model.size else None
+        return replace(found, series=anchor) if found.errors.size == self.model.size else None
 
     def _near(self, coefficients: FloatArray) -> Iterator[_Entry]:
         """Yield the entries to try, by distance over reach."""

@@ -7,9 +7,12 @@ import pytest
 from squeal_core import BrakeModel
 from squeal_core.critical import critical_value
 from squeal_core.engines import Engines
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.risk import Deviations, first_order_risk, Inputs, risks_by_series
 from squeal_core.settings import MonitorSettings, read_settings
 from squeal_core.sliding import Sliding, SlidingBrake
 from squeal_core.stability import complex_modes
+from squeal_core.tabulation import Tabulation
 
 SPEED, PRESSURE, FRICTION = 20.0, 7.84e5, 0.42
 PERIOD = 20_000_000  # ns
@@ -72,6 +75,23 @@ def test_modes_are_those_of_the_full_solution(kang: BrakeModel) -> None:
     assert found.worst is not None
     assert found.worst.growth_rate == pytest.approx(
         truth.least_stable(1250.0, 16000.0)[0].growth_rate, abs=at.engine_tolerance)
+
+
+@pytest.mark.parametrize('friction', [0.1, 0.16, 0.42])
+def test_tangent_by_series_is_that_by_vectors(kang: BrakeModel, friction: float) -> None:
+    deviations = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.05)
+    at = Inputs(rotor_speed=SPEED, pressure=PRESSURE, friction=friction,
+                contact_stiffness=kang.nominal_contact_stiffness)
+
+    def point_of(inputs: Inputs) -> OperatingPoint:
+        return kang.operating_point(**vars(inputs))
+
+    found = Tabulation(kang).complex_modes(point_of(at))
+    modes = found.least_stable(1250.0, 16000.0, 3)
+    expected = first_order_risk(kang, point_of, at, modes, deviations).each
+    # differences over a fiftieth of a deviation: of second order in it
+    assert risks_by_series(found.series, point_of, at, modes, deviations) == pytest.approx(
+        expected, abs=1e-3)
 
 
 def test_without_uncertainty_the_risk_is_zero_or_one(kang: BrakeModel) -> None:
