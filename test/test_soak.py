@@ -62,12 +62,12 @@ def test_driving(seconds: float, kang: BrakeModel, monkeypatch: pytest.MonkeyPat
             assert player.wait_for_listener(30.0, still_alive=lambda: node.poll() is None)
             for step, heard in enumerate(player.play(speed_up=SPEED_UP[seconds])):
                 if step % 40 == 0:
+                    assert node.poll() is None, f'the node ended in step {step}'
                     prints.append(Footprint.of(node.pid))
                 for progress in heard:
                     done, lost = progress.ticks_done, progress.ticks_lost
                     known += sum(row.squeal_risk >= 0.0 for row in progress.rows)
             load = cpu_seconds(node.pid)
-            assert node.poll() is None
     # making a cell of the risk takes tens of megabytes for a second: medians, of a sixth each
     sixths = np.array_split(np.array([held.memory for held in prints]), 6)
     memory = [float(np.median(sixth)) for sixth in sixths]
