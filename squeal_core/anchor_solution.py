@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from squeal_core.anchor import Anchor, DEGREE, norms
+from squeal_core.anchor import Anchor, DEGREE
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.block_series import BlockLayout
 from squeal_core.brake_model import BrakeModel
 from squeal_core.encounters import encounters
 from squeal_core.monomials import Monomials
@@ -57,18 +58,19 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
     scaled = [step / scales for step in steps]
     blocks = _blocks(roots, couplings, scaled, coupling)
     monomials = _monomials(rows.size, degree)
-    terms = _Series(roots, couplings, blocks, monomials).terms()
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
-    entries = np.concatenate(terms, axis=0).T  # entries, terms
+    layout = BlockLayout(readonly(sizes, np.intp))
+    terms = [layout.laid_out(rows_of) for rows_of in
+             _Series(roots, couplings, blocks, monomials).terms()]
     kept = np.concatenate(blocks)
     own = np.repeat(np.arange(sizes.size), sizes)
     whole = np.array([abs(roots[block].imag.sum()) < 1e-9 * (1.0 + abs(roots[block]).sum())
                       for block in blocks])
     return Anchor(
         point=point, rows=rows, centre=readonly(centre), scales=readonly(scales),
-        monomials=monomials, sizes=sizes,
-        series=readonly(np.concatenate([entries.real, entries.imag])),
-        majorants=tuple(readonly(norms(term, sizes)) for term in terms[-3:]),
+        monomials=monomials, sizes=layout.sizes,
+        series=readonly(np.concatenate(terms), complex),
+        majorants=tuple(readonly(layout.norms(term.astype(complex)).T) for term in terms[-3:]),
         nearness=readonly(np.float32(_nearness(roots, couplings, blocks, monomials))),
         encounters=encounters(roots, couplings, blocks, scaled, degree),
         rounding=readonly([rounding[block].max() for block in blocks]),
@@ -99,12 +101,18 @@ def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
     left = np.linalg.inv(right)
     held = len(state) - model.size
     moving = np.logical_not(model.free_coordinates)
+    # real and imaginary parts in turn: real arrays are multiplied with them as they are
+    displacements, velocities = np.split(np.ascontiguousarray(right, complex).view(float), [held])
     couplings = np.empty((rows.size, *state.shape), complex)
+    pushing = np.ascontiguousarray(left[:, held:])
     for i, (row, scale) in enumerate(zip(rows, scales, strict=True)):
         name = Coefficients._fields[row]
-        array = scale * getattr(model, name)
-        felt = array @ right[held:] if name in _DAMPING else array[:, moving] @ right[:held]
-        np.matmul(left[:, held:], -felt, out=couplings[i])
+        array = -scale * getattr(model, name)
+        if name in _DAMPING:
+            felt = (array @ velocities).view(complex)
+        else:
+            felt = (array[:, moving] @ displacements).view(complex)
+        np.matmul(pushing, felt, out=couplings[i])
     defect = np.abs(left @ (state @ right) - np.diag(roots))
     # where two vectors are one to the last bit the defect may vanish and says nothing
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
@@ -162,11 +170,11 @@ class _Series:
                 couplings, scale = couplings.astype(np.complex64), scale.astype(np.complex64)
             product = (self.couplings[:, :, kept] if degree == 1 else self._product(
                 couplings, subspace[-1].astype(couplings.dtype), degree))
-            found.append(self._entries(product).astype(complex))
+            found.append(self._entries(product))
             for i in range(1, degree):
                 self._subtract(product, subspace[i], found[degree - i], i, degree - i)
             subspace.append(product * scale)
-        found.append(self._last_entries(couplings, subspace[-1]).astype(complex))
+        found.append(self._last_entries(couplings, subspace[-1]))
         return found
 
     def _product(self, couplings: Any, subspace: Any, degree: int) -> Any:

@@ -12,6 +12,7 @@ and the ratio of successive terms of the whole block does not show it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,14 +29,14 @@ class Encounters:
 
     Parameters
     ----------
-    rates : (3 pairs, v) complex array
-        By scaled step: x, then 2 E_rc / g, then 2 E_cr / g of each pair.
-    weights : (pairs, 1) array
+    rates : (v, 3, pairs) complex array
+        By scaled step: x, 2 E_rc / g and 2 E_cr / g of each pair.
+    weights : (pairs,) array
         |g| / 4 [1/s].
-    order : index array
-        The pair of each entry of a list sorted by block.
-    starts, blocks : index arrays
-        Where in that list the entries of a block start, and which block it is.
+    order, owners : index arrays
+        A list of pairs, sorted by block, and the block of each.
+    blocks : int
+        How many there are.
     degree : int
         Of the series.
     """
@@ -43,25 +44,40 @@ class Encounters:
     rates: ComplexArray
     weights: FloatArray
     order: IndexArray
-    starts: IndexArray
-    blocks: IndexArray
+    owners: IndexArray
+    blocks: int
     degree: int
 
     @property
     def nbytes(self) -> int:
-        return int(self.rates.nbytes + self.weights.nbytes + self.order.nbytes
-                   + self.starts.nbytes + self.blocks.nbytes)
+        """Size in memory [bytes], with what is made of it at first use."""
+        return int(2 * self.rates.nbytes + self.weights.nbytes + 2 * self.order.nbytes
+                   + self.owners.nbytes)
 
-    def add_to(self, remainder: FloatArray, steps: FloatArray) -> None:
-        """Add what is left out (blocks, P) [1/s] at scaled steps (v, P)."""
-        count = len(self.weights)
-        if count == 0:
-            return
-        moved = self.rates @ steps
-        size = np.abs(moved[count:2 * count] * moved[2 * count:])
-        ratio = np.abs(moved[:count]) + np.sqrt(size)
-        size *= self.weights * ratio ** (self.degree - 1) / np.maximum(1.0 - ratio, _NEAREST)
-        remainder[self.blocks] += np.add.reduceat(size[self.order], self.starts, axis=0)
+    def left_out(self, steps: FloatArray) -> FloatArray:
+        """Return what is left out (..., blocks) [1/s] at scaled steps (..., v)."""
+        rates, weights, order, starts = self._evaluation
+        moved = (steps @ rates).view(complex)
+        moved = moved.reshape(*moved.shape[:-1], 3, -1)
+        size = np.abs(moved[..., 1, :] * moved[..., 2, :])
+        ratio = np.abs(moved[..., 0, :])
+        ratio += np.sqrt(size)
+        size *= weights
+        size *= ratio ** (self.degree - 1)
+        size /= np.maximum(1.0 - ratio, _NEAREST)
+        return np.asarray(np.add.reduceat(size.take(order, axis=-1), starts, axis=-1))
+
+    @cached_property
+    def _evaluation(self) -> tuple[FloatArray, FloatArray, IndexArray, IndexArray]:
+        """Rates (v, 6 pairs) and weights with a pair of nothing, which blocks without one have."""
+        rates = np.pad(self.rates, ((0, 0), (0, 0), (0, 1)))
+        without = np.setdiff1d(np.arange(self.blocks), self.owners)
+        owners = np.concatenate([self.owners, without])
+        order = np.concatenate([self.order, np.full(without.size, self.weights.size)])
+        order = order[np.argsort(owners, kind='stable')]
+        starts = np.searchsorted(np.sort(owners), np.arange(self.blocks))
+        flat: FloatArray = rates.reshape(len(rates), 3 * rates.shape[2]).view(float)
+        return flat, np.append(self.weights, 0.0), order, starts
 
 
 def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
@@ -88,18 +104,17 @@ def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[In
     first, second = _largest(left_out, label >= 0)
     gap = gap[first, second]
     diagonal = np.einsum('vaa->va', couplings)
-    rates = np.concatenate([diagonal[:, second] - diagonal[:, first],
-                            2.0 * couplings[:, first, second],
-                            2.0 * couplings[:, second, first]], axis=1) / np.tile(gap, 3)
+    rates = np.stack([diagonal[:, second] - diagonal[:, first],
+                      2.0 * couplings[:, first, second],
+                      2.0 * couplings[:, second, first]], axis=1) / gap
     both = np.concatenate([label[first], label[second]])
     order = np.argsort(both, kind='stable')
     order = order[both[order] >= 0]
-    found, starts = np.unique(both[order], return_index=True)
     # an estimate needs no more than single precision, and so a table's file is half as large
-    return Encounters(readonly(np.ascontiguousarray(rates.T, np.complex64), complex),
-                      readonly(np.float32(0.25 * np.abs(gap)[:, None])),
-                      readonly(order % max(gap.size, 1), np.intp), readonly(starts, np.intp),
-                      readonly(found, np.intp), degree)
+    return Encounters(readonly(rates.astype(np.complex64), complex),
+                      readonly(np.float32(0.25 * np.abs(gap))),
+                      readonly(order % max(gap.size, 1), np.intp), readonly(both[order], np.intp),
+                      len(blocks), degree)
 
 
 def _left_out(gap: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
@@ -122,7 +137,9 @@ def _largest(left_out: FloatArray, kept: Any) -> tuple[IndexArray, IndexArray]:
     own = np.flatnonzero(kept)
     chosen = {(min(pair), max(pair)) for pair in zip(
         own.tolist(), left_out[own].argmax(axis=1).tolist(), strict=True)}
-    order = np.argsort(-np.triu(left_out), axis=None, kind='stable')[:_MOST]
+    upper = np.triu(left_out).ravel()
+    most = min(_MOST, upper.size)
+    order = np.argpartition(-upper, most - 1)[:most] if most else np.zeros(0, np.intp)
     chosen.update(zip((order // size).tolist(), (order % size).tolist(), strict=True))
     pairs = np.array(sorted(pair for pair in chosen if left_out[pair] > 0.0), np.intp)
     first, second = pairs.reshape(-1, 2).T

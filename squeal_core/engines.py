@@ -1,5 +1,6 @@
 """What the brakes of one vehicle share: modes, risks and margins of their model, each by table."""
 
+from dataclasses import replace
 import math
 
 from squeal_core.brake_model import BrakeModel
@@ -10,6 +11,7 @@ from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
+_ROUGH = 10.0  # a margin needs verdicts, and full solves confirm them: its table may err by more
 
 
 class Engines:
@@ -40,7 +42,9 @@ class Engines:
             self.risks.close()
             self.risks = RiskTable(self.model, band_of(settings))
         self.modes.settings = _table_settings(settings)
-        self.margins.settings = _table_settings(settings, memory=_SHARE, audit=False)
+        self.margins.settings = replace(
+            _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
+            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0)
         self.risks.settings = RiskSettings(
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
@@ -67,12 +71,11 @@ def _solves(settings: MonitorSettings, seconds: float) -> int:
     return math.ceil(seconds * settings.rate) * len(settings.brakes)
 
 
-def _table_settings(settings: MonitorSettings, memory: float = 1.0, *,
-                    audit: bool = True) -> TableSettings:
+def _table_settings(settings: MonitorSettings) -> TableSettings:
     return TableSettings(
-        tolerance=settings.engine_tolerance, memory=1e6 * memory * settings.table_memory,
+        tolerance=settings.engine_tolerance, memory=1e6 * settings.table_memory,
         delay=_solves(settings, settings.anchor_delay),
-        audit_every=round(settings.audit_interval) if audit else 0)
+        audit_every=round(settings.audit_interval))
 
 
 def margin_settings(model: BrakeModel, settings: MonitorSettings) -> MarginSettings:

@@ -1,9 +1,12 @@
 """How far the brake is from squeal: critical friction, speed and pressure, a solve at a time.
 
 A search walks away from the point in steps until growth begins (or ends, where the brake squeals
-now), halves the step it happened in, and confirms both ends of the bracket by full solves. It does
-one solve at each call and so takes some ten to hundred ticks; what it found is stamped with the
-time and the inputs it began with.
+now), narrows the step it happened in, and confirms both ends of the bracket by full solves. It
+does one solve at each call and so takes some ten to hundred ticks; what it found is stamped with
+the time and the inputs it began with.
+
+I. F. D. Oliveira, R. H. C. Takahashi, ACM Trans. Math. Softw. 47 (2021) 5, is where the narrowing
+is from: hardly ever more solves than by halves, and a third of them where growth is smooth.
 """
 
 from collections.abc import Callable, Generator
@@ -20,9 +23,10 @@ from squeal_core.stability import complex_modes, ComplexModes, Mode, Tolerances
 Parameter: TypeAlias = Literal['friction', 'rotor_speed', 'pressure']
 Kind: TypeAlias = Literal['squeal', 'groan', 'divergence']
 Solve: TypeAlias = Callable[[OperatingPoint], ComplexModes]
-PARAMETERS: tuple[Parameter, ...] = ('friction', 'rotor_speed', 'pressure')
+_TURNS: tuple[Parameter, ...] = ('friction', 'rotor_speed', 'friction', 'pressure')
 
 _NONE = Mode(0, complex(-math.inf, math.nan), 'stable')
+_ASIDE = 0.2  # part of the first bracket by which a solve is off the straight line
 _THROUGH = 0.1  # part of the first step's change of growth that is left in a bracket through zero
 
 
@@ -61,11 +65,10 @@ class MarginSettings:
                  else value * self.ratio**way)
         return min(max(there, min(low, value)), max(high, value))
 
-    def close(self, parameter: Parameter, ends: tuple[float, float]) -> bool:
-        """Whether a bracket is narrow enough."""
-        width = abs(ends[1] - ends[0])
-        return width <= (self.friction_tolerance if parameter == 'friction'
-                         else self.tolerance * max(ends))
+    def width(self, parameter: Parameter, ends: tuple[float, float]) -> float:
+        """Return the width of a bracket over what it may be."""
+        return abs(ends[1] - ends[0]) / (self.friction_tolerance if parameter == 'friction'
+                                         else self.tolerance * max(ends))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,9 +230,9 @@ class MarginSearch:
         return self.margins
 
     def _round(self) -> Generator[None, None, None]:
-        """Search friction, then speed and pressure, over and over, each from the inputs then."""
+        """Search over and over, friction every other time, each from the inputs then."""
         while True:
-            for parameter in PARAMETERS:
+            for parameter in _TURNS:
                 assert self._inputs is not None
                 line = _Line(parameter, self._inputs, self._time)
                 found = yield from self._search(line, 'squeal')
@@ -256,21 +259,25 @@ class MarginSearch:
                     continue
                 far = (value, (yield from self._mode(line, value, kind)))
                 if (far[1].growth_rate > self._limits.growth) != grows:
-                    return (yield from self._halved(line, kind, grows, (near, far)))
+                    return (yield from self._narrowed(line, kind, grows, (near, far)))
                 ends[way] = far
         return _without(line, kind, grows, self.settings.bounds(line.parameter), first)
 
-    def _halved(self, line: _Line, kind: Kind, grows: bool, ends: tuple[_End, _End]) -> _Searching:
+    def _narrowed(self, line: _Line, kind: Kind, grows: bool,
+                  ends: tuple[_End, _End]) -> _Searching:
         near, far = ends
         wide = _gap(near, far)
-        while not self.settings.close(line.parameter, (near[0], far[0])):
-            value = 0.5 * (near[0] + far[0])
+        first = width = self.settings.width(line.parameter, (near[0], far[0]))
+        tried = 0
+        while width > 1.0:
+            value = _between(near, far, self._limits.growth, first, width, tried)
             middle = (value, (yield from self._mode(line, value, kind)))
             if (middle[1].growth_rate > self._limits.growth) == grows:
                 near = middle
             else:
                 far = middle
             wide = wide if math.isfinite(wide) else _gap(near, far)
+            width, tried = self.settings.width(line.parameter, (near[0], far[0])), tried + 1
         full = []
         for value, _ in (near, far):
             full.append((value, (yield from self._mode(line, value, kind, full=True))))
@@ -303,7 +310,7 @@ class MarginSearch:
                 friction=inputs.friction)
             modes = (complex_modes(self.model, point, tolerances=self._limits) if full
                      else self._solve(point))
-            line.known[value, full] = modes
+            line.known[value, full] = line.known[value, modes.source == 'full'] = modes
             line.solves += 1
             yield
         low, high = self.band_hz
@@ -326,6 +333,36 @@ def _without(line: _Line, kind: Kind, grows: bool, bounds: tuple[float, float],
         parameter=line.parameter, kind=kind, time=line.time, inputs=line.inputs, grows=grows,
         bracket=bounds, growth_rates=(first.growth_rate, first.growth_rate), solves=line.solves,
         reason=f'{kind} {verb} from {line.parameter} {bounds[0]:.6g} to {bounds[1]:.6g}')
+
+
+def _between(near: _End, far: _End, level: float, first: float, width: float,
+             tried: int) -> float:
+    """Return where to solve next: about where a straight line through both ends has no growth.
+
+    Off it by a little towards the middle, so that the other end comes near, too, and never so far
+    from the middle that more solves would be needed than by halves, but for one.
+
+    Parameters
+    ----------
+    near, far : (value, Mode)
+    level : float
+        What counts as growth [1/s].
+    first, width : float
+        Of the bracket at first and now, over what it may be.
+    tried : int
+        Solves since then.
+    """
+    middle, span = 0.5 * (near[0] + far[0]), far[0] - near[0]
+    below, above = (end[1].growth_rate - level for end in (near, far))
+    if not math.isfinite(above - below):  # there is no mode on one side
+        return middle
+    line = near[0] + span * below / (below - above)
+    towards = math.copysign(1.0, middle - line)
+    aside = _ASIDE * abs(span) * width / first
+    there = line + towards * aside if aside <= abs(middle - line) else middle
+    most = 0.5 * abs(span) * max(2.0 ** (math.ceil(math.log2(first)) + 1 - tried) / width - 1.0,
+                                 0.0)
+    return there if abs(there - middle) <= most else middle - towards * most
 
 
 def _gap(near: _End, far: _End) -> float:

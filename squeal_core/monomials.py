@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from squeal_core.arrays import FloatArray
+from squeal_core.arrays import FloatArray, IndexArray
 
 Term: TypeAlias = tuple[int, ...]  # the variables of a product, in ascending order: z0 z0 z2
 
@@ -64,16 +64,25 @@ class Monomials:
                 yield self.places[first + second][tuple(sorted(left + right))], i, j
 
     @cached_property
-    def _chain(self) -> tuple[tuple[Any, Any], ...]:
-        """For each degree from 1: the term it grows from, and the variable that is added."""
-        return tuple(
-            (np.array([self.places[d - 1][term[:-1]] for term in self.terms[d]], dtype=np.intp),
-             np.array([term[-1] for term in self.terms[d]], dtype=np.intp))
-            for d in range(1, self.degree + 1))
+    def _factors_of_all(self) -> tuple[IndexArray, ...]:
+        """For each factor of a product the places (count,) of the factors among 1, z0, z1, ..."""
+        every = [term for terms in self.terms for term in terms]
+        return tuple(np.array([term[i] + 1 if i < len(term) else 0 for term in every], np.intp)
+                     for i in range(self.degree))
+
+    def at(self, values: FloatArray) -> FloatArray:
+        """Return all terms, degree by degree: (..., variables) -> (..., count)."""
+        factors = np.ones((*values.shape[:-1], self.variables + 1))
+        factors[..., 1:] = values
+        if not self.degree:
+            return factors[..., :1]
+        first, *others = self._factors_of_all
+        found = factors.take(first, axis=-1)
+        for places in others:
+            found *= factors.take(places, axis=-1)
+        return found
 
     def __call__(self, values: FloatArray) -> list[FloatArray]:
         """Return the terms of each degree at points: (variables, P) -> (terms of d, P) each."""
-        found = [np.ones((1, values.shape[1]))]
-        for parent, variable in self._chain:
-            found.append(found[-1][parent] * values[variable])
-        return found
+        ends = np.cumsum([len(terms) for terms in self.terms])
+        return np.split(np.ascontiguousarray(self.at(values.T).T), ends[:-1])

@@ -178,7 +178,7 @@ def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) 
 
 
 def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None,
-             source: Source = 'full') -> ComplexModes:
+             series: Any = None) -> ComplexModes:
     """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
 
     Roots with Im < 0 may be missing: of a pair the other one counts.
@@ -186,12 +186,13 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
     growth, frequency = roots.real, roots.imag
     quiet = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
     upper = (frequency > tolerances.oscillation).nonzero()[0]
-    quiet = quiet[(-growth[quiet]).argsort(kind='stable')]
-    upper = upper[np.lexsort((growth[upper], frequency[upper]))]
+    quiet = quiet.take((-growth.take(quiet)).argsort(kind='stable'))
+    upper = upper.take(np.lexsort((growth.take(upper), frequency.take(upper))))
     spoken = np.concatenate([quiet[:quiet.size // 2], upper])
-    off = np.zeros(spoken.size) if errors is None else errors[spoken]
-    return ComplexModes(_frozen(roots[quiet]), _frozen(roots[upper]), _frozen(roots[spoken]),
-                        _frozen(off), tolerances, source)
+    off = np.zeros(spoken.size) if errors is None else errors.take(spoken)
+    return ComplexModes(
+        _frozen(roots.take(quiet)), _frozen(roots.take(upper)), _frozen(roots.take(spoken)),
+        _frozen(off), tolerances, 'full' if series is None else 'table', series)
 
 
 def _frozen(fresh: Any) -> Any:

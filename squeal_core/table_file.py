@@ -16,8 +16,9 @@ import zipfile
 
 import numpy as np
 
-from squeal_core.anchor import Anchor, norms
+from squeal_core.anchor import Anchor
 from squeal_core.arrays import readonly
+from squeal_core.block_series import BlockLayout
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.encounters import Encounters
 from squeal_core.errors import quoted, SquealError, TableFileError
@@ -26,7 +27,7 @@ from squeal_core.monomials import Monomials
 from squeal_core.operating_point import Coefficients, OperatingPoint
 
 FORMAT = 'squeal_ros table of anchors'
-SCHEMA = 1
+SCHEMA = 2  # 1, of unreleased versions, had the entries of pairs as they are
 MAX_ANCHORS = 100_000
 MAX_BYTES = 1_000_000_000  # of one array
 
@@ -116,19 +117,18 @@ def _packed(anchors: Sequence[Anchor]) -> dict[str, Any]:
     columns: dict[str, list[Any]] = {name: [] for name in _KINDS}
     for anchor in anchors:
         first = sum(len(terms) for terms in anchor.monomials.terms[:_FINE])
-        high = anchor.series[:, first:]
+        series = anchor.series.view(float)
+        high, met = series[first:], anchor.encounters
         coarse = bool(np.all(high == high.astype(np.float32)))
-        met = anchor.encounters
-        owners = np.repeat(met.blocks, np.diff(np.append(met.starts, met.order.size)))
         values = {
             'points': [getattr(anchor.point, name) for name in _POINT], 'scales': anchor.scales,
             'blocks': [anchor.sizes.size], 'sizes': anchor.sizes,
-            'first_terms': anchor.series[:, :first], 'terms': high if coarse else [],
+            'first_terms': series[:first], 'terms': high if coarse else [],
             'fine_terms': [] if coarse else high, 'nearness': anchor.nearness,
             'rounding': anchor.rounding, 'mirrored': anchor.mirrored,
             'pairs': [met.weights.size, met.order.size, int(coarse)],
             'rates': np.stack([met.rates.real, met.rates.imag]), 'weights': met.weights,
-            'order': met.order, 'owners': owners}
+            'order': met.order, 'owners': met.owners}
         for name, value in values.items():
             columns[name].append(np.ravel(value))
     return {name: np.concatenate(parts).astype(_KINDS[name]) for name, parts in columns.items()}
@@ -183,8 +183,8 @@ def _check_header(path: Path, header: Any) -> None:
     if not isinstance(header, dict) or header.get('format') != FORMAT:
         raise TableFileError(path, 'is no table of anchors', _LAY_AGAIN)
     schema = header.get('schema')
-    if type(schema) is not int or not 1 <= schema <= SCHEMA:
-        raise TableFileError(path, f'has schema {quoted(schema)}; this version reads up to '
+    if type(schema) is not int or schema != SCHEMA:
+        raise TableFileError(path, f'has schema {quoted(schema)}; this version reads '
                              f'{SCHEMA}', 'update squeal_ros or lay the table down again')
     if not isinstance(header.get('hash'), str):
         raise TableFileError(path, 'has no hash', _LAY_AGAIN)
@@ -244,18 +244,17 @@ def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> Anc
     pairs, listed, coarse = reader.take('pairs', 3).tolist()
     entries = int((sizes**2).sum())
     first = sum(len(terms) for terms in monomials.terms[:_FINE])
-    # laid out as `anchor_at` does: in another order sums would be rounded otherwise
-    series = readonly(np.asfortranarray(np.concatenate([
-        reader.take('first_terms', 2 * entries, first),
-        reader.take('terms' if coarse else 'fine_terms', 2 * entries, monomials.count - first)],
-        axis=1)))
+    series = readonly(np.concatenate([
+        reader.take('first_terms', first, 2 * entries),
+        reader.take('terms' if coarse else 'fine_terms', monomials.count - first, 2 * entries)]))
+    series = series.view(complex)
     ends = np.cumsum([len(terms) for terms in monomials.terms])
-    degrees = [np.ascontiguousarray((series[:entries, a:b] + 1j * series[entries:, a:b]).T)
-               for a, b in zip(ends[-4:-1], ends[-3:], strict=True)]
+    norms = BlockLayout(sizes).norms
     return Anchor(
         point=point, rows=rows, centre=readonly(np.array(point.coefficients())[rows]),
         scales=scales, monomials=monomials, sizes=sizes, series=series,
-        majorants=tuple(readonly(norms(terms, sizes)) for terms in degrees),
+        majorants=tuple(readonly(norms(series[a:b]).T)
+                        for a, b in zip(ends[-4:-1], ends[-3:], strict=True)),
         nearness=readonly(reader.take('nearness', blocks, len(monomials.terms[2]))),
         encounters=_encounters(reader, pairs, listed, rows.size, blocks, monomials.degree),
         rounding=readonly(reader.take('rounding', blocks)), mirrored=mirrored)
@@ -263,13 +262,12 @@ def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> Anc
 
 def _encounters(reader: _Reader, pairs: int, listed: int, variables: int, blocks: int,
                 degree: int) -> Encounters:
-    real, imaginary = reader.take('rates', 2, 3 * pairs, variables).astype(float)
+    real, imaginary = reader.take('rates', 2, variables, 3, pairs).astype(float)
     order, owners = (reader.take(name, listed) for name in ('order', 'owners'))
     inside = [np.all((values >= 0) & (values < most)) for values, most in (
         (order, pairs), (owners, blocks))]
     if not all(inside) or np.any(np.diff(owners) < 0):
         raise ValueError('a pair is of no block')
-    found, starts = np.unique(owners, return_index=True)
     return Encounters(readonly(real + 1j * imaginary, complex),
-                      readonly(reader.take('weights', pairs, 1)), readonly(order, np.intp),
-                      readonly(starts, np.intp), readonly(found, np.intp), degree)
+                      readonly(reader.take('weights', pairs)), readonly(order, np.intp),
+                      readonly(owners, np.intp), blocks, degree)

@@ -29,6 +29,8 @@ _PATIENCE = 6  # anchors nobody used before the next are asked for less often
 _AHEAD = 0.6  # of the way from the last anchor: how far beyond a point the next one is made
 _DRIFT = 2.0  # ratio of a parameter over that way from which on it is a jump
 _FAR = 3.0  # reaches beyond which an anchor is not tried
+_PENDING = 2  # anchors being made at a time: brakes of both axles ask
+_ALIKE = 0.1  # relative difference of parameters up to which one anchor is enough for the time
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +85,7 @@ class _Entry:
 
 @dataclass
 class _Request:
+    point: OperatingPoint
     due: int
     anchor: 'Future[Anchor]'
 
@@ -120,7 +123,7 @@ class Tabulation:
         self._centres = np.zeros((0, 0))
         self._per_reach = np.zeros((0, 0))
         self._index()
-        self._request: _Request | None = None
+        self._requests: list[_Request] = []  # in order of their due
         self._worker: ThreadPoolExecutor | None = None
         self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
         self._solves = 0
@@ -185,15 +188,14 @@ class Tabulation:
         """End the worker; the engine can be used on, and starts another."""
         if self._worker is not None:
             self._worker.shutdown(wait=True, cancel_futures=True)
-            self._worker = self._request = None
+            self._worker, self._requests = None, []
 
     def _best(self, point: OperatingPoint) -> '_Answer':
         """Return the first answer well within the tolerance, or else the best of those tried."""
-        coefficients = np.array(point.coefficients())[:, None]
+        coefficients = np.array(point.coefficients())
         best = _Answer()
-        for entry in self._near(coefficients[:, 0]):
-            roots, errors = entry.anchor.roots(coefficients)
-            roots, errors = roots[:, 0], errors[:, 0]
+        for entry in self._near(coefficients):
+            roots, errors = entry.anchor.roots_at(coefficients)
             worst = self._worst(roots, errors)
             if worst < best.worst:
                 best = _Answer(entry, roots, errors, worst)
@@ -234,22 +236,23 @@ class Tabulation:
 
     def _decided(self, roots: ComplexArray, errors: FloatArray) -> bool:
         """Whether no verdict hangs on the errors: growth, or oscillation of what grows."""
-        near = (np.abs(roots.real - self._tolerances.growth) <= errors).nonzero()[0]
-        if not near.size:
+        close = np.abs(roots.real - self._tolerances.growth) <= errors
+        if not close.any():
             return True
+        near = close.nonzero()[0]
         # roots at zero of coordinates that nothing holds: they are rigid, whatever the error
         oscillates = np.abs(roots[near].imag) > self._tolerances.oscillation
         return not bool((oscillates | (errors[near] > self._tolerances.growth)).any())
 
     def _classified(self, anchor: Anchor, roots: ComplexArray,
                     errors: FloatArray) -> ComplexModes | None:
-        """Return the modes; None where a pair became real: the next anchor's business."""
-        if (roots.imag[anchor.mirrored] <= self._tolerances.oscillation).any():
-            return None
-        zeros = self._zeros
-        found = classify(np.concatenate([zeros, roots]), self._tolerances,
-                         np.concatenate([zeros.real, errors]), 'table')
-        return replace(found, series=anchor) if found.errors.size == self.model.size else None
+        """Return the modes; None where a pair became real: the next anchor's business.
+
+        It shows in their number, as the anchor has one root of each pair.
+        """
+        found = classify(np.concatenate([self._zeros, roots]), self._tolerances,
+                         np.concatenate([self._zeros.real, errors]), series=anchor)
+        return found if found.errors.size == self.model.size else None
 
     def _near(self, coefficients: FloatArray) -> Iterator[_Entry]:
         """Yield the entries to try, by distance over reach."""
@@ -273,8 +276,9 @@ class Tabulation:
             self._centres[i] = self._per_reach[i] * entry.anchor.point.coefficients()
 
     def _ask(self, point: OperatingPoint) -> None:
-        """Have an anchor made here, unless one is being made already."""
-        if self._request is not None or self._solves < self._pause_until:
+        """Have an anchor made here, unless one is being made near here, or enough are."""
+        if self._solves < self._pause_until or len(self._requests) >= _PENDING or any(
+                _alike(point, request.point) for request in self._requests):
             return
         if self.settings.delay == 0:
             future: Future[Anchor] = Future()
@@ -287,16 +291,16 @@ class Tabulation:
                 self._worker = worker('anchors')
             future = self._worker.submit(
                 anchor_at, self.model, point, degree=self.settings.degree)
-        self._request = _Request(self._solves + self.settings.delay, future)
+        self._requests.append(_Request(point, self._solves + self.settings.delay, future))
 
     def _adopt(self) -> None:
-        """Take the anchor asked for into use, when its time has come."""
-        request = self._request
-        if request is None or self._solves < request.due:
-            return
-        self._request = None
+        """Take the anchors asked for into use, when their time has come."""
+        while self._requests and self._requests[0].due <= self._solves:
+            self._take(self._requests.pop(0).anchor)
+
+    def _take(self, future: 'Future[Anchor]') -> None:
         try:
-            anchor = request.anchor.result()
+            anchor = future.result()
         except np.linalg.LinAlgError:  # no eigensolution: the vectors do not span the space
             self.statistics.failed += 1
             self._unused += 1
@@ -307,8 +311,8 @@ class Tabulation:
                 self._unused + 1)
             self._forget_oldest()
             self._index()
-        pause = self.settings.delay * 2 ** min(max(self._unused - _PATIENCE, 0), _PATIENCE)
-        self._pause_until = self._solves + pause
+        pause = 2 ** min(max(self._unused - _PATIENCE, 0), _PATIENCE) - 1
+        self._pause_until = self._solves + pause * self.settings.delay
 
     def _forget_oldest(self) -> None:
         while self.nbytes > self.settings.memory and len(self._entries) > 1:
@@ -349,6 +353,12 @@ def ahead(point: OperatingPoint, behind: OperatingPoint) -> OperatingPoint:
         there[name] = here * ratio**_AHEAD
     slope = point.friction_slope
     return replace(point, **there, friction_slope=slope + _AHEAD * (slope - behind.friction_slope))
+
+
+def _alike(one: OperatingPoint, other: OperatingPoint) -> bool:
+    """Whether two points are as near each other as those of both brakes of an axle."""
+    return all(abs(getattr(one, name) - there) <= _ALIKE * abs(there)
+               for name, there in other.__dict__.items() if name != 'friction_slope')
 
 
 def _distance(found: ComplexModes, truth: ComplexModes, settings: TableSettings) -> float:

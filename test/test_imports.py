@@ -67,6 +67,7 @@ ORDER = (
     'squeal_core.component',
     'squeal_core.build',
     'squeal_core.monomials',
+    'squeal_core.block_series',
     'squeal_core.encounters',
     'squeal_core.anchor',
     'squeal_core.anchor_solution',

@@ -12,7 +12,7 @@ from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake import Caliper
 from squeal_core.critical import critical_value
 from squeal_core.margin import Margin, MarginInputs, Margins, MarginSearch, MarginSettings
-from squeal_core.stability import complex_modes, ComplexModes
+from squeal_core.stability import complex_modes, ComplexModes, Source
 from squeal_core.tabulation import TableSettings, Tabulation
 
 BAND = (1250.0, 16000.0)
@@ -22,14 +22,14 @@ SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 class Solver:
-    """Full solves, counted by the call they were made in."""
+    """Full solves, counted; they say that they are from wherever they are told to say."""
 
-    def __init__(self, model: BrakeModel) -> None:
-        self.model, self.points = model, Counter[OperatingPoint]()
+    def __init__(self, model: BrakeModel, source: Source = 'full') -> None:
+        self.model, self.source, self.points = model, source, Counter[OperatingPoint]()
 
     def __call__(self, point: OperatingPoint) -> ComplexModes:
         self.points[point] += 1
-        return complex_modes(self.model, point)
+        return replace(complex_modes(self.model, point), source=self.source)
 
 
 def searched(model: BrakeModel, inputs: MarginInputs = HERE, *, band: tuple[float, float] = BAND,
@@ -184,9 +184,11 @@ def test_as_the_offline_search_of_the_shipped_model(kang: BrakeModel, speed: flo
     assert found.frequency_hz == pytest.approx(expected.frequency_hz, abs=1.0)
 
 
-def test_one_solve_a_call() -> None:
+@pytest.mark.parametrize(('source', 'confirming'), [('full', 0), ('table', 2)])
+def test_one_solve_a_call(source: Source, confirming: int) -> None:
+    """What was solved in full needs no other solve to confirm it."""
     model = flutter(5e-4)
-    solver = Solver(model)
+    solver = Solver(model, source)
     search = MarginSearch(model, solver, BAND)
     solved, found = 0, None
     for call in range(1, 200):
@@ -196,8 +198,20 @@ def test_one_solve_a_call() -> None:
         if found is None and margins.friction is not None:
             found = margins.friction
             # one call solves what the next one uses
-            assert found.solves == call - 1 == solved + 1  # two of them in full, one to come
+            assert found.solves == call - 1 == solved - 1 + confirming
     assert found is not None
+
+
+@pytest.mark.parametrize('couple', [3.2e-4, 5e-4, 7e-4, 9e-4])
+def test_few_solves_narrow_a_bracket(couple: float) -> None:
+    """From a step of 0.02 to 1e-4 of friction: 8 by halves. Growth sets in like a square root."""
+    solver = Solver(flutter(couple))
+    found = searched(solver.model, solve=solver).friction
+    assert found is not None and found.converged
+    assert found.critical == pytest.approx(critical_friction(couple), abs=1e-4)
+    walked = math.ceil(abs(found.critical - HERE.friction) / 0.02) + 1
+    assert found.solves - walked <= 6
+    assert abs(found.bracket[1] - found.bracket[0]) <= 1e-4
 
 
 def test_stamped_with_the_call_it_began_with() -> None:
