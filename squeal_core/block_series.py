@@ -16,6 +16,8 @@ from scipy.linalg.lapack import zgeev
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray
 
 _TINY = 1e-200  # so small that nothing finite over it overflows
+_TWO_TWICE = np.array([2.0, 2.0, 1.0, 1.0])  # norms: mean and half are in two entries each
+_ALL_BUT_MEAN = np.array([0.0, 2.0, 2.0, 2.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +62,10 @@ class BlockLayout:
     def entries(self) -> int:
         return int((self.sizes**2).sum())
 
-    def _quarters(self, entries: Any) -> tuple[Any, Any, Any, Any]:
-        """Return the means, halves, upper and lower entries of the pairs (..., pairs)."""
+    def _quarters(self, entries: Any) -> Any:
+        """Return the means, halves, upper and lower entries of the pairs (..., 4, pairs)."""
         first, count = self.singles, self.pairs
-        quarters = entries[..., first:first + 4 * count].reshape(*entries.shape[:-1], 4, count)
-        return (quarters[..., 0, :], quarters[..., 1, :], quarters[..., 2, :],
-                quarters[..., 3, :])
+        return entries[..., first:first + 4 * count].reshape(*entries.shape[:-1], 4, count)
 
     def laid_out(self, rows: Any) -> Any:
         """Return entries (..., entries) so laid out, of blocks row by row, one after the other."""
@@ -82,20 +82,19 @@ class BlockLayout:
         if place < self.singles:
             return entries[..., place:place + 1]
         if place < self.singles + self.pairs:
-            mean, half, upper, lower = (
-                quarter[..., place - self.singles] for quarter in self._quarters(entries))
+            mean, half, upper, lower = np.moveaxis(
+                self._quarters(entries)[..., place - self.singles], -1, 0)
             return np.stack([mean + half, upper, lower, mean - half], axis=-1)
         return entries[..., self.larger[place - self.singles - self.pairs][2]]
 
     def norms(self, entries: ComplexArray) -> FloatArray:
         """Return the Frobenius norm of each block (..., blocks)."""
         squares = np.abs(entries) ** 2
-        mean, half, upper, lower = self._quarters(squares)
+        pairs = _TWO_TWICE @ self._quarters(squares)
         larger = [squares[..., there].sum(axis=-1, keepdims=True)
                   for _, _, there, _ in self.larger]
         return np.asarray(np.sqrt(np.concatenate(
-            [squares[..., :self.singles], 2.0 * (mean + half) + upper + lower, *larger],
-            axis=-1)))
+            [squares[..., :self.singles], pairs, *larger], axis=-1)))
 
     def solved(self, entries: ComplexArray,
                remainder: FloatArray) -> tuple[ComplexArray, FloatArray]:
@@ -116,11 +115,9 @@ class BlockLayout:
         if self.pairs:
             self._solve_pairs(entries, remainder, roots, errors)
         for block, size, there, place in self.larger:
-            matrices = entries[..., there].reshape(-1, size, size)
-            found, condition = _eigenvalues(matrices)
-            roots[..., place] = found.reshape(*shape[:-1], size)
-            errors[..., place] = size * condition.reshape(*shape[:-1], size) * (
-                remainder[..., block, None])
+            found, condition = _eigenvalues(entries[..., there], size)
+            roots[..., place] = found
+            errors[..., place] = size * condition * remainder[..., block, None]
         return roots, errors
 
     def _solve_pairs(self, entries: ComplexArray, remainder: FloatArray, roots: ComplexArray,
@@ -128,22 +125,25 @@ class BlockLayout:
         """Take over the roots of pairs: mean +- s, s^2 = half^2 + upper lower, and their errors.
         """
         first, end = self.singles, self.singles + 2 * self.pairs
-        mean, half, upper, lower = self._quarters(entries)
-        s = np.sqrt(half * half + upper * lower)
-        np.subtract(mean, s, out=roots[..., first:end:2])
-        np.add(mean, s, out=roots[..., first + 1:end:2])
+        quarters = self._quarters(entries)
+        mean, half = quarters[..., 0, :], quarters[..., 1, :]
+        s = np.sqrt(half * half + quarters[..., 2, :] * quarters[..., 3, :])
+        roots[..., first:end:2], roots[..., first + 1:end:2] = mean - s, mean + s
         left = remainder[..., first:first + self.pairs]
-        change = left * (2.0 * (np.abs(half) + np.abs(upper) + np.abs(lower)) + left)
+        change = left * (_ALL_BUT_MEAN @ np.abs(quarters) + left)  # of s^2
         off = left + np.minimum(np.sqrt(change), change / (np.abs(s) + _TINY))
         errors[..., first:end:2] = errors[..., first + 1:end:2] = off
 
 
-def _eigenvalues(matrices: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Return the eigenvalues (P, m) of matrices (P, m, m), and the condition of each."""
-    shape = matrices.shape[:2]
-    found, condition = np.empty(shape, complex), np.empty(shape)
-    for i, matrix in enumerate(matrices):  # LAPACK itself: a quarter of the time of eig and inv
-        found[i], left, right, failed = zgeev(matrix)
-        condition[i] = np.inf if failed else (
-            1.0 / (np.abs((left.conj() * right).sum(axis=0)) + _TINY))
-    return found, condition
+def _eigenvalues(entries: ComplexArray, size: int) -> tuple[ComplexArray, FloatArray]:
+    """Return the eigenvalues (..., m) of matrices (..., m^2), and the condition of each."""
+    if entries.ndim > 1:
+        found = [_eigenvalues(row, size) for row in entries.reshape(-1, size**2)]
+        shape = (*entries.shape[:-1], size)
+        return (np.array([one for one, _ in found], complex).reshape(shape),
+                np.array([one for _, one in found]).reshape(shape))
+    # LAPACK itself: a quarter of the time of eig and inv
+    roots, left, right, failed = zgeev(entries.reshape(size, size))
+    if failed:
+        return roots, np.full(size, np.inf)
+    return roots, 1.0 / (np.abs((left.conj() * right).sum(axis=0)) + _TINY)

@@ -44,7 +44,8 @@ class Engines:
         self.modes.settings = _table_settings(settings)
         self.margins.settings = replace(
             _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
-            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0)
+            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0,
+            delay=_solves(settings, settings.anchor_delay, settings.margin_rate))
         self.risks.settings = RiskSettings(
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
@@ -67,8 +68,9 @@ def band_of(settings: MonitorSettings) -> tuple[float, float]:
     return settings.squeal_band_low_hz, settings.squeal_band_high_hz
 
 
-def _solves(settings: MonitorSettings, seconds: float) -> int:
-    return math.ceil(seconds * settings.rate) * len(settings.brakes)
+def _solves(settings: MonitorSettings, seconds: float, rate: float = math.inf) -> int:
+    """Return how many there are in some seconds, of each brake at most so many a second."""
+    return math.ceil(seconds * min(rate, settings.rate)) * len(settings.brakes)
 
 
 def _table_settings(settings: MonitorSettings) -> TableSettings:

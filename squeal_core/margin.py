@@ -50,7 +50,7 @@ class MarginSettings:
     rotor_speed: tuple[float, float] = (0.5, 200.0)
     pressure: tuple[float, float] = (2e4, 1.6e7)
     friction_step: float = 0.02
-    ratio: float = 1.15
+    ratio: float = 1.2
     friction_tolerance: float = 1e-4
     tolerance: float = 1e-3
 

@@ -92,7 +92,7 @@ class ComplexModes:
     source : str
         'full' for an eigensolution, 'table' for the series of `squeal_core.anchor`.
     series : squeal_core.anchor.Anchor or None
-        That series.
+        That series; of a full solve one that has these roots too, though not as closely.
     """
 
     quiet: ComplexArray
@@ -117,12 +117,12 @@ class ComplexModes:
     @cached_property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
-        growing = np.flatnonzero(self.roots.real > self.tolerances.growth)
+        growing = (self.roots.real > self.tolerances.growth).nonzero()[0]
         return tuple(sorted(map(self._mode, growing.tolist()), key=lambda m: -m.growth_rate))
 
     def _mode(self, place: int) -> Mode:
         root = complex(self.roots[place])
-        return Mode(place + 1, root, _kind(root, self.tolerances))
+        return Mode(place + 1, root, kind_of(root, self.tolerances))
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""
@@ -201,7 +201,8 @@ def _frozen(fresh: Any) -> Any:
     return fresh
 
 
-def _kind(root: complex, tolerances: Tolerances) -> Kind:
+def kind_of(root: complex, tolerances: Tolerances) -> Kind:
+    """Return what kind of mode a root makes."""
     grows = root.real > tolerances.growth
     if abs(root.imag) > tolerances.oscillation:
         return 'flutter' if grows else 'stable'

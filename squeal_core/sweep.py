@@ -7,6 +7,7 @@ Sources: K09 figs 10 and 13 (contact stiffness), 11 and 12 (friction, with and w
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import fields
 from itertools import product
 import multiprocessing
 import os
@@ -17,15 +18,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal_core.arrays import FloatArray, readonly
+from squeal_core.batch import batch_modes, OperatingPoints
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import SquealError
 from squeal_core.mechanism import without_rotation
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, Mode, Tolerances
+from squeal_core.stability import complex_modes, kind_of, Mode, Tolerances
 from squeal_core.sweep_record import make_sweep, Sweep
+from squeal_core.tabulation import Tabulation
 from squeal_core.tracking import by_law, Law, moved, PARAMETERS, track
 
 _CHUNK = 8  # points a worker takes at a time
+_TOGETHER = 1000  # points that are answered by the same anchors, between two looks at progress
 _THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
 
 Progress: TypeAlias = Callable[[int, int], None]
@@ -34,7 +38,7 @@ _Row: TypeAlias = tuple[list[complex], list[str], list[str]]
 
 def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike], *,
           rotation: bool = True, friction_law: Law = False, tracked: bool = False,
-          workers: int = 0, progress: Progress | None = None,
+          workers: int = 0, fast: bool = False, progress: Progress | None = None,
           tolerances: Tolerances | None = None) -> Sweep:
     """Solve for the modes over one or two parameters.
 
@@ -55,6 +59,9 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     workers : int
         Processes to use; 0: this one, as for a single line that is tracked. The workers' BLAS
         runs one thread; where it does here too results are the same bit for bit.
+    fast : bool
+        Growth rates by `squeal_core.batch`, in this process: within 0.1 1/s, or 2 % of a mode's
+        decay. It pays where points are dense; not for identities, which need vectors.
     progress : callable, optional
         Told how many points are done, and of how many.
     tolerances : Tolerances, optional
@@ -63,22 +70,27 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     -----
     An interrupt (Ctrl-C) ends the sweep early: what is done is returned, `complete` is False.
     """
+    if fast and (tracked or workers):
+        raise SquealError('fast: is for sweeps in one process that are not tracked; leave '
+                          f'{"tracked" if tracked else "workers"} off')
     grid = _grid(axes, friction_law)
     points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
               for values in product(*grid.values())]
     about = {'model': str(model.provenance.get('brake', '')), 'rotation': rotation,
-             'friction_law': friction_law, 'tracked': tracked,
+             'friction_law': friction_law, 'tracked': tracked, 'fast': fast,
              'nominal_contact_stiffness': model.nominal_contact_stiffness}
     if not rotation:
         model = without_rotation(model)
+    limits = tolerances or Tolerances()
     length = len(list(grid.values())[-1]) if tracked else _CHUNK
     if tracked and length == len(points):
         workers = 0  # one line is one piece of work, and an interrupt here keeps a part of it
-    jobs = {start: (model, points[start:start + length], tracked, tolerances or Tolerances())
+    jobs = {start: (model, points[start:start + length], tracked, limits)
             for start in range(0, len(points), length)}
     rows: dict[int, _Row] = {}
     try:
-        for place, row in _solved(jobs, workers):
+        for place, row in (_by_table(model, points, limits) if fast else
+                           _solved(jobs, workers)):
             rows[place] = row
             if progress:
                 progress(len(rows), len(points))
@@ -141,6 +153,20 @@ def _rows(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
         for point in points:
             modes = complex_modes(model, point, tolerances=limits).modes
             yield _row(modes, [str(mode.index) for mode in modes])
+
+
+def _by_table(model: BrakeModel, points: Sequence[OperatingPoint],
+              limits: Tolerances) -> Iterator[tuple[int, _Row]]:
+    """Yield rows by place of their point; those near each other are answered together."""
+    table = Tabulation(model, tolerances=limits)
+    identities = [str(i + 1) for i in range(model.size)]
+    for start in range(0, len(points), _TOGETHER):
+        some = points[start:start + _TOGETHER]
+        columns = {item.name: [getattr(point, item.name) for point in some]
+                   for item in fields(OperatingPoint)}
+        found = batch_modes(table, OperatingPoints.of(**columns), tolerances=limits)
+        for place, roots in enumerate(found.roots.tolist(), start):
+            yield place, (roots, [kind_of(root, limits) for root in roots], identities)
 
 
 def _row(modes: Sequence[Mode], identities: list[str]) -> _Row:

@@ -165,7 +165,8 @@ class Tabulation:
         found = self._modes(answer)
         if found is None or answer.entry is None:
             self.statistics.full += 1
-            return complex_modes(self.model, point, tolerances=self._tolerances)
+            full = complex_modes(self.model, point, tolerances=self._tolerances)
+            return full if answer.entry is None else replace(full, series=answer.entry.anchor)
         answer.entry.used = self._solves
         answer.entry.hits += 1
         self.statistics.tabulated += 1
@@ -228,7 +229,7 @@ class Tabulation:
 
     def _worst(self, roots: ComplexArray, errors: FloatArray) -> float:
         """Return the largest error, in growth rates of the tolerance."""
-        worst = float(errors.max(initial=0.0))
+        worst = float(errors.max()) if errors.size else 0.0
         if worst <= self.settings.tolerance:
             return worst
         allowed = self.settings.decay_tolerance / self.settings.tolerance * -roots.real

@@ -38,7 +38,7 @@ def stability_map(options: argparse.Namespace) -> int:
         from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
         plot = plot_stability_map if len(axes) == 1 else plot_growth_map
         draw = partial(plot, path=options.plot, title=options.title)
-    record = _run(model, point, axes, options, tracked=False,
+    record = _run(model, point, axes, options, tracked=False, fast=options.fast,
                   rotation=not options.without_rotation)
     return _report(record, options, draw)
 
@@ -191,9 +191,10 @@ def _axis(text: str) -> tuple[str, FloatArray]:
 
 
 def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
-         options: argparse.Namespace, *, tracked: bool, rotation: bool = True) -> Sweep:
+         options: argparse.Namespace, *, tracked: bool, fast: bool = False,
+         rotation: bool = True) -> Sweep:
     with ProgressBar('points') as progress:
-        return sweep(model, point, axes, rotation=rotation, tracked=tracked,
+        return sweep(model, point, axes, rotation=rotation, tracked=tracked, fast=fast,
                      workers=options.workers, friction_law=options.law, progress=progress)
 
 

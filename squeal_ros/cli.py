@@ -83,6 +83,8 @@ def _map(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('stability_map'))
     _sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
     _without_rotation(p)
+    p.add_argument('--fast', action='store_true',
+                   help='growth rates within 0.1 1/s: many times faster where points are dense')
 
 
 def _locus(p: argparse.ArgumentParser) -> None:

@@ -1,0 +1,123 @@
+"""What an assessment costs while braking: modes, risk and the margins' share, tables warm.
+
+Run: python benchmark/assessment.py [--drive us06] [--brakes 4] [--seconds 120]
+
+The braking samples of a drive at 100 Hz go through `SlidingBrake.judge` twice: first the tables
+are laid down while the caller waits, then each call is timed. Times are given in ms and over that
+of `numpy.linalg.eigvals` of the whole state matrix, solved again and again in between.
+"""
+
+import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+import platform
+import time
+from typing import Any
+
+from drives import DRIVES, RELEASED, SLIDING
+import numpy as np
+from online import reference
+import scipy
+
+from squeal_core import BrakeModel
+from squeal_core.drive_cycle import read_drive_cycle
+from squeal_core.engines import Engines
+from squeal_core.resources import config_folder
+from squeal_core.settings import MonitorSettings, read_settings
+from squeal_core.sliding import SlidingBrake
+from squeal_core.vehicle import brake_signals, read_vehicle
+
+RATE = 100.0  # Hz
+_EVERY = 500  # assessments between two reference solves
+
+
+class Stopwatch:
+    """Adds up the time of calls to some methods, by name."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, list[float]] = {}
+
+    def watch(self, owner: Any, method: str, name: str) -> None:
+        call, times = getattr(owner, method), self.times.setdefault(name, [])
+
+        def timed(*arguments: Any) -> Any:
+            start = time.perf_counter()
+            try:
+                return call(*arguments)
+            finally:
+                times.append(time.perf_counter() - start)
+
+        setattr(owner, method, timed)
+
+    def clear(self) -> None:
+        for times in self.times.values():
+            times.clear()
+
+
+def samples(model: BrakeModel, drive: str, brakes: int) -> list[tuple[int, int, float, float,
+                                                                      float]]:
+    """Return (time [ns], brake, speed, pressure, friction) of each braking sample, in order."""
+    assert model.friction_table is not None
+    folder = config_folder()
+    signals = brake_signals(
+        read_drive_cycle(folder / 'drive_cycles' / f'{drive}.csv'),
+        read_vehicle(folder / 'vehicles' / 'midsize.yaml'), model.friction_table, rate=RATE)
+    return [(round(1e9 * time_s), brake, float(signals.rotor_speed[i, brake]),
+             float(signals.pressure[i, brake]), float(signals.friction[i, brake]))
+            for i, time_s in enumerate(signals.time) for brake in range(brakes)
+            if signals.pressure[i, brake] >= RELEASED and signals.rotor_speed[i, brake] >= SLIDING]
+
+
+def vehicle(model: BrakeModel, settings: MonitorSettings) -> tuple[Engines, list[SlidingBrake]]:
+    engines = Engines(model, settings)
+    return engines, [SlidingBrake(engines, settings, one.name) for one in settings.brakes]
+
+
+def run(brakes: list[SlidingBrake], way: list[tuple[int, int, float, float, float]],
+        between: Callable[[], None] = lambda: None) -> None:
+    for i, (when, brake, speed, pressure, friction) in enumerate(way):
+        if i % _EVERY == 0:
+            between()
+        brakes[brake].judge(speed, pressure, friction, when)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--drive', default='us06', choices=DRIVES)
+    parser.add_argument('--model', default='kang2009')
+    parser.add_argument('--brakes', type=int, default=4, choices=(1, 2, 3, 4))
+    parser.add_argument('--seconds', type=float, default=120.0, help='of braking')
+    arguments = parser.parse_args()
+    model = BrakeModel.load(arguments.model)
+    settings = replace(read_settings({}), rate=RATE, anchor_delay=0.0, risk_delay=0.0)
+    way = samples(model, arguments.drive, arguments.brakes)
+    way = way[:round(arguments.seconds * RATE * arguments.brakes)]
+    engines, brakes = vehicle(model, settings)
+    run(brakes, way)
+    point = model.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
+    watch, solves = Stopwatch(), []
+    watch.watch(engines.modes, 'complex_modes', 'modes')
+    watch.watch(engines.risks, 'assess', 'risk')
+    watch.watch(engines.margins, 'complex_modes', 'margins: a solve')
+    for brake in brakes:
+        watch.watch(brake, 'judge', 'assessment')
+    run(brakes, way, lambda: solves.append(reference(model, point)))
+    solve = float(np.median(solves))
+    print(f'{platform.processor() or platform.machine()}, Python {platform.python_version()}, '
+          f'numpy {np.__version__}, scipy {scipy.__version__}, N = {model.size}, one BLAS thread, '
+          f'eigvals {1e3 * solve:.2f} ms')
+    print(f'{arguments.drive}, {len(way)} assessments of {arguments.brakes} brakes, '
+          f'{len(engines.modes.anchors)} anchors, {len(engines.risks.cells)} cells')
+    print(f'  {"":18} {"calls":>7} {"median ms":>10} {"mean":>7} {"p99":>7} '
+          f'{"eigvals / median":>17}')
+    for name, times in watch.times.items():
+        middle, last = np.quantile(times, (0.5, 0.99))
+        print(f'  {name:18} {len(times):7} {1e3 * middle:10.3f} {1e3 * np.mean(times):7.3f} '
+              f'{1e3 * last:7.3f} {solve / middle:17.1f}')
+    engines.close()
+
+
+if __name__ == '__main__':
+    main()
