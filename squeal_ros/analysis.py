@@ -32,6 +32,8 @@ _Draw: TypeAlias = Callable[[Sweep], None]
 def stability_map(options: argparse.Namespace) -> int:
     """Frequencies of all modes over a parameter, or the growth rate over two."""
     _check(options)
+    if options.fast and options.workers:
+        raise SquealError('--fast: runs in one process; leave --workers off')
     model, point, axes = _start(options, 'contact_stiffness')
     draw: _Draw | None = None
     if options.plot:
