@@ -1,14 +1,17 @@
 """Load and lateness of the node: four brakes at 100 Hz, all braking all the time.
 
-Run: python benchmark/node_load.py [--seconds 30] [--rate 100]
+Run: python benchmark/node_load.py [--seconds 30] [--rate 100] [--still]
 
-The node is a process of its own, as on the vehicle; its CPU time is read from /proc. Lateness is
-from the tick, a multiple of the period in ROS time, to the receipt of a brake's risk here.
+The node is a process of its own, as on the vehicle; the CPU time of its threads is read from
+/proc. Workers are the threads that give way to the ticks, in the order in which they began; the
+rest is the middleware's. Lateness is from the tick, a multiple of the period in ROS time, to the
+receipt of a brake's risk here. Lost ticks are those that the node counts.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 import argparse
+from collections import Counter
 from contextlib import contextmanager
 import math
 import os
@@ -18,22 +21,26 @@ import sys
 import time
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
+from squeal_core.settings import NODE_NAME
+
 BRAKES = ('front_left', 'front_right', 'rear_left', 'rear_right')
 TICKS = os.sysconf('SC_CLK_TCK')
 
 
 class Vehicle:
-    """Publishes three signals of four brakes that brake for ever, and hears their risk."""
+    """Publishes three signals of four brakes that brake for ever, and hears what the node says."""
 
-    def __init__(self, node: Any, rate: float) -> None:
-        self.node, self.period = node, round(1e9 / rate)
+    def __init__(self, node: Any, rate: float, *, still: bool = False) -> None:
+        self.node, self.period, self.still = node, round(1e9 / rate), still
         self.lateness: list[int] = []
+        self.figures: dict[str, str] = {}
         self.begin = time.monotonic()
         self.joints = node.create_publisher(JointState, 'joint_states', 10)
         self.publishers = [(node.create_publisher(FluidPressure, f'{brake}/brake_pressure', 10),
@@ -42,14 +49,23 @@ class Vehicle:
         for brake in BRAKES:
             node.create_subscription(
                 Float64, f'/squeal_monitor/{brake}/squeal_risk', self.hear, 10)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self.note, 10)
         node.create_timer(1.0 / rate, self.publish)
 
     def hear(self, message: Float64) -> None:
         if not math.isnan(message.data):
             self.lateness.append(self.node.get_clock().now().nanoseconds % self.period)
 
+    def note(self, message: DiagnosticArray) -> None:
+        self.figures = {item.key: item.value for status in message.status
+                        if status.name == f'{NODE_NAME}: node' for item in status.values}
+
+    def ticks(self) -> tuple[int, int]:
+        """Return how many ticks the node made and how many it lost, by its last diagnostics."""
+        return int(self.figures.get('ticks_done', 0)), int(self.figures.get('ticks_lost', 0))
+
     def publish(self) -> None:
-        way = time.monotonic() - self.begin
+        way = 0.0 if self.still else time.monotonic() - self.begin
         joints, pressure = JointState(), FluidPressure()
         joints.header.stamp = pressure.header.stamp = self.node.get_clock().now().to_msg()
         speed = 40.0 + 35.0 * math.sin(0.3 * way)  # a braking from 75 to 5 rad/s takes 10 s
@@ -62,10 +78,18 @@ class Vehicle:
             frictions.publish(Float64(data=0.42 + 0.02 * math.sin(0.2 * way)))
 
 
-def cpu_time(process: int) -> float:
-    """Return the CPU time of a process and its threads [s]."""
-    fields = Path(f'/proc/{process}/stat').read_text().rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS
+def cpu_times(process: int) -> Counter[str]:
+    """Return the CPU time of each part of a process [s]."""
+    times: Counter[str] = Counter()
+    workers = 0
+    for thread in sorted(Path(f'/proc/{process}/task').iterdir(), key=lambda path: int(path.name)):
+        fields = (thread / 'stat').read_text().rpartition(')')[2].split()
+        gives_way = int(fields[16]) > 0  # its nice value
+        workers += gives_way
+        part = (f'worker {workers}' if gives_way else
+                'main thread' if thread.name == str(process) else 'middleware')
+        times[part] += (int(fields[11]) + int(fields[12])) / TICKS
+    return times
 
 
 @contextmanager
@@ -81,30 +105,38 @@ def monitor(rate: float) -> Any:
         process.wait()
 
 
+def measure(name: str, vehicle: Vehicle, executor: Any, process: int, seconds: float) -> None:
+    """Let the node run for a while and print how it did."""
+    vehicle.lateness.clear()
+    start, used, ticks = time.monotonic(), cpu_times(process), vehicle.ticks()
+    while time.monotonic() - start < seconds:
+        executor.spin_once(timeout_sec=1.0)
+    passed = time.monotonic() - start
+    loads = {part: 100.0 * (cpu - used[part]) / passed for part, cpu in cpu_times(process).items()}
+    done, lost = np.subtract(vehicle.ticks(), ticks)
+    late = 1e-6 * np.array(vehicle.lateness)
+    print(f'{name}: {sum(loads.values()):.0f} % of a core ('
+          + ', '.join(f'{part} {load:.0f}' for part, load in loads.items())
+          + f'); {lost} of {done + lost} ticks lost; lateness median {np.median(late):.2f}, p99 '
+          f'{np.quantile(late, 0.99):.2f} ms', flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seconds', type=float, default=30.0)
     parser.add_argument('--rate', type=float, default=100.0)
+    parser.add_argument('--still', action='store_true', help='inputs that do not change')
     arguments = parser.parse_args()
     rclpy.init()
     node = rclpy.create_node('vehicle')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    vehicle = Vehicle(node, arguments.rate)
+    vehicle = Vehicle(node, arguments.rate, still=arguments.still)
     with monitor(arguments.rate) as process:
         for phase in ('cold', 'warm'):
             while not vehicle.lateness:
                 executor.spin_once(timeout_sec=1.0)
-            vehicle.lateness.clear()
-            start, used = time.monotonic(), cpu_time(process)
-            while time.monotonic() - start < arguments.seconds:
-                executor.spin_once(timeout_sec=1.0)
-            load = (cpu_time(process) - used) / (time.monotonic() - start)
-            late = 1e-6 * np.array(vehicle.lateness)
-            expected = 4 * arguments.rate * arguments.seconds
-            print(f'{phase}: {100.0 * load:.0f} % of a core, {late.size / expected:.1%} of the '
-                  f'risks, lateness median {np.median(late):.2f}, p99 '
-                  f'{np.quantile(late, 0.99):.2f} ms')
+            measure(phase, vehicle, executor, process, arguments.seconds)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 import math
-from typing import Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -98,6 +98,19 @@ class Assessment:
         return tuple(m for m in self.modes if m.kind == 'flutter')
 
 
+class _Found(NamedTuple):
+    """What an assessment begins with."""
+
+    brake: str
+    time: int
+    inputs: Mapping[Signal, Reading]
+    friction: float = math.nan
+    friction_source: str = ''
+
+    def said(self, state: State, reason: str, **known: Any) -> Assessment:
+        return Assessment(**self._asdict(), state=state, reason=reason, **known)
+
+
 class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
@@ -108,8 +121,7 @@ class BrakeMonitor:
         self._sliding = SlidingBrake(
             engines or Engines(model, settings), settings, brake.name)
         self._adopt(brake, settings)
-        validated = validated_ranges(model, settings)
-        self._inputs = {signal: Input(signal, limits, settings, validated[signal])
+        self._inputs = {signal: Input(signal, limits, settings, self._validated[signal])
                         for signal, limits in brake.inputs.items()}
         self._latest: dict[Signal, float] = {}  # by receipt, whatever their stamps
         self._time: int | None = None
@@ -117,14 +129,14 @@ class BrakeMonitor:
     def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         self.brake = brake
         self._settings = settings
+        self._validated = validated_ranges(self._model, settings)
 
     def retune(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         """Take other settings of the same brake and inputs; samples stay."""
         self._adopt(brake, settings)
         self._sliding.retune(settings)
-        validated = validated_ranges(self._model, settings)
         for signal, limits in brake.inputs.items():
-            self._inputs[signal].retune(limits, settings, validated[signal])
+            self._inputs[signal].retune(limits, settings, self._validated[signal])
 
     def reset(self) -> None:
         """Forget all samples."""
@@ -150,16 +162,16 @@ class BrakeMonitor:
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
         inputs = self._read(time)
-        found = Assessment(brake=self.brake.name, time=time, state='steady', reason='',
-                           inputs=inputs)
         friction, source, coefficient = self._friction(inputs)
         needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure'], **friction}
         bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
         if bad:
             ways = {_STATES[reading.status] for reading in bad.values()}
-            return replace(found, state=next(s for s in _STATES.values() if s in ways),
-                           reason='; '.join(r.described(name) for name, r in bad.items()))
-        found = self._assess_known(replace(found, friction=coefficient, friction_source=source))
+            return _Found(self.brake.name, time, inputs).said(
+                next(s for s in _STATES.values() if s in ways),
+                '; '.join(r.described(name) for name, r in bad.items()))
+        found = self._assess_known(
+            _Found(self.brake.name, time, inputs, coefficient, source))
         if source == 'temperature' and 'friction' in inputs:
             instead = inputs['friction'].described('friction')
             return replace(found, reason=f'{found.reason}; friction by temperature, as {instead}')
@@ -186,46 +198,44 @@ class BrakeMonitor:
         if temperature.status != 'good':
             return {**needed, 'temperature': temperature}, '', math.nan
         coefficient = float(table(temperature.value))
-        validated = validated_ranges(self._model, self._settings)['friction']
+        validated = self._validated['friction']
         if validated.admits(coefficient):
             return {'temperature': temperature}, 'temperature', coefficient
         outside = replace(temperature, status='outside validated range',
                           detail=f'which gives friction {coefficient:.4g}, {validated}')
         return {**needed, 'temperature': outside}, '', math.nan
 
-    def _assess_known(self, found: Assessment) -> Assessment:
+    def _assess_known(self, found: _Found) -> Assessment:
         """Assess from inputs that are all good: released, at rest or sliding."""
         speed, pressure = found.inputs['rotor_speed'], found.inputs['pressure']
         if pressure.value < self._settings.release_pressure:
-            return replace(found, state='released', risk=0.0, reason=(
+            return found.said('released', risk=0.0, reason=(
                 f'pressure {pressure.value / 1e5:.2f} bar: brake released'))
         if abs(speed.value) < self._settings.minimum_rotor_speed:
-            return replace(found, state='not sliding', reason=(
-                f'rotor speed {speed.value:.2f} rad/s: not sliding'))
-        validated = validated_ranges(self._model, self._settings)
+            return found.said(
+                'not sliding', f'rotor speed {speed.value:.2f} rad/s: not sliding')
         for name, reading in (('rotor_speed', speed), ('pressure', pressure)):
-            if abs(reading.value) < validated[name].low:
-                low = replace(reading, detail=str(validated[name]))
-                return replace(found, state='outside validated range',
-                               reason=low.described(name))
+            if abs(reading.value) < self._validated[name].low:
+                low = replace(reading, detail=str(self._validated[name]))
+                return found.said('outside validated range', low.described(name))
         return self._assess_sliding(found)
 
-    def _assess_sliding(self, found: Assessment) -> Assessment:
+    def _assess_sliding(self, found: _Found) -> Assessment:
         try:
             known = self._sliding.judge(
                 found.inputs['rotor_speed'].value, found.inputs['pressure'].value,
                 found.friction, found.time)
         except np.linalg.LinAlgError as error:
-            return replace(found, state='invalid', reason=f'no eigensolution ({error})')
+            return found.said('invalid', f'no eigensolution ({error})')
         if math.isnan(known.risk.probability):
-            return replace(found, state='invalid', reason='no risk: modes are not separable here')
+            return found.said('invalid', 'no risk: modes are not separable here')
         worst = known.worst
-        return replace(
-            found, point=known.point, modes=known.modes.unstable, risk=known.risk.probability,
+        return found.said(
+            'steady', _in_words(worst, known.risk.probability), point=known.point,
+            modes=known.modes.unstable, risk=known.risk.probability,
             growth_rate=worst.growth_rate if worst else math.nan,
             worst_frequency_hz=worst.frequency_hz if worst else math.nan,
-            friction_margin=known.friction_margin, sliding=known,
-            reason=_in_words(worst, known.risk.probability))
+            friction_margin=known.friction_margin, sliding=known)
 
 
 def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:

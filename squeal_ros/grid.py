@@ -34,9 +34,14 @@ class TickGrid:
         self._last = now // period if now else None
         self._last_steady = steady
 
-    def wait(self, now: int) -> int:
-        """Return the time to the next tick."""
-        return self.period - now % self.period
+    def wait(self, now: int, longest: int | None = None) -> int:
+        """Return the time to the next tick, or to the next of the equal parts of a period.
+
+        A period has as few parts as make none of them longer than `longest`.
+        """
+        parts = 1 if longest is None else _ceil(self.period, longest)
+        passed = now % self.period
+        return _ceil((passed * parts // self.period + 1) * self.period, parts) - passed
 
     def due(self, now: int) -> bool:
         """Tell whether `beat` would give a tick."""
@@ -72,6 +77,10 @@ class TickGrid:
         if passed * self.period - steady > max(_JUMP_TIME, _JUMP_PERIODS * self.period):
             return 'forward', 0
         return '', passed - 1
+
+
+def _ceil(numerator: int, denominator: int) -> int:
+    return -(-numerator // denominator)
 
 
 class StandstillWatch:

@@ -1,13 +1,15 @@
-"""What keeps one bad moment from ending the node: exceptions end as a log line and an answer.
+"""What keeps the node going: exceptions end as a log line and an answer, and little wakes it.
 
 rclpy lets an exception of any callback end `spin`, of a service callback also the wait of its
-caller; one that a message raises while it is taken blocks the callback group for ever.
+caller; one that a message raises while it is taken blocks the callback group for ever. And its
+executor looks at all it serves whenever it wakes, so what may wait is better kept from it.
 """
 
 from collections.abc import Callable
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -40,6 +42,18 @@ class SturdyExecutor(SingleThreadedExecutor):  # type: ignore[misc]
                 return None  # to rclpy: there is nothing to do
 
         return super()._make_handler(entity, node, take)
+
+
+class Aside(MutuallyExclusiveCallbackGroup):  # type: ignore[misc]
+    """Entities that an executor neither waits for nor serves, unless `open` is set.
+
+    What comes meanwhile is kept: messages in their queues, events in the middleware.
+    """
+
+    open = False
+
+    def can_execute(self, entity: Any) -> bool:
+        return self.open and bool(super().can_execute(entity))
 
 
 def guarded(callback: Callable[..., None], report: Report) -> Callable[..., None]:

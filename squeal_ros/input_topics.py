@@ -3,7 +3,9 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from operator import itemgetter
+import time
+from typing import Any, NamedTuple
 
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
@@ -12,6 +14,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 
 from squeal_core.errors import ConfigurationError
+from squeal_ros.guards import Aside
 from squeal_ros.health import Rate
 from squeal_ros.message_types import RosMessages
 
@@ -20,7 +23,23 @@ POLICIES = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILIT
             QoSPolicyKind.DURABILITY)
 _UNNAMED = '_UNKNOWN_'  # in the names of a node that was discovered only in part
 _LOOK_PERIOD = 1_000_000_000  # ns
-_DEPTH = 10  # more than that only makes a busy node later
+_DEPTH = 20  # 2 kHz from one beat to the next; more than that only makes a busy node later
+
+
+class _Moment(NamedTuple):
+    """When messages are taken [ns]: on the node's clock and the system's, and since last time."""
+
+    now: int
+    system: int
+    passed: int
+
+    def received(self, info: Mapping[str, Any]) -> int:
+        """Return when a message came, on the node's clock.
+
+        The middleware notes it on the system's, which may have been set since, or not at all.
+        """
+        noted: int = info['received_timestamp']
+        return self.now - min(max(self.system - noted, 0), self.passed)
 
 
 @dataclass
@@ -44,8 +63,9 @@ class _Topic:
 class InputTopics:
     """One subscription a topic; messages go to `receive`, with topic and time of receipt [ns].
 
-    Messages are taken as bytes and decoded here: the middleware would throw away without a word
-    what it cannot decode.
+    Messages wait in their queues for `take`: an executor that woke for each of them would cost
+    more than all else. They are taken as bytes and decoded here: the middleware would throw away
+    without a word what it cannot decode.
 
     Parameters
     ----------
@@ -53,6 +73,8 @@ class InputTopics:
     library : RosMessages
     types : mapping
         Message type of each topic.
+    aside : Aside
+        For the subscriptions and all events; served once a second.
     receive : callable
     complain : callable
         Given a text, of which the caller says each once.
@@ -63,11 +85,13 @@ class InputTopics:
         For a type, a topic name or a quality of service that is none.
     """
 
-    def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str],
+    def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str], aside: Aside,
                  receive: Callable[[str, Any, int], None],
                  complain: Callable[[str], None]) -> None:
         self._node, self._receive, self._complain = node, receive, complain
+        self._aside = aside
         self._looked: int | None = None
+        self._taken = time.monotonic_ns()
         self._topics = {topic: _Topic(library.type(name)) for topic, name in types.items()}
         try:
             for topic, found in self._topics.items():
@@ -81,6 +105,29 @@ class InputTopics:
             if topic.subscription is not None:
                 self._node.destroy_subscription(topic.subscription)
                 topic.subscription = None
+
+    def begin(self) -> None:
+        """Drop what waits, as if it had never come."""
+        for topic in self._topics.values():
+            for _ in _queue(topic):
+                pass
+            topic.sequence = None
+        self._taken = time.monotonic_ns()
+
+    def take(self) -> None:
+        """Take all that has come since the last time, in the order in which it came."""
+        self._aside.open = False
+        moment = self._moment()
+        self._taken = time.monotonic_ns()
+        come = [(info['received_timestamp'], name, topic, data, info)
+                for name, topic in self._topics.items() for data, info in _queue(topic)]
+        for _, name, topic, data, info in sorted(come, key=itemgetter(0)):
+            self._read(name, topic, data, info, moment.received(info))
+
+    def _moment(self) -> _Moment:
+        clock = self._node.get_clock()
+        passed = 0 if clock.ros_time_is_active else time.monotonic_ns() - self._taken
+        return _Moment(clock.now().nanoseconds, time.time_ns(), passed)
 
     def values(self, steady: int) -> dict[str, object]:
         """Return the figures of each topic: messages a second and since configured."""
@@ -102,10 +149,12 @@ class InputTopics:
     def look_around(self, steady: int) -> tuple[str, ...]:
         """Return, in words, publishers whose messages cannot come: of another type.
 
-        The graph is looked at once a second at most [ns of steady time].
+        The graph is looked at once a second at most [ns of steady time]; then the executor may
+        serve events, too, until messages are taken again.
         """
         if self._looked is None or steady - self._looked >= _LOOK_PERIOD:
             self._looked = steady
+            self._aside.open = True
             self._look()
         return tuple(text for topic in self._topics.values() for text in topic.wrong)
 
@@ -137,17 +186,17 @@ class InputTopics:
 
     def _subscribe(self, topic: str, found: _Topic) -> Any:
         def receive(data: bytes, info: Mapping[str, Any]) -> None:
-            self._take(topic, found, data, info)
+            self._read(topic, found, data, info, self._moment().received(info))
 
         qos = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT,
                          durability=DurabilityPolicy.VOLATILE)
         with naming(topic):
             return self._node.create_subscription(
-                found.kind, topic, receive, qos, raw=True,
+                found.kind, topic, receive, qos, raw=True, callback_group=self._aside,
                 qos_overriding_options=QoSOverridingOptions(POLICIES))
 
-    def _take(self, topic: str, found: _Topic, data: bytes, info: Mapping[str, Any]) -> None:
-        received = self._node.get_clock().now().nanoseconds
+    def _read(self, topic: str, found: _Topic, data: bytes, info: Mapping[str, Any],
+              received: int) -> None:
         found.received += 1
         sequence = info.get('publication_sequence_number')
         if found.alone and sequence and found.sequence and sequence > found.sequence:
@@ -160,6 +209,17 @@ class InputTopics:
             self._complain(f'{topic}: no {found.type_name} ({type(error).__name__})')
             return
         self._receive(topic, message, received)
+
+
+def _queue(topic: _Topic) -> Iterator[tuple[bytes, Mapping[str, Any]]]:
+    """Yield the messages that wait, at most a queue of them: others go on coming."""
+    subscription = topic.subscription
+    with subscription.handle:
+        for _ in range(max(subscription.qos_profile.depth, _DEPTH)):  # none if all are kept
+            taken = subscription.handle.take_message(topic.kind, True)
+            if taken is None:
+                return
+            yield taken
 
 
 @contextmanager

@@ -1,7 +1,8 @@
 """Assessment -> ROS messages, for any library that provides the message types."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 import math
 from typing import Any, Protocol
 
@@ -19,7 +20,7 @@ MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
 OK, WARN, ERROR, STALE = range(4)
 
 
-class MessageLibrary(Protocol):
+class MessageLibrary(Hashable, Protocol):
     """What differs between rclpy's and rosbags' message classes."""
 
     def type(self, name: str) -> Any:
@@ -47,12 +48,16 @@ def _frequencies(library: MessageLibrary, assessment: Assessment) -> Any:
     frequencies = [m.frequency_hz for m in assessment.flutter]
     if not assessment.known:
         frequencies = [math.nan]
-    count = len(frequencies)
+    return library.type('std_msgs/msg/Float64MultiArray')(
+        layout=_layout(library, len(frequencies)), data=library.floats(frequencies))
+
+
+@lru_cache(maxsize=64)
+def _layout(library: MessageLibrary, count: int) -> Any:
+    """Return the layout of a list; messages share it, as they are only written out."""
     dimension = library.type('std_msgs/msg/MultiArrayDimension')(
         label='frequency_hz', size=count, stride=count)
-    layout = library.type('std_msgs/msg/MultiArrayLayout')(dim=[dimension], data_offset=0)
-    return library.type('std_msgs/msg/Float64MultiArray')(
-        layout=layout, data=library.floats(frequencies))
+    return library.type('std_msgs/msg/MultiArrayLayout')(dim=[dimension], data_offset=0)
 
 
 class Levels:

@@ -19,7 +19,7 @@ from squeal_core.errors import SquealError
 from squeal_core.monitor import Assessment, Reading, VehicleMonitor
 from squeal_core.settings import MonitorSettings, NODE_NAME
 from squeal_ros.grid import Beat
-from squeal_ros.guards import guard_services, guarded, SturdyExecutor
+from squeal_ros.guards import Aside, guard_services, guarded, SturdyExecutor
 from squeal_ros.health import Health
 from squeal_ros.input_topics import InputTopics
 from squeal_ros.message_types import RosMessages
@@ -56,8 +56,8 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         guard_services(self, self.report)
         self._parameters_of_ours = NodeParameters(
             self, lambda: self._configured is not None, self._retune)
-        self._ticker = Ticker(self, guarded(self._tick, self.report),
-                              guarded(self._clock_stopped, self.report))
+        self._ticker = Ticker(self, *(guarded(call, self.report) for call in (
+            self._gather, self._tick, self._clock_stopped)))
 
     @property
     def settings(self) -> MonitorSettings:
@@ -94,7 +94,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         try:
             assert self._configured is not None
-            self._configured.monitor.reset()
+            self._configured.begin()
             self._start_ticker()
         except Exception as error:
             self.report(error)
@@ -133,6 +133,10 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             return
         self._configured.retune(settings)
         self._ticker.retime(settings.period, round(settings.clock_timeout * 1e9))
+
+    def _gather(self) -> None:
+        if self._configured is not None:
+            self._configured.inputs.take()
 
     def _tick(self, beat: Beat) -> None:
         if self._configured is None:
@@ -179,12 +183,13 @@ class _Configured:
         self.router = Router.of(node.settings)
         self.monitor = VehicleMonitor(node.settings, model)
         self._said: set[str] = set()
+        aside = Aside()
         with ExitStack() as undo:
-            self.inputs = InputTopics(node, library, self.router.types,
+            self.inputs = InputTopics(node, library, self.router.types, aside,
                                       guarded(self._receive, node.report), self._complain)
             undo.callback(self.inputs.destroy)
             self.outputs = OutputTopics(
-                node, library, self.monitor.brakes, node.settings.mode_shapes)
+                node, library, self.monitor.brakes, node.settings.mode_shapes, aside)
             undo.callback(self.outputs.destroy)
             self._set_up_reports(library, model)
             undo.pop_all()
@@ -199,6 +204,11 @@ class _Configured:
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
             self.reporter.mode_shapes = self.pictures.status
+
+    def begin(self) -> None:
+        """Forget what came before: the queues hold messages of when nobody took them."""
+        self.inputs.begin()
+        self.monitor.reset()
 
     def destroy(self) -> None:
         self.monitor.close()

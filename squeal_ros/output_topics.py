@@ -9,6 +9,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from squeal_core.monitor import Assessment
 from squeal_ros import messages
+from squeal_ros.guards import Aside
 from squeal_ros.input_topics import naming, POLICIES
 from squeal_ros.message_types import RosMessages
 
@@ -25,6 +26,8 @@ class OutputTopics:
     brakes : iterable of str
     mode_shapes : bool
         Whether there are markers, too.
+    aside : Aside
+        For the events of the publishers.
 
     Raises
     ------
@@ -33,8 +36,8 @@ class OutputTopics:
     """
 
     def __init__(self, node: LifecycleNode, library: RosMessages, brakes: Iterable[str],
-                 mode_shapes: bool) -> None:
-        self._node, self._library = node, library
+                 mode_shapes: bool, aside: Aside) -> None:
+        self._node, self._library, self._aside = node, library, aside
         self._publishers: dict[tuple[str, str], Any] = {}
         types = dict(messages.TYPES)
         if mode_shapes:
@@ -55,7 +58,7 @@ class OutputTopics:
             qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         with naming(topic):
             return self._node.create_lifecycle_publisher(
-                self._library.type(type_name), topic, qos,
+                self._library.type(type_name), topic, qos, callback_group=self._aside,
                 qos_overriding_options=QoSOverridingOptions(POLICIES))
 
     def publish(self, assessments: Iterable[Assessment]) -> None:

@@ -14,6 +14,7 @@ from squeal_core.monitor import Sample
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
 
 _STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d+)\]|\[([A-Za-z_]\w*)=([^\]]+)\]')
+_NUMBERS = (float, int, np.floating, np.integer, np.bool_)
 
 
 class FieldError(ValueError):
@@ -71,7 +72,7 @@ class FieldPath:
                 raise FieldError(f'{self.text}: the list is too short') from None
         if isinstance(value, np.ndarray) and value.ndim == 0:
             value = value[()]
-        if not isinstance(value, int | float | np.integer | np.floating | np.bool_):
+        if not isinstance(value, _NUMBERS):
             raise FieldError(f'{self.text}: is no number but {type(value).__name__}')
         try:
             return float(value)

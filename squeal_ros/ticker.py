@@ -17,23 +17,29 @@ from rclpy.node import Node
 from squeal_ros.grid import Beat, StandstillWatch, TickGrid
 
 _LOOKS = 4  # at a simulated clock within its timeout
+_LONGEST = 10_000_000  # ns between two beats: in so short a time no queue of messages fills
 
 
 class Ticker:
     """Calls `on_tick` with each tick that is due, and `on_stop` while ROS time stands still.
 
+    Every tick is a beat; so are moments in between where ticks are rare.
+
     Parameters
     ----------
     node : rclpy.node.Node
+    gather : callable
+        Takes the messages that came: called at every beat before all else, and before simulated
+        time changes, so that each finds the time at which it came.
     on_tick : callable
         Given a `Beat`.
     on_stop : callable
         Given what the clock does, in words; called again and again until it goes on.
     """
 
-    def __init__(self, node: Node, on_tick: Callable[[Beat], None],
+    def __init__(self, node: Node, gather: Callable[[], None], on_tick: Callable[[Beat], None],
                  on_stop: Callable[[str], None]) -> None:
-        self._node = node
+        self._node, self._gather = node, gather
         self._on_tick, self._on_stop = on_tick, on_stop
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer: Any = None
@@ -51,7 +57,7 @@ class Ticker:
         self._jumps = self._node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=Duration(nanoseconds=1),
                           min_backward=Duration(nanoseconds=-1)),
-            post_callback=self._moved)
+            pre_callback=self._gather, post_callback=self._moved)
         self._arm()
 
     def retime(self, period: int, clock_timeout: int) -> None:
@@ -79,6 +85,7 @@ class Ticker:
         if self._timer is None:
             return
         try:
+            self._gather()
             self._look()
         finally:
             if self._timer is not None:
@@ -100,10 +107,11 @@ class Ticker:
             self._on_tick(beat)
 
     def _arm(self) -> None:
-        """Wait for the next tick; with simulated time, for the next look at it."""
-        simulated = self._node.get_clock().ros_time_is_active
-        self._timer.timer_period_ns = (
-            self._timeout // _LOOKS if simulated else self._grid.wait(self._now()))
+        """Wait for the next beat; with simulated time, for the next look at it."""
+        if self._node.get_clock().ros_time_is_active:
+            self._timer.timer_period_ns = min(self._timeout // _LOOKS, _LONGEST)
+        else:
+            self._timer.timer_period_ns = self._grid.wait(self._now(), _LONGEST)
         self._timer.reset()
 
     def _now(self) -> int:

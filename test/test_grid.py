@@ -25,6 +25,21 @@ def test_the_wait_leads_to_a_multiple_of_the_period(period: int, now: int) -> No
     assert (now + wait) % period == 0
 
 
+@given(st.integers(1, 10**10), st.integers(0, 2**62), st.integers(10**4, 10**8))
+def test_a_long_wait_is_cut_into_as_few_parts_as_will_do(
+        period: int, now: int, longest: int) -> None:
+    found = TickGrid(period)
+    assert 0 < found.wait(now, longest) <= min(longest, found.wait(now))
+    parts = math.ceil(period / longest)
+    if parts < 100:
+        start = now - now % period
+        passed = [0]
+        while passed[-1] < period:
+            passed.append(passed[-1] + found.wait(start + passed[-1], longest))
+        assert len(passed) == parts + 1
+        assert passed[-1] == period
+
+
 def test_the_first_tick_is_the_one_that_comes_next() -> None:
     found = grid(1000 * SECOND + 1)
     assert found.beat(1000 * SECOND + PERIOD - 1, 0, simulated=False) is None

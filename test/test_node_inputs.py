@@ -23,6 +23,11 @@ from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
 
+from squeal_ros import input_topics  # noqa: E402
+from squeal_ros.guards import Aside  # noqa: E402
+from squeal_ros.input_topics import InputTopics  # noqa: E402
+from squeal_ros.message_types import RosMessages  # noqa: E402
+
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 
 
@@ -175,6 +180,77 @@ def test_what_comes_and_what_is_dropped() -> None:
         heard = sum(int(figures[f'fl/friction {name}']) - before[name] for name in before)
         assert heard >= 200
         assert int(figures['dropped_messages']) >= int(figures['fl/friction dropped']) > 0
+
+
+def test_messages_wait_with_their_time_of_receipt_and_come_in_order() -> None:
+    heard: list[tuple[str, float, int]] = []
+    aside, topics = Aside(), ('one', 'other')
+    with vehicle(autostart=False) as car:
+        def now() -> int:
+            return int(car.node.get_clock().now().nanoseconds)
+
+        inputs = InputTopics(
+            car.node, RosMessages(), dict.fromkeys(topics, 'std_msgs/msg/Float64'), aside,
+            lambda topic, message, stamp: heard.append((topic, message.data, stamp)), pytest.fail)
+        publishers = [car.node.create_publisher(Float64, topic, 10) for topic in topics]
+        car.until(lambda: all(p.get_subscription_count() for p in publishers))
+        start = now()
+        for i in range(6):
+            publishers[i % 2].publish(Float64(data=float(i)))
+            car.spin(0.02)
+        assert heard == []  # the executor leaves them alone
+        inputs.take()
+        assert [(topic, value) for topic, value, _ in heard] == [
+            (topics[i % 2], i) for i in range(6)]
+        times = [start, *(stamp for _, _, stamp in heard), now()]
+        assert times == sorted(times)
+        assert times[-2] - times[1] > 5e7  # not when they were taken
+        publishers[0].publish(Float64(data=6.0))
+        car.spin(0.1)
+        inputs.begin()  # as if it had never come
+        aside.open = True
+        publishers[0].publish(Float64(data=7.0))
+        car.until(lambda: len(heard) > 6)
+        assert heard[6][1] == 7.0
+        inputs.destroy()
+
+
+@pytest.mark.parametrize(('noted', 'age'), [
+    (1000 - 3, 3), (1000 - 30, 10), (1000 + 30, 0), (0, 10)])
+def test_no_message_is_older_than_the_time_since_the_last_were_taken(noted: int, age: int) -> None:
+    """The system's clock was set meanwhile, or the middleware gives no time."""
+    moment = input_topics._Moment(now=5000, system=1000, passed=10)
+    assert moment.received({'received_timestamp': noted}) == 5000 - age
+
+
+def test_what_came_before_activation_does_not_count() -> None:
+    with vehicle(autostart=False) as car:
+        car.monitor.trigger_configure()
+        for _ in range(20):
+            car.publish()
+            car.spin(0.02)
+        car.silent = set(car._publishers)
+        car.monitor.trigger_activate()
+        car.until(lambda: car.status is not None)
+        assert 'pressure never received' in car.status.message
+        assert car.figures['dropped_messages'] == '0'
+
+
+def test_a_subscriber_that_can_hear_nothing_is_named_in_the_log(
+        capfd: pytest.CaptureFixture[str]) -> None:
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    said = ''
+    with vehicle() as car:
+        car.node.create_subscription(
+            Float64, '/squeal_monitor/fl/growth_rate', lambda _: None, qos)
+
+        def named() -> bool:
+            nonlocal said
+            said += capfd.readouterr().err
+            return any('[squeal_monitor]' in line and 'incompatible QoS' in line
+                       for line in said.splitlines())
+
+        car.until(named)
 
 
 def test_the_model_and_its_audit_are_in_the_figures() -> None:
