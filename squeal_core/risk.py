@@ -6,6 +6,7 @@ where nothing is made for that yet.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from typing import Literal
 
@@ -81,7 +82,7 @@ class ModeRisk:
     probability: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Risk:
     """How probable squeal is.
 
@@ -94,14 +95,32 @@ class Risk:
     basis : str
         'summed': over the inputs' spread; 'first order': by the tangent at the point, as no cell
         is made yet; 'certain': no input is uncertain.
-    modes : tuple of ModeRisk
-        Modes that may grow, the most probable first.
+    named : callable
+        Returns `modes`. They cost more than all the rest and are asked for now and then, so they
+        are found when they are.
     """
 
     probability: float
     error: float
     basis: Literal['summed', 'first order', 'certain']
-    modes: tuple[ModeRisk, ...] = ()
+    named: Callable[[], tuple[ModeRisk, ...]] = tuple
+
+    @cached_property
+    def modes(self) -> tuple[ModeRisk, ...]:
+        """Modes that may grow, the most probable first."""
+        return self.named()
+
+    def _values(self) -> tuple[object, ...]:
+        return self.probability, self.error, self.basis, self.modes
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Risk) and self._values() == other._values()
+
+    def __hash__(self) -> int:
+        return hash(self._values())
+
+    def __repr__(self) -> str:
+        return f'Risk{self._values()!r}'
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.brake_model import BrakeModel
 from squeal_core.monomials import Monomials
 from squeal_core.operating_point import OperatingPoint
+from squeal_core.risk_rule import Rule
 
 STIFFNESS = [3, 4]  # of the six coefficients: those in proportion to the contact stiffness
 FRICTION = [1, 2, 4, 5]  # and to friction
@@ -24,6 +25,7 @@ FRICTION = [1, 2, 4, 5]  # and to friction
 _SPEED, _PRESSURE = 0.25, 0.3  # logarithms of speed and pressure that a cell covers either way
 _LOW_PRESSURE = 1e5  # Pa that it covers at any pressure
 _FRICTION = 0.03  # that it covers, apart from the deviation
+_NONE = -1e6  # 1/s, of no mode
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,26 @@ class Family:
 
     model: BrakeModel
 
-    def coefficients(self, speed: float, pressure: float, friction: float) -> FloatArray:
-        """Return coefficients (6,) at a speed [rad/s] and pressure [Pa] above zero."""
-        found = np.array(self.model.operating_point(
-            rotor_speed=speed, pressure=pressure, friction=1.0).coefficients())
-        found[FRICTION] *= friction
+    def coefficients(self, speed: float, pressure: float, friction: FloatArray | float,
+                     factor: FloatArray | float = 1.0) -> FloatArray:
+        """Return coefficients (6, ...) at a speed [rad/s] and pressure [Pa] above zero.
+
+        Those of `point`, at as many frictions and factors of the contact stiffness as there are.
+        """
+        pressed, law = self._contact_pressure * pressure, self.model.friction_law
+        load = pressed * friction
+        stiffness = self.model.contact_stiffness_at(pressed) * factor
+        slope = law.slope_at(self.model.contact_radius * speed, 1.0) if law else 0.0
+        found = np.empty((6, *np.shape(load)))
+        for row, value in enumerate((speed, load / speed, slope * load, stiffness,
+                                     friction * stiffness, load)):
+            found[row] = value
         return found
+
+    @cached_property
+    def _contact_pressure(self) -> float:
+        """Contact pressure over brake pressure."""
+        return self.model.contact_pressure(1.0)
 
     def point(self, speed: float, pressure: float, friction: float,
               factor: float) -> OperatingPoint:
@@ -102,11 +118,6 @@ class Blocks:
     labels: IndexArray
     series: ComplexArray
 
-    @cached_property
-    def growth_series(self) -> FloatArray:
-        """Of modes alone in their block the growth rates are polynomials themselves."""
-        return readonly(self.series.real)
-
 
 @dataclass(frozen=True, eq=False)
 class Cell:
@@ -120,6 +131,8 @@ class Cell:
         Where it holds.
     spread : Spread
         For which it holds.
+    rule : Rule
+        By which growth is summed.
     rows, centre, scales, monomials
         As of `Anchor`, at the nominal contact stiffness.
     blocks : tuple of Blocks
@@ -141,6 +154,7 @@ class Cell:
     inputs: FloatArray
     box: Box
     spread: Spread
+    rule: Rule
     rows: IndexArray
     centre: FloatArray
     scales: FloatArray
@@ -170,12 +184,6 @@ class Cell:
             [np.zeros(0), *(b.labels.ravel() for b in self.blocks)]), np.intp)
 
     @cached_property
-    def slots(self) -> IndexArray:
-        """Rows of each node (nodes, most), filled up with the number of rows."""
-        nodes = range(self.others.size)
-        return _filled([np.flatnonzero(self.nodes == node) for node in nodes], self.nodes.size)
-
-    @cached_property
     def modes(self) -> IndexArray:
         """Labels of modes that may grow within the spread (m,)."""
         certain = np.flatnonzero(self.growth.max(axis=1, initial=-np.inf) > 0.0)
@@ -183,17 +191,71 @@ class Cell:
         return readonly(found[found >= 0], np.intp)
 
     @cached_property
-    def places(self) -> IndexArray:
-        """Row of each of these modes at each node (m, nodes), or -1."""
-        found = np.full((self.modes.size, self.others.size), -1)
-        known = np.flatnonzero(self.labels >= 0)
-        found[np.searchsorted(self.modes, self.labels[known]), self.nodes[known]] = known
+    def tracks(self) -> IndexArray:
+        """Way along the contact stiffness that each row is on (rows,).
+
+        The first ways are those of `modes`; behind them come rows that no mode was found for,
+        as many ways as the node with most of them needs.
+        """
+        found = np.searchsorted(self.modes, self.labels)
+        for node in range(self.others.size):
+            lost = np.flatnonzero((self.nodes == node) & (self.labels < 0))
+            found[lost] = self.modes.size + np.arange(lost.size)
         return readonly(found, np.intp)
+
+    @cached_property
+    def constant(self) -> FloatArray:
+        """Growth rate (ways, 1, nodes * parts) of each way where it has no row."""
+        ways = max(int(self.tracks.max(initial=-1)) + 1, self.modes.size, 1)
+        found = np.full((ways, self.others.size), _NONE)
+        found[:self.modes.size] = self.growth[self.modes]
+        return readonly(self.over_parts(found)[:, None])
+
+    @cached_property
+    def spots(self) -> IndexArray:
+        """Where the rows (rows, points * parts) are among (ways, points, nodes * parts), flat."""
+        points, parts = self.rule.friction_points, self.rule.parts
+        place = (self.tracks[:, None, None], np.arange(points)[:, None],
+                 self.nodes[:, None, None], np.arange(parts))
+        shape = (len(self.constant), points, self.others.size, parts)
+        return readonly(np.ravel_multi_index(place, shape).reshape(-1, points * parts), np.intp)
+
+    def over_parts(self, values: FloatArray) -> FloatArray:
+        """Return (..., nodes * parts) of values (..., nodes)."""
+        return np.repeat(values, self.rule.parts, axis=-1)
+
+    @cached_property
+    def others_of_parts(self) -> FloatArray:
+        return readonly(self.over_parts(self.others))
+
+    @cached_property
+    def errors_of_parts(self) -> FloatArray:
+        return readonly(self.over_parts(self.errors))
+
+    @cached_property
+    def alone(self) -> int:
+        """Rows that are one entry, whose growth rate alone counts: the first ones."""
+        return sum(b.nodes.size for b in self.blocks if b.size == 1 and not self.at_edge)
+
+    @cached_property
+    def series(self) -> FloatArray:
+        """Of the growth rates of these rows; then real, then imaginary parts of the others'."""
+        entries = np.concatenate([np.zeros((0, self.monomials.count), complex),
+                                  *(b.series for b in self.blocks)])
+        return readonly(np.concatenate([entries.real, entries.imag[self.alone:]]))
+
+    def terms(self, coefficients: FloatArray) -> FloatArray:
+        """Return the monomials (terms, P) of coefficients (6, P), the same for all nodes."""
+        return self.monomials.at(self.steps(coefficients).T).T
 
     def roots_near(self, coefficients: FloatArray) -> ComplexArray:
         """Return the roots of `modes` (m,) at coefficients (6,), to first order."""
-        steps = self.steps(coefficients[:, None])[:, 0]
-        return np.asarray(self.roots[self.modes] + self.slopes[self.modes] @ steps)
+        roots, slopes = self._tangent
+        return np.asarray(roots + slopes @ self.steps(coefficients[:, None])[:, 0])
+
+    @cached_property
+    def _tangent(self) -> tuple[ComplexArray, ComplexArray]:
+        return self.roots[self.modes], self.slopes[self.modes]
 
     def steps(self, coefficients: FloatArray) -> FloatArray:
         """Return z (v, P) of coefficients (6, P), the same for all nodes."""
@@ -210,9 +272,3 @@ def inside(roots: ComplexArray, band: tuple[float, float] | None) -> FloatArray:
         return roots.real
     return np.minimum(roots.real, np.minimum(roots.imag - band[0], band[1] - roots.imag))
 
-
-def _filled(lists: Sequence[IndexArray], filling: int) -> IndexArray:
-    found = np.full((len(lists), max([1, *map(len, lists)])), filling)
-    for row, values in zip(found, lists, strict=True):
-        row[:len(values)] = values
-    return readonly(found, np.intp)

@@ -61,8 +61,8 @@ def cell_at(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
             for anchor, factor in zip(anchors, rule.factors, strict=True)]
     labels, middle = _labels(anchors, rule), anchors[rule.nodes // 2]
     return Cell(
-        inputs=readonly(inputs), box=box, spread=spread, rows=middle.rows, centre=middle.centre,
-        scales=middle.scales, monomials=middle.monomials,
+        inputs=readonly(inputs), box=box, spread=spread, rule=rule, rows=middle.rows,
+        centre=middle.centre, scales=middle.scales, monomials=middle.monomials,
         blocks=_gathered(anchors, seen, labels), others=readonly([s.others for s in seen]),
         growth=readonly(_growth(seen, labels)), roots=readonly(_roots(middle), complex),
         slopes=readonly(_slopes(middle), complex), at_edge=any(s.at_edge for s in seen),
@@ -195,12 +195,9 @@ def _gathered(anchors: Sequence[Anchor], seen: Sequence[_Seen],
     """Collect the blocks that matter, by their size."""
     parts: dict[int, list[tuple[int, IndexArray, ComplexArray]]] = {}
     for node, (anchor, what, label) in enumerate(zip(anchors, seen, labels, strict=True)):
-        half = len(anchor.series) // 2
-        entries = np.concatenate([[0], np.cumsum(anchor.sizes**2)])
         roots = np.concatenate([[0], np.cumsum(anchor.sizes)])
         for block in np.flatnonzero(what.matters).tolist():
-            first, end = entries[block], entries[block + 1]
-            series = anchor.series[first:end] + 1j * anchor.series[half + first:half + end]
+            series = anchor.layout.block(anchor.series, block).T
             parts.setdefault(int(anchor.sizes[block]), []).append(
                 (node, label[roots[block]:roots[block + 1]], series))
     return tuple(

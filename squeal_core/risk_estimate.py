@@ -2,46 +2,73 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from squeal_core.arrays import ComplexArray, FloatArray
-from squeal_core.risk_cell import Blocks, Cell, Family, FRICTION, inside, Spread, STIFFNESS
+from squeal_core.risk_cell import Cell, Family, inside, Spread
 from squeal_core.risk_rule import Rule
 
-_LEAST = -1e6  # 1/s, of no mode
+_ASIDE = 4  # columns with speed and pressure moved, behind those of the grid
 _LARGEST_STEP = 0.3  # of pressure and speed, over which their effect is taken
 _TURN = np.exp(2j * np.pi / 3.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What a cell says at a point.
-
-    Parameters
-    ----------
-    probability : float
-        That at least one mode grows [-].
-    error : float
-        What it changes by as all growth rates change by the cell's errors.
-    modes : (m,) array
-        Of each of the cell's modes, that it grows [-].
-    """
-
-    probability: float
-    error: float
-    modes: FloatArray
-
-
-def estimate(cell: Cell, rule: Rule, family: Family, spread: Spread, inputs: Sequence[float],
-             band: tuple[float, float], level: float) -> Estimate:
-    """Return the probabilities at (speed, pressure, friction), from a cell around them.
+    """Growth rates at a point and over its inputs' spread, and the probabilities they come to.
 
     Parameters
     ----------
     cell : Cell
-    rule : Rule
+        That they are from.
+    ways : (ways, points, nodes * parts) array
+        Growth rate of the modes on each way over friction and contact stiffness, above what
+        counts as growth [1/s].
+    edges : (ways, 1, nodes * parts) array
+        Their standard deviation by speed and pressure [1/s].
+    others : (nodes * parts,) array
+        Growth rate of the least stable of all other modes [1/s].
+    """
+
+    cell: Cell
+    ways: FloatArray
+    edges: FloatArray
+    others: FloatArray
+
+    @cached_property
+    def overall(self) -> tuple[float, float]:
+        """Probability that at least one mode grows, and its error.
+
+        The error is what it changes by as all growth rates change by the cell's errors.
+        """
+        rule, off = self.cell.rule, self.cell.errors_of_parts
+        least = self.ways.max(axis=0)
+        edge = np.where(self.ways == least, self.edges, 0.0).max(axis=0)
+        least = np.maximum(least, self.others)
+        widths = rule.widths(least, edge)
+        ends = np.array([least[::2] - off, least[::2] + off])
+        low, high = rule.probability(ends, widths[::2]).tolist()
+        found = float(rule.probability(least, widths))
+        return min(max(found, 0.0), 1.0), max(0.5 * (high - low), 0.0)
+
+    @cached_property
+    def modes(self) -> FloatArray:
+        """Probability that each of the cell's modes grows (m,)."""
+        rule, count = self.cell.rule, self.cell.modes.size
+        coarse = np.ascontiguousarray(self.ways[:count, ::2])
+        return rule.probability(coarse, rule.widths(coarse, self.edges[:count]))
+
+
+def estimate(cell: Cell, family: Family, spread: Spread, inputs: Sequence[float],
+             band: tuple[float, float], level: float) -> Estimate:
+    """Return the estimate at (speed, pressure, friction), from a cell around them.
+
+    Parameters
+    ----------
+    cell : Cell
     family : Family
     spread : Spread
     inputs : (3,) floats
@@ -50,56 +77,58 @@ def estimate(cell: Cell, rule: Rule, family: Family, spread: Spread, inputs: Seq
     level : float
         What counts as growth [1/s].
     """
-    terms = np.concatenate(cell.monomials(cell.steps(_columns(rule, family, spread, inputs))))
-    growths, edges = [], []
-    for blocks in cell.blocks:
-        grid, aside = _growth(blocks, terms, rule, band if cell.at_edge else None)
-        growths.append(grid)
-        edges.append(_edge(aside, spread))
-    # the last row is that of no mode
-    growths.append(np.full((1, rule.parts, rule.friction_points), _LEAST))
-    edges.append(np.zeros(1))
-    growth, edge = np.concatenate(growths) - level, np.concatenate(edges)
-    probability, error = _overall(cell, rule, growth, edge, level)
-    return Estimate(probability, error, _each(cell, rule, growth, edge, level))
+    found = cell.series @ cell.terms(_columns(cell.rule, family, spread, inputs))
+    growth = _growth(cell, found @ cell.rule.continued, band) - level
+    return Estimate(cell, _by_ways(cell, growth[:, :-_ASIDE], level),
+                    _edges(cell, growth[:, -_ASIDE:], spread), cell.others_of_parts - level)
 
 
 def _columns(rule: Rule, family: Family, spread: Spread, inputs: Sequence[float]) -> FloatArray:
     """Return coefficients (6, P): contact stiffness by friction, then speed and pressure moved."""
     speed, pressure, friction = inputs
-    centre = family.coefficients(speed, pressure, friction)
-    line = np.repeat(centre[:, None], rule.friction_nodes, axis=1)
-    line[FRICTION] *= 1.0 + spread.friction / friction * rule.friction_steps
-    grid = np.repeat(line[:, None, :], rule.parts, axis=1)
-    grid[STIFFNESS] *= np.exp(rule.offsets)[:, None]
-    aside = [family.coefficients(speed * (1.0 + way * _step(spread.rotor_speed)), pressure,
-                                 friction) for way in (-1.0, 1.0)]
-    aside += [family.coefficients(speed, pressure * (1.0 + way * _step(spread.pressure)),
-                                  friction) for way in (-1.0, 1.0)]
-    return np.concatenate([grid.reshape(6, -1), np.stack(aside, axis=1)], axis=1)
+    grid = family.coefficients(
+        speed, pressure, friction + spread.friction * rule.friction_moves, rule.stiffness_moves)
+    faster, harder = _step(spread.rotor_speed), _step(spread.pressure)
+    aside = [family.coefficients(speed * (1.0 + way * faster), pressure, friction)
+             for way in (-1.0, 1.0)]
+    aside += [family.coefficients(speed, pressure * (1.0 + way * harder), friction)
+              for way in (-1.0, 1.0)]
+    return np.concatenate([grid, np.array(aside).T], axis=1)
 
 
 def _step(deviation: float) -> float:
     return min(deviation, _LARGEST_STEP)
 
 
-def _growth(blocks: Blocks, terms: FloatArray, rule: Rule,
-            band: tuple[float, float] | None) -> tuple[FloatArray, FloatArray]:
-    """Return growth rates over the grid (rows, parts, points), and aside of it (rows, 4)."""
-    laid_out, shape = rule.parts * rule.friction_nodes, (-1, rule.parts, rule.friction_points)
-    if blocks.size == 1 and band is None:
-        growth = blocks.growth_series @ terms
-        return _continued(growth[:, :laid_out], rule).reshape(shape), growth[:, laid_out:]
-    found = blocks.series @ terms
-    grid = _continued(found[:, :laid_out], rule)
-    return (inside(_roots(blocks.size, grid), band).reshape(shape),
-            inside(_roots(blocks.size, found[:, laid_out:]), band))
+def _growth(cell: Cell, found: FloatArray, band: tuple[float, float]) -> FloatArray:
+    """Return growth rates (rows, points) from what the cell's series give (series, points)."""
+    growths, place = [found[:cell.alone]], 0
+    real, imaginary = np.split(found[cell.alone:], 2)
+    for blocks in cell.blocks:
+        if cell.alone and blocks.size == 1:
+            continue
+        entries = real[place:place + len(blocks.series)] + 1j * (
+            imaginary[place:place + len(blocks.series)])
+        place += len(blocks.series)
+        growths.append(inside(_roots(blocks.size, entries), band if cell.at_edge else None))
+    return np.concatenate(growths)
 
 
-def _continued(found: Any, rule: Rule) -> Any:
-    """Continue polynomials along friction: (rows, parts * nodes) -> (rows, parts * points)."""
-    there = found.reshape(len(found), rule.parts, rule.friction_nodes) @ rule.continuation
-    return there.reshape(len(found), -1)
+def _by_ways(cell: Cell, grid: FloatArray, level: float) -> FloatArray:
+    """Lay rows out along the contact stiffness: (rows, grid) -> (ways, points, nodes * parts)."""
+    found = np.empty((len(cell.constant), cell.rule.friction_points, cell.constant.shape[-1]))
+    found[...] = cell.constant - level
+    found.ravel()[cell.spots] = grid
+    return found
+
+
+def _edges(cell: Cell, aside: FloatArray, spread: Spread) -> FloatArray:
+    """Return the standard deviation by speed and pressure (ways, 1, nodes * parts)."""
+    found = np.zeros((len(cell.constant), cell.others.size))
+    reach = 0.5 * np.maximum(np.array((spread.rotor_speed, spread.pressure)) / _LARGEST_STEP, 1.0)
+    faster, harder = ((aside[:, 1::2] - aside[:, ::2]) * reach).T
+    found[cell.tracks, cell.nodes] = np.hypot(faster, harder)
+    return cell.over_parts(found)[:, None]
 
 
 def _roots(size: int, entries: ComplexArray) -> ComplexArray:
@@ -136,39 +165,3 @@ def _by_growth(roots: Any) -> ComplexArray:
     """Return roots (n, size, P) as (n size, P), the least stable of each n last."""
     place = np.argsort(roots.real, axis=1, kind='stable')
     return np.asarray(np.take_along_axis(roots, place, axis=1).reshape(-1, roots.shape[-1]))
-
-
-def _edge(aside: FloatArray, spread: Spread) -> FloatArray:
-    """Return the standard deviation (rows,) by speed and pressure."""
-    speed, pressure = (0.5 * (aside[:, i + 1] - aside[:, i]) * max(deviation / _LARGEST_STEP, 1.0)
-                       for i, deviation in ((0, spread.rotor_speed), (2, spread.pressure)))
-    return np.asarray(np.hypot(speed, pressure))
-
-
-def _overall(cell: Cell, rule: Rule, growth: FloatArray, edge: FloatArray,
-             level: float) -> tuple[float, float]:
-    """Return the probability that the least stable mode grows, and its error."""
-    there = growth[cell.slots]  # nodes, slots, parts, points
-    worst = there.argmax(axis=1)
-    least = np.take_along_axis(there, worst[:, None], axis=1)[:, 0]
-    width = edge[cell.slots[np.arange(len(worst))[:, None, None], worst]]
-    least = np.maximum(least, (cell.others - level)[:, None, None])
-    shape = (rule.nodes * rule.parts, rule.friction_points)
-    least = least.reshape(shape)
-    widths = rule.widths(least, width.reshape(shape))
-    off = np.repeat(cell.errors, rule.parts)[:, None]
-    coarse, own = least[:, ::2], widths[:, ::2]
-    low, high = (float(rule.probability(coarse + way * off, own)) for way in (-1.0, 1.0))
-    found = float(rule.probability(least, widths))
-    return min(max(found, 0.0), 1.0), max(0.5 * (high - low), 0.0)
-
-
-def _each(cell: Cell, rule: Rule, growth: FloatArray, edge: FloatArray,
-          level: float) -> FloatArray:
-    """Return the probability that each of the cell's modes grows."""
-    coarse = growth[cell.places, :, ::2]  # modes, nodes, parts, points
-    absent = cell.places < 0
-    coarse[absent] = (cell.growth[cell.modes][absent] - level)[:, None, None]
-    coarse = coarse.reshape(len(coarse), rule.nodes * rule.parts, coarse.shape[-1])
-    own = np.repeat(edge[cell.places], rule.parts, axis=1)[..., None]
-    return rule.probability(coarse, rule.widths(coarse, own))

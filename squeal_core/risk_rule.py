@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import ndtr
 
 from squeal_core.arrays import FloatArray, readonly
@@ -23,6 +24,7 @@ from squeal_core.arrays import FloatArray, readonly
 _FRICTION_END = 3.0  # standard deviations up to which friction is laid out
 _NARROW = 0.5  # standard deviation of the narrow Gaussians over the step between them
 _SHARP = 1e-12  # square of an edge that is none [1/s^2]
+_SURE = 5.0  # standard deviations beyond which 3e-7 are left
 
 
 @dataclass(frozen=True)
@@ -100,28 +102,42 @@ class Rule:
             columns.append(np.prod((points[:, None] - others) / (node - others), axis=1))
         return readonly(np.stack(columns))
 
+    @cached_property
+    def friction_moves(self) -> FloatArray:
+        """Steps of friction (friction_nodes * parts,) where series are evaluated."""
+        return readonly(np.repeat(self.friction_steps, self.parts))
+
+    @cached_property
+    def stiffness_moves(self) -> FloatArray:
+        """Contact stiffness there over that of the node."""
+        return readonly(np.tile(np.exp(self.offsets), self.friction_nodes))
+
+    @cached_property
+    def continued(self) -> FloatArray:
+        """Matrix from these places, and four beside them, to points * parts and the same four."""
+        return readonly(block_diag(np.kron(self.continuation, np.eye(self.parts)), np.eye(4)))
+
     def widths(self, growth: FloatArray, edge: FloatArray) -> FloatArray:
         """Return the standard deviation of growth rates around each point of the grid.
 
         Parameters
         ----------
-        growth : (..., nodes * parts, points) array
+        growth : (..., points, nodes * parts) array
             [1/s]. Fewer points than `friction_points`, every second one, will do for a mode.
         edge : array that fits
             Standard deviation of it by inputs that are not laid out [1/s].
         """
-        square = edge**2 + _SHARP
-        if growth.shape[-1] > 1:
-            square = square + _within(growth[..., :1], growth[..., 1:] - growth[..., :-1], -1)
-        if growth.shape[-2] > 1:
-            square += _within(growth[..., :1, :], growth[..., 1:, :] - growth[..., :-1, :], -2)
-        return np.asarray(np.sqrt(square))
+        square = _steps(growth, -2)
+        square += _steps(growth, -1)
+        square *= (0.5 * _NARROW) ** 2
+        square += edge**2 + _SHARP
+        return np.asarray(np.sqrt(square, out=square))
 
     def probability(self, growth: FloatArray, widths: FloatArray) -> FloatArray:
         """Return the probability (...) that growth rates are above zero."""
-        masses = self.friction_masses if growth.shape[-1] == self.friction_points else (
+        masses = self.friction_masses if growth.shape[-2] == self.friction_points else (
             self.coarse_masses)
-        return np.asarray((ndtr(growth / widths) @ masses) @ self.stiffness_masses.ravel())
+        return np.asarray(_normal(growth / widths) @ self.stiffness_masses.ravel() @ masses)
 
 
 def rule_for(stiffness_deviation: float, degree: int) -> Rule:
@@ -151,14 +167,24 @@ def _masses(points: FloatArray) -> FloatArray:
     return np.asarray(parts / parts.sum())
 
 
-def _within(shape: FloatArray, steps: FloatArray, axis: int) -> FloatArray:
-    """Return the variance by the narrow Gaussian at each point, from the steps between points.
+def _normal(values: FloatArray) -> FloatArray:
+    """Return Phi of each value; 0 or 1 beyond `_SURE`, where most growth rates are."""
+    found = (values > 0.0).astype(float)
+    open_ = np.abs(values) < _SURE
+    found[open_] = ndtr(values[open_])
+    return found
 
-    The slope at a point is that of the mean of the steps on both sides of it.
+
+def _steps(growth: FloatArray, axis: int) -> FloatArray:
+    """Return the square of the steps to the points on both sides of each, taken together.
+
+    Beyond an end there is no step. The slope at a point is that of half of it.
     """
-    none = np.zeros(shape.shape)
-    both = np.concatenate([none, steps], axis=axis)
-    both += np.concatenate([steps, none], axis=axis)
-    both *= both
-    both *= 0.25 * _NARROW**2
-    return both
+    found = np.zeros(growth.shape)
+    both, along = found.swapaxes(0, axis), growth.swapaxes(0, axis)
+    if len(along) > 1:
+        np.subtract(along[2:], along[:-2], out=both[1:-1])
+        np.subtract(along[1], along[0], out=both[0])
+        np.subtract(along[-1], along[-2], out=both[-1])
+    found *= found
+    return found

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, first_order_risk, Inputs, ModeRisk, Risk, risks_by_series
@@ -151,14 +152,20 @@ class RiskTable:
             return self._first_order(at, modes, deviations)
         entry.used = self._calls
         self.statistics.summed += 1
-        found = estimate(entry.cell, self._rule, self._family, spread, inputs, self._band,
-                         self._tolerances.growth)
-        return Risk(found.probability, found.error, 'summed',
-                    self._named(entry.cell, found, inputs, modes))
+        return self._summed(entry.cell, inputs, spread, modes)
+
+    def _summed(self, cell: Cell, inputs: tuple[float, float, float], spread: Spread,
+                modes: ComplexModes) -> Risk:
+        def found() -> Estimate:  # made again for the modes: a risk that is kept stays small
+            return estimate(cell, self._family, spread, inputs, self._band,
+                            self._tolerances.growth)
+
+        return Risk(*found().overall, 'summed', lambda: _named(
+            found().modes, cell.roots_near(self._family.coefficients(*inputs)), modes))
 
     def _certain(self, modes: ComplexModes) -> Risk:
         growing = modes.flutter_in(*self.band_hz)
-        return Risk(float(bool(growing)), 0.0, 'certain', tuple(
+        return Risk(float(bool(growing)), 0.0, 'certain', lambda: tuple(
             ModeRisk(m.index, m.frequency_hz, m.growth_rate, 1.0) for m in growing))
 
     def _first_order(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
@@ -171,23 +178,13 @@ class RiskTable:
             found = first_order_risk(self.model, self._point, at, candidates, deviations)
             each, greatest = found.each, found.probability
         ways = sorted(zip(each, candidates, strict=False), key=lambda way: -way[0])
-        return Risk(greatest, math.nan, 'first order', tuple(
+        return Risk(greatest, math.nan, 'first order', lambda: tuple(
             ModeRisk(m.index, m.frequency_hz, m.growth_rate, p) for p, m in ways if p >= _SHOWN))
 
     def _point(self, inputs: Inputs) -> OperatingPoint:
         return self.model.operating_point(
             rotor_speed=inputs.rotor_speed, pressure=inputs.pressure, friction=inputs.friction,
             contact_stiffness=inputs.contact_stiffness)
-
-    def _named(self, cell: Cell, found: Estimate, inputs: tuple[float, float, float],
-               modes: ComplexModes) -> tuple[ModeRisk, ...]:
-        roots = cell.roots_near(self._family.coefficients(*inputs))
-        shown = np.flatnonzero(found.modes >= _SHOWN)
-        shown = shown[np.argsort(-found.modes[shown], kind='stable')]
-        places = np.abs(modes.roots - roots[shown, None]).argmin(axis=1)
-        here = modes.roots[places]
-        return tuple(map(ModeRisk, (places + 1).tolist(), (here.imag / (2.0 * np.pi)).tolist(),
-                         here.real.tolist(), found.modes[shown].tolist()))
 
     def _follow(self, deviation: float) -> None:
         """Begin anew where the deviation of the contact stiffness is another."""
@@ -202,21 +199,21 @@ class RiskTable:
         """
         if not self._entries:
             return None, math.inf
-        away = np.abs(np.array(inputs) - self._middles) / self._halves
-        off = np.array([spread.friction, spread.pressure, spread.rotor_speed])
-        depths = np.where((off <= self._spreads).all(axis=1), away.max(axis=1), np.inf)
+        depths = np.abs((np.array([inputs]).T - self._middles) / self._halves).max(axis=0)
+        off = np.array([(spread.friction, spread.pressure, spread.rotor_speed)]).T
+        depths[(off > self._spreads).any(axis=0)] = np.inf
         place = int(depths.argmin())
         depth = float(depths[place])
         return (self._entries[place], depth) if depth <= 1.0 else (None, depth)
 
     def _index(self) -> None:
-        """Lay out the cells' places for the search."""
+        """Lay out the cells' places for the search (3, cells)."""
         cells = self.cells
-        low, high = (np.array([getattr(c.box, end) for c in cells]).reshape(-1, 3)
+        low, high = (np.array([getattr(c.box, end) for c in cells]).reshape(-1, 3).T
                      for end in ('low', 'high'))
         self._middles, self._halves = 0.5 * (low + high), 0.5 * (high - low)
         self._spreads = np.array([(c.spread.friction, c.spread.pressure, c.spread.rotor_speed)
-                                  for c in cells]).reshape(-1, 3)
+                                  for c in cells]).reshape(-1, 3).T
 
     def _ask(self, inputs: tuple[float, float, float], spread: Spread) -> None:
         """Have a cell made here, unless one is being made already."""
@@ -254,6 +251,16 @@ class RiskTable:
             self._entries = [entry for entry in self._entries if entry is not oldest]
             self.statistics.dropped += 1
         self._index()
+
+
+def _named(each: FloatArray, roots: ComplexArray, modes: ComplexModes) -> tuple[ModeRisk, ...]:
+    """Return what may grow: of each of the roots, given roughly, the nearest mode's index."""
+    shown = np.flatnonzero(each >= _SHOWN)
+    shown = shown[np.argsort(-each[shown], kind='stable')]
+    places = np.abs(modes.roots - roots[shown, None]).argmin(axis=1)
+    here = modes.roots[places]
+    return tuple(map(ModeRisk, (places + 1).tolist(), (here.imag / (2.0 * np.pi)).tolist(),
+                     here.real.tolist(), each[shown].tolist()))
 
 
 def _next_step(deviation: float) -> float:
