@@ -207,7 +207,8 @@ def test_few_solves_narrow_a_bracket(couple: float) -> None:
     """From a step of 0.02 to 1e-4 of friction: 8 by halves. Growth sets in like a square root."""
     solver = Solver(flutter(couple))
     found = searched(solver.model, solve=solver).friction
-    assert found is not None and found.converged
+    assert found is not None
+    assert found.converged
     assert found.critical == pytest.approx(critical_friction(couple), abs=1e-4)
     walked = math.ceil(abs(found.critical - HERE.friction) / 0.02) + 1
     assert found.solves - walked <= 6
