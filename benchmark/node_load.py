@@ -1,6 +1,6 @@
 """Load and lateness of the node: four brakes at 100 Hz, all braking all the time.
 
-Run: python benchmark/node_load.py [--seconds 30] [--rate 100] [--still]
+Run: python benchmark/node_load.py [--seconds 30] [--warm-up 300] [--rate 100] [--still]
 
 The node is a process of its own, as on the vehicle; the CPU time of its threads is read from
 /proc. Workers are the threads that give way to the ticks, in the order in which they began; the
@@ -124,6 +124,8 @@ def measure(name: str, vehicle: Vehicle, executor: Any, process: int, seconds: f
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seconds', type=float, default=30.0)
+    parser.add_argument('--warm-up', type=float, default=300.0,
+                        help='seconds between the cold and the warm figures')
     parser.add_argument('--rate', type=float, default=100.0)
     parser.add_argument('--still', action='store_true', help='inputs that do not change')
     arguments = parser.parse_args()
@@ -133,10 +135,11 @@ def main() -> None:
     executor.add_node(node)
     vehicle = Vehicle(node, arguments.rate, still=arguments.still)
     with monitor(arguments.rate) as process:
-        for phase in ('cold', 'warm'):
-            while not vehicle.lateness:
-                executor.spin_once(timeout_sec=1.0)
-            measure(phase, vehicle, executor, process, arguments.seconds)
+        while not vehicle.lateness:
+            executor.spin_once(timeout_sec=1.0)
+        for phase, seconds in (('cold', arguments.seconds), ('next', arguments.warm_up),
+                               ('warm', arguments.seconds)):
+            measure(phase, vehicle, executor, process, seconds)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

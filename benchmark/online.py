@@ -48,7 +48,8 @@ def timed(model: BrakeModel, points: Sequence[OperatingPoint],
     """
     times, solves, begin = np.empty(len(points)), [], time.perf_counter()
     for i, point in enumerate(points):
-        time.sleep(max(0.0, begin + i / rate - time.perf_counter()))
+        if rate < math.inf:
+            time.sleep(max(0.0, begin + i / rate - time.perf_counter()))
         if i % _EVERY == 0:
             solves.append(reference(model, point))
         start = time.perf_counter()

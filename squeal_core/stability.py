@@ -112,17 +112,17 @@ class ComplexModes:
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """All N modes in order of index."""
-        return tuple(self._mode(i) for i in range(self.roots.size))
+        return tuple(self._at(np.arange(self.roots.size)))
 
     @cached_property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
         growing = (self.roots.real > self.tolerances.growth).nonzero()[0]
-        return tuple(sorted(map(self._mode, growing.tolist()), key=lambda m: -m.growth_rate))
+        return tuple(sorted(self._at(growing), key=lambda mode: -mode.eigenvalue.real))
 
-    def _mode(self, place: int) -> Mode:
-        root = complex(self.roots[place])
-        return Mode(place + 1, root, kind_of(root, self.tolerances))
+    def _at(self, places: Any) -> list[Mode]:
+        return [Mode(place + 1, root, kind_of(root, self.tolerances))
+                for place, root in zip(places.tolist(), self.roots[places].tolist(), strict=True)]
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""
@@ -135,7 +135,7 @@ class ComplexModes:
         inside = np.flatnonzero((self.roots.imag > self.tolerances.oscillation)
                                 & (frequency >= low_hz) & (frequency <= high_hz))
         worst = inside[np.argsort(-self.roots[inside].real, kind='stable')[:count]]
-        return tuple(map(self._mode, worst.tolist()))
+        return tuple(self._at(worst))
 
 
 def complex_modes(model: BrakeModel, point: OperatingPoint, *,
