@@ -29,6 +29,13 @@ class Sample:
 
 
 @dataclass(frozen=True)
+class Unreadable:
+    """What stands for a sample where a message holds no value: why it does not."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
 class Reading:
     """An input as an assessment found it: the newest sample up to the tick.
 
@@ -138,7 +145,8 @@ class Input:
         self._samples: list[_Judged] = []
         self._went_back = False
         self._refusal: tuple[int, Reading] | None = None
-        self._unstamped: float | None = None  # value of the last sample, if it had no stamp
+        self._unstamped: Sample | None = None  # the last sample, if it had no stamp
+        self._unreadable = ''  # why the last message held no sample
         self._begin()
 
     @property
@@ -147,7 +155,7 @@ class Input:
         return self._stuck.changes
 
     def receive(self, sample: Sample, *, sliding: bool, others: int) -> None:
-        """Take a sample; a late one finds its place by its stamp, one without (zero) is refused.
+        """Take a sample; a late one finds its place by its stamp, one without is refused.
 
         Parameters
         ----------
@@ -157,9 +165,10 @@ class Input:
         others : int
             Changes of the brake's other inputs.
         """
+        self._unreadable = ''
         if sample.stamp <= 0:
             self.refused['without a stamp'] += 1
-            self._unstamped = sample.value
+            self._unstamped = sample
             return
         self._unstamped = None
         status, detail = self._history(sample, sliding, others)
@@ -171,6 +180,11 @@ class Input:
                                  judged)
         if len(self._samples) > _KEPT:
             self._drop_one()
+
+    def miss(self, reason: str) -> None:
+        """Take note of a message that held no sample."""
+        self.refused['unreadable'] += 1
+        self._unreadable = reason
 
     def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
         """Ask the guards about a sample."""
@@ -222,15 +236,17 @@ class Input:
         if self._refusal is not None and 0 <= time - self._refusal[0] <= self._max_age:
             return self._refusal[1]
         if self._unstamped is not None:
-            return Reading('invalid', self._unstamped, detail='without a stamp (zero)')
+            return Reading('invalid', self._unstamped.value, detail=_no_stamp(self._unstamped))
         if newest is None and self._went_back:
             return Reading('time went backwards', detail='not received since time went backwards')
+        without = self._unreadable and f'messages come without it ({self._unreadable})'
         if newest is None:
-            return Reading('never received')
+            return Reading('never received',
+                           detail=without and f'never received, {without}')
         age = (time - newest.stamp) * 1e-9
         if self._went_back:
             return Reading('time went backwards', newest.value, age, 'and time went backwards')
-        return Reading('stale', newest.value, age)
+        return Reading('stale', newest.value, age, without)
 
     def _reading(self, sample: _Judged, age: float) -> Reading:
         """Judge a fresh sample by what its value says, then by what its history says."""
@@ -244,6 +260,11 @@ class Input:
         if not self._validated.admits(value):
             return Reading('outside validated range', value, age, str(self._validated))
         return Reading('good', value, age)
+
+
+def _no_stamp(sample: Sample) -> str:
+    return 'without a stamp (zero)' if not sample.stamp else (
+        f'with a stamp before all time ({sample.stamp * 1e-9:.2f} s)')
 
 
 def _stamp(sample: _Judged) -> int:

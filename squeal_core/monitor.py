@@ -18,14 +18,14 @@ import numpy as np
 from squeal_core.brake_model import BrakeModel
 from squeal_core.engines import Engines
 from squeal_core.errors import ConfigurationError
-from squeal_core.inputs import Input, Reading, Sample, Status, validated_ranges
+from squeal_core.inputs import Input, Reading, Sample, Status, Unreadable, validated_ranges
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.settings import BrakeSettings, MonitorSettings, Signal
 from squeal_core.sliding import Sliding, SlidingBrake
 from squeal_core.stability import Mode
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
-           'VehicleMonitor']
+           'Unreadable', 'VehicleMonitor']
 
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
                            'outside validated range']
@@ -150,8 +150,11 @@ class BrakeMonitor:
         return Counter({f'{signal} {why}': count for signal, one in self._inputs.items()
                         for why, count in one.refused.items()})
 
-    def receive(self, signal: Signal, sample: Sample) -> None:
+    def receive(self, signal: Signal, sample: Sample | Unreadable) -> None:
         """Take a sample of an input this brake has; late ones find their place by stamp."""
+        if isinstance(sample, Unreadable):
+            self._inputs[signal].miss(sample.reason)
+            return
         self._latest[signal] = sample.value
         sliding = (self._latest.get('pressure', 0.0) >= self._settings.release_pressure
                    and abs(self._latest.get('rotor_speed', 0.0))
@@ -269,7 +272,7 @@ class VehicleMonitor:
         for brake in settings.brakes:
             self.brakes[brake.name].retune(brake, settings)
 
-    def receive(self, brake: str, signal: Signal, sample: Sample) -> None:
+    def receive(self, brake: str, signal: Signal, sample: Sample | Unreadable) -> None:
         self.brakes[brake].receive(signal, sample)
 
     def assess(self, time: int) -> tuple[Assessment, ...]:

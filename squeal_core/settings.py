@@ -49,7 +49,9 @@ class Key:
         except OverflowError:
             number = math.inf
         if not (math.isfinite(number) and self.minimum <= number <= self.maximum):
-            raise self.error(value, f'give a number from {self.minimum:g} to {self.maximum:g}')
+            span = 'finite number' if self.minimum == -math.inf == -self.maximum else (
+                f'number from {self.minimum:g} to {self.maximum:g}')
+            raise self.error(value, f'give a {span}')
         return number
 
     def error(self, value: Any, remedy: str) -> ConfigurationError:

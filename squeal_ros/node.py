@@ -3,6 +3,7 @@
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 from contextlib import ExitStack
+from itertools import islice
 import signal
 import sys
 import time
@@ -246,8 +247,8 @@ class _Configured:
         problems = len(self.router.problems)
         for brake, name, sample in self.router.samples(topic, message, received):
             self.monitor.receive(brake, name, sample)
-        if len(self.router.problems) > problems:  # said once, counted after
-            self._complain(f'cannot read {list(self.router.problems)[-1]}')
+        for problem in islice(self.router.problems, problems, None):  # said once, counted after
+            self._complain(f'cannot read {problem}')
 
     def _complain(self, text: str) -> None:
         if text not in self._said:

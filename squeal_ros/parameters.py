@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -43,7 +44,7 @@ class NodeParameters:
 
     def __init__(self, node: Node, configured: Callable[[], bool],
                  applied: Callable[[MonitorSettings], None]) -> None:
-        self._configured, self._applied = configured, applied
+        self._node, self._configured, self._applied = node, configured, applied
         given = {name: parameter.value
                  for name, parameter in node.get_parameters_by_prefix('').items()
                  if not is_built_in(name)}
@@ -64,6 +65,9 @@ class NodeParameters:
 
     def _as_declared(self, parameters: list[Parameter]) -> list[Parameter]:
         """Let a whole number stand for a real one, as it does in a file at the start."""
+        unknown = [p.name for p in parameters if not self._node.has_parameter(p.name)]
+        if unknown:  # rclpy would refuse them without saying which
+            raise ParameterNotDeclaredException(unknown)
         return [Parameter(p.name, Parameter.Type.DOUBLE, float(p.value))
                 if p.type_ == Parameter.Type.INTEGER and self._is_real(p.name) else p
                 for p in parameters]

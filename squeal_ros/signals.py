@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from squeal_core.errors import ConfigurationError
-from squeal_core.monitor import Sample
+from squeal_core.monitor import Sample, Unreadable
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
 
-_STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d+)\]|\[([A-Za-z_]\w*)=([^\]]+)\]')
+_STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d{1,9})\]|\[([A-Za-z_]\w*)=([^\]]+)\]')
 _NUMBERS = (float, int, np.floating, np.integer, np.bool_)
 
 
@@ -68,8 +68,10 @@ class FieldPath:
                 raise FieldError(f'{self.text}: the message has no field {name!r}') from None
             except ValueError:
                 raise FieldError(f'{self.text}: no {key!r} in the list {name!r}') from None
-            except (IndexError, TypeError):
+            except IndexError:
                 raise FieldError(f'{self.text}: the list is too short') from None
+            except (KeyError, TypeError):
+                raise FieldError(f'{self.text}: is no list') from None
         if isinstance(value, np.ndarray) and value.ndim == 0:
             value = value[()]
         if not isinstance(value, _NUMBERS):
@@ -145,7 +147,7 @@ class Router:
         return cls(types, inputs, Counter() if problems is None else problems)
 
     def samples(self, topic: str, message: Any,
-                received: int) -> Iterator[tuple[str, Signal, Sample]]:
+                received: int) -> Iterator[tuple[str, Signal, Sample | Unreadable]]:
         """Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
 
         Parameters
@@ -157,7 +159,10 @@ class Router:
             Time of receipt [ns].
         """
         for source in self._inputs[topic]:
+            found: Sample | Unreadable
             try:
-                yield source.brake, source.signal, source.sample(message, received)
+                found = source.sample(message, received)
             except FieldError as error:
                 self.problems[f'{topic}: {error}'] += 1
+                found = Unreadable(str(error))
+            yield source.brake, source.signal, found

@@ -2,6 +2,8 @@
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
+import signal
+
 from hypothesis import settings
 import pytest
 
@@ -9,6 +11,10 @@ from squeal_core import BrakeModel
 from squeal_core.brake import Brake
 from squeal_core.brake_file import read_brake
 from squeal_core.resources import config_folder
+
+# a background job of a shell ignores Ctrl-C, and so would the processes that tests end by it
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # a busy machine is no fault of an example
 settings.register_profile('no deadline', deadline=None)

@@ -31,6 +31,8 @@ from squeal_ros.guards import SturdyExecutor  # noqa: E402
 from squeal_ros.node import SquealMonitor  # noqa: E402
 
 TIMEOUT = 20.0
+# settings for a test of something else than age: a busy machine may pause for half a second
+PATIENT = {f'fl__{name}__max_age': 60.0 for name in ('rotor_speed', 'pressure', 'friction')}
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -42,6 +44,7 @@ class Vehicle:
 
     def __init__(self, context: Context, monitor: Any, brake: str, namespace: str = '') -> None:
         self.context, self.monitor, self.brake = context, monitor, brake
+        self._namespace = namespace
         self.node = rclpy.create_node('vehicle', context=context, namespace=namespace)
         self.executor = SturdyExecutor(
             context=context, report=monitor.report if monitor else self._fail)
@@ -125,7 +128,7 @@ class Vehicle:
         """Call a service of the monitor, and return its response."""
         if name not in self._clients:
             self._clients[name] = client = self.node.create_client(
-                kind, f'{self.monitor.get_fully_qualified_name()}/{name}')
+                kind, f'{self._namespace}/squeal_monitor/{name}')
             self.until(client.service_is_ready, f'service {name}')
             self.spin(0.3)  # ready is known of the request's way only; a response could be lost
         future = self._clients[name].call_async(request)

@@ -14,7 +14,7 @@ from test_monitor import assess, feed, GOOD, monitor, NAN, SECOND, small_model, 
 from squeal_core.alarm import Alarm
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.friction import FrictionTable
-from squeal_core.monitor import BrakeMonitor, Sample
+from squeal_core.monitor import BrakeMonitor, Sample, Unreadable
 from squeal_core.plausibility import BarGuard, RPM, RpmGuard, StuckGuard
 from squeal_core.resources import config_folder
 from squeal_core.vehicle import brake_signals, BrakeSignals, read_vehicle
@@ -299,6 +299,27 @@ def test_samples_without_a_stamp_are_refused_and_named() -> None:
     found = feed(feed(monitor(), rotor_speed=10.0, pressure=2e6), 0, friction=NAN).assess(TICK)
     assert found.reason == 'friction without a stamp (zero)'
     assert feed(watch, TICK + SECOND, friction=0.4).assess(TICK + SECOND).state == 'steady'
+    found = feed(feed(monitor(), rotor_speed=10.0, pressure=2e6), -5 * SECOND, friction=0.4)
+    assert found.assess(TICK).reason == (
+        'friction is 0.4, with a stamp before all time (-5.00 s)')
+
+
+def test_messages_without_the_value_are_named_until_one_has_it() -> None:
+    watch = feed(monitor(), rotor_speed=10.0, pressure=2e6)
+    watch.receive('friction', Unreadable('data[2]: the list is too short'))
+    found = watch.assess(TICK)
+    assert (found.state, found.inputs['friction'].status) == ('stale', 'never received')
+    why = 'messages come without it (data[2]: the list is too short)'
+    assert found.reason == f'friction never received, {why}'
+    assert feed(watch, friction=0.4).assess(TICK).state == 'steady'
+    later = TICK + SECOND
+    feed(watch, later, rotor_speed=10.0, pressure=2e6)
+    assert watch.assess(later).reason == 'friction is 1.00 s old: 0.4'
+    watch.receive('friction', Unreadable('data[2]: the list is too short'))
+    assert watch.assess(later).reason == f'friction is 1.00 s old: 0.4, {why}'
+    assert watch.refused == {'friction unreadable': 2}
+    watch.reset()
+    assert watch.assess(later).reason.endswith('friction never received')
 
 
 def test_a_clock_set_back_a_little_forgets_only_what_is_ahead() -> None:

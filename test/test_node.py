@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import LATCHED, Vehicle, vehicle  # noqa: E402
+from harness import LATCHED, PATIENT, Vehicle, vehicle  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from std_msgs.msg import Float64MultiArray  # noqa: E402
 
@@ -85,9 +85,9 @@ def test_silent_input_goes_stale_and_recovers(signal: str) -> None:
     with vehicle(**{f'fl__{signal}__max_age': 0.2}) as car:
         steady(car)
         car.silent.add(signal)
-        car.until(lambda: math.isnan(car.risk))
-        car.until(lambda: car.status.level == STALE)
-        assert signal in car.status.message
+        # a busy machine may make others stale for a moment, too
+        car.until(lambda: car.status.level == STALE and signal in car.status.message
+                  and math.isnan(car.risk))
         assert math.isnan(car.unstable[0])
         car.silent.clear()
         steady(car)
@@ -124,7 +124,7 @@ def test_scale_turns_bar_into_pascal() -> None:
 
 
 def test_late_subscriber_gets_the_last_unstable_list() -> None:
-    with vehicle() as car:
+    with vehicle(**PATIENT) as car:
         steady(car)
         topic, heard = '/squeal_monitor/fl/unstable_frequencies', list[Any]()
         car.monitor.set_parameters([Parameter('rate', value=0.1)])  # no other comes for a while
@@ -156,6 +156,9 @@ def test_unreadable_messages_are_counted_and_never_a_number() -> None:
         car.until(lambda: car.status is not None and car.status.level == STALE)
         assert math.isnan(car.risk)
         car.until(lambda: int(car.figures.get('unreadable_messages', 0)) > 0)
+        car.until(lambda: car.status.message == (
+            'rotor_speed never received, messages come without it '
+            "(velocity[name=nobody]: no 'nobody' in the list 'name')"), 'the cause')
 
 
 def test_inactive_node_is_silent() -> None:

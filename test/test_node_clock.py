@@ -34,11 +34,17 @@ def go_on(car: Vehicle) -> None:
     pytest.fail(f'no risk; said {car.said}')
 
 
+def in_time(car: Vehicle) -> None:
+    """Let the node hear of the present time; on a busy machine it may be some messages behind."""
+    car.until(lambda: car.monitor.get_clock().now().nanoseconds == car.simulated)
+
+
 def test_ticks_follow_simulated_time() -> None:
     with simulated() as car:
         car.simulated = START
         go_on(car)
         stamps = []
+        in_time(car)
         done = car.monitor.health.ticks_done
         begin = car.simulated
         for _ in range(20):
@@ -47,6 +53,7 @@ def test_ticks_follow_simulated_time() -> None:
             stamps.append(stamp.sec * 10**9 + stamp.nanosec)
         assert all(stamp % 50_000_000 == 0 for stamp in stamps)
         assert stamps == sorted(stamps)
+        in_time(car)
         passed = car.monitor.health.ticks_done + car.monitor.health.ticks_lost - done
         assert abs(passed - (car.simulated - begin) // 50_000_000) <= 1
         assert car.monitor.health.clock_jumps == 0
@@ -85,8 +92,13 @@ def test_a_jump_back_is_named_and_forgets_the_future() -> None:
         car.simulated, car.silent = START // 2, {'rotor_speed', 'pressure', 'friction'}
         car.advance(0.2)
         assert math.isnan(car.risk)
-        assert 'time went backwards' in car.status.message
         assert car.monitor.health.clock_jumps == 1
+        # samples of the old time may have been under way; they are told of for one max_age
+        while 'time went backwards' not in car.status.message:
+            assert 'stamped ahead' in car.status.message
+            assert car.simulated < START // 2 + 2 * 10**9
+            car.advance(0.1)
+            assert math.isnan(car.risk)
         car.silent = set()
         go_on(car)
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from squeal_core.errors import ConfigurationError
-from squeal_core.monitor import Sample
+from squeal_core.monitor import Sample, Unreadable
 from squeal_core.settings import read_settings
 from squeal_ros.signals import FieldError, FieldPath, Router, stamp_of
 
 JOINTS = Message(name=['left', 'right', 'spare wheel', 'a=b'], velocity=[1.0, -2.0, 3.0, 4.0])
 NESTED = Message(a=Message(b=[Message(c=5), Message(c=-6.5)]), data=7, flat=[8.0, 9.0],
                  wheels=[JOINTS, Message(name=['left'], velocity=[10.0])], empty=[], text='fast',
-                 nothing=None)
+                 nothing=None, fields={'x': 1.0})
 
 
 @pytest.mark.parametrize(('text', 'steps'), [
@@ -38,7 +38,7 @@ def test_parse(text: str, steps: list[Any]) -> None:
 @pytest.mark.parametrize('text', [
     '', '.a', 'a..b', 'a.', '.', 'a[', 'a[]', 'a[2', 'a]', 'a b', ' a', 'a ', '[2]', '[name=x]',
     'a[-1]', 'a[1.5]', 'a.[2]', 'a[2]b', 'a[name=]', 'a[=x]', 'a[name=x', '2a', 'a.2', 'a-b',
-    'a/b', 'a()', 'a\n', 'a[name]', 'ä'])
+    'a/b', 'a()', 'a\n', 'a[name]', 'ä', 'a[' + '9' * 5000 + ']'])
 def test_parse_refuses(text: str) -> None:
     with pytest.raises(ConfigurationError) as caught:
         FieldPath.parse(text)
@@ -80,8 +80,9 @@ def test_read_by_name(joint: str, expected: float) -> None:
 
 @pytest.mark.parametrize(('text', 'reason'), [
     ('speed', "no field 'speed'"), ('a.c', "no field 'c'"), ('data.x', "no field 'x'"),
-    ('flat[2]', 'too short'), ('empty[0]', 'too short'), ('data[0]', 'data[0]: '),
-    ('nothing[0]', 'nothing[0]: '), ('flat', 'is no number but list'),
+    ('flat[2]', 'too short'), ('empty[0]', 'too short'), ('data[0]', 'is no list'),
+    ('nothing[0]', 'is no list'), ('fields[0]', 'is no list'),
+    ('flat[999999999]', 'too short'), ('flat', 'is no number but list'),
     ('nothing', 'is no number but NoneType'), ('a', 'is no number but SimpleNamespace'),
     ('text', 'is no number but str'), ('flat[name=left]', "no field 'name'"),
     ('wheels[1].velocity[name=right]', "no 'right' in the list 'name'"),
@@ -206,8 +207,12 @@ def test_problems_are_counted_and_stop_nothing() -> None:
     found = router()
     message = Message(name=['b_wheel_joint'], velocity=[2.0])
     for _ in range(3):
-        assert [sample[0] for sample in found.samples('joint_states', message, 99)] == ['b']
-    assert list(found.samples('a/friction', Message(value=1), 99)) == []
+        assert list(found.samples('joint_states', message, 99)) == [
+            ('a', 'rotor_speed', Unreadable(
+                "velocity[name=a_wheel_joint]: no 'a_wheel_joint' in the list 'name'")),
+            ('b', 'rotor_speed', Sample(99, 2.0))]
+    assert list(found.samples('a/friction', Message(value=1), 99)) == [
+        ('a', 'friction', Unreadable("data: the message has no field 'data'"))]
     assert found.problems.total() == 4
     (first, count), (second, once) = found.problems.most_common()
     assert (count, once) == (3, 1)

@@ -59,7 +59,7 @@ def test_same_ticks_same_numbers_with_workers_beside(kang: BrakeModel) -> None:
         engines.close()
     for one, other in zip(*runs, strict=True):
         assert one.modes.roots.tolist() == other.modes.roots.tolist()
-        assert one.risk == other.risk
+        assert repr(one.risk) == repr(other.risk)  # NaN equals itself in print alone
         assert one.modes.source == other.modes.source
     assert {one.modes.source for one in runs[0]} == {'full', 'table'}
 
