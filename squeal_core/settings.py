@@ -139,9 +139,9 @@ _INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
     'temperature': ('', 'sensor_msgs/msg/Temperature', 'temperature', 200.0, 1500.0, 'K'),
 }
 UNITS: Mapping[str, str] = {signal: entry[-1] for signal, entry in _INPUTS.items()}
-# a real speed or pressure flickers; a friction or temperature may well be a constant
+# a real speed or pressure flickers; a friction or temperature may rest for a while
 _STUCK_AFTER: dict[Signal, float] = {
-    'rotor_speed': 2.0, 'pressure': 5.0, 'friction': 0.0, 'temperature': 0.0}
+    'rotor_speed': 2.0, 'pressure': 5.0, 'friction': 10.0, 'temperature': 10.0}
 
 
 def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:

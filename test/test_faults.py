@@ -243,3 +243,18 @@ def test_storms_meet_good_moments() -> None:
             if count % 20 == 0:
                 known += vehicle.assess(BEGIN + count * SECOND // 200)[0].known
     assert known > 10
+
+
+@pytest.mark.parametrize('signals', [MEASURED, BY_TABLE], ids=['measured', 'by table'])
+def test_a_stuck_input_is_told_by_the_defaults(signals: tuple[Signal, ...]) -> None:
+    healthy = braking(20.0, rate=20.0, signals=signals)
+    for signal in signals:
+        topics = {f'a.{s}.topic': f'/{s}' if s in signals else '' for s in BOTH}
+        vehicle = VehicleMonitor(read_settings({'brakes': ['a'], **topics}), MODEL)
+        stream = FAULTS['stuck'].apply(healthy, signal, START, BEGIN + 14 * SECOND)
+        limit = START + round(vehicle.settings.brakes[0].inputs[signal].stuck_after * SECOND)
+        assert START < limit < BEGIN + 13 * SECOND
+        before, told, after = play(
+            stream, [limit - STEP, limit + 2 * STEP, BEGIN + 14 * SECOND + MAX_AGE], vehicle)
+        assert (before.state, after.state) == ('steady', 'steady')
+        check(told, [(signal, FAULTS['stuck'])])
