@@ -188,14 +188,14 @@ def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint]
         As of `first_order_risk`.
     """
     steps = deviations.steps(at)
-    points = [point_of(at), *(point_of(at.moved(name, 0.5 * sign * _TANGENT * step))
-                              for name, step in steps.items() for sign in (-1, 1))]
-    roots, _ = series.roots(np.array([point.coefficients() for point in points]).T)
-    here = [int(np.abs(roots[:, 0] - mode.eigenvalue).argmin()) for mode in modes]
-    growth = roots.real[here]
-    changes = (growth[:, 2::2] - growth[:, 1::2]) / _TANGENT
+    inputs = [at, *(at.moved(name, _TANGENT * step) for name, step in steps.items())]
+    roots, _ = series.roots_at(np.array([point_of(moved).coefficients() for moved in inputs]))
+    eigenvalues = np.array([mode.eigenvalue for mode in modes])
+    here = np.abs(roots[0] - eigenvalues[:, None]).argmin(axis=1)
+    growth = roots.real[:, here]
+    changes = ((growth[1:] - growth[0]) / _TANGENT).T.tolist()
     return tuple(_exceeds_zero(mode.growth_rate, math.hypot(*change))
-                 for mode, change in zip(modes, changes.tolist(), strict=True))
+                 for mode, change in zip(modes, changes, strict=True))
 
 
 def _exceeds_zero(mean: float, deviation: float) -> float:

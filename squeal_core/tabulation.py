@@ -24,6 +24,7 @@ from squeal_core.stability import classify, complex_modes, ComplexModes, Toleran
 from squeal_core.workers import worker
 
 _EDGE = 0.2  # of the tolerance: from here on the next anchor is asked for
+_LOOK = 7  # solves from one look at that to the next; a prime, so that every brake has its turn
 _TRIED = 3  # anchors tried for a point, the last one used first
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
 _AHEAD = 0.6  # of the way from the last anchor: how far beyond a point the next one is made
@@ -130,10 +131,13 @@ class Tabulation:
         self._unused = 0  # anchors in a row that were never used
         self._pause_until = 0
 
-    @property
     def _edge(self) -> float:
-        """Error [1/s] from which on others are looked at: early, where making one takes time."""
-        return (_EDGE if self.settings.delay else 1.0) * self.settings.tolerance
+        """Return the error [1/s] from which on others are looked at.
+
+        Early where making one takes time; but not at every solve, as it costs several answers.
+        """
+        early = self.settings.delay and self._solves % _LOOK == 0
+        return (_EDGE if early else 1.0) * self.settings.tolerance
 
     @property
     def tolerances(self) -> Tolerances:
@@ -157,11 +161,12 @@ class Tabulation:
         """Return the complex modes at a point; as `stability.complex_modes`, with errors."""
         self._solves += 1
         self._adopt()
-        answer = self._best(point)
-        if answer.worst > self._edge:
+        edge = self._edge()
+        answer = self._best(point, edge)
+        if answer.worst > edge:
             self._prepare(point, answer)
             if self.settings.delay == 0:
-                answer = self._best(point)
+                answer = self._best(point, edge)
         found = self._modes(answer)
         if found is None or answer.entry is None:
             self.statistics.full += 1
@@ -177,7 +182,7 @@ class Tabulation:
 
     def covers(self, point: OperatingPoint) -> bool:
         """Tell whether the table answers at a point, without any solve and any trace."""
-        return self._modes(self._best(point)) is not None
+        return self._modes(self._best(point, self.settings.tolerance)) is not None
 
     def add(self, anchor: Anchor) -> None:
         """Take an anchor into the table; the least recently used ones make room for it."""
@@ -191,8 +196,8 @@ class Tabulation:
             self._worker.shutdown(wait=True, cancel_futures=True)
             self._worker, self._requests = None, []
 
-    def _best(self, point: OperatingPoint) -> '_Answer':
-        """Return the first answer well within the tolerance, or else the best of those tried."""
+    def _best(self, point: OperatingPoint, enough: float) -> '_Answer':
+        """Return the first answer with no larger an error, or else the best of those tried."""
         coefficients = np.array(point.coefficients())
         best = _Answer()
         for entry in self._near(coefficients):
@@ -200,7 +205,7 @@ class Tabulation:
             worst = self._worst(roots, errors)
             if worst < best.worst:
                 best = _Answer(entry, roots, errors, worst)
-            if worst <= self._edge:
+            if worst <= enough:
                 break
         return best
 
@@ -214,16 +219,16 @@ class Tabulation:
     def _prepare(self, point: OperatingPoint, answer: '_Answer') -> None:
         """Have an anchor made for a point at or beyond the edge of the table, or for what follows.
         """
-        beyond = answer.worst > self.settings.tolerance
+        limit = self.settings.tolerance
         target = point if answer.entry is None else ahead(point, answer.entry.anchor.point)
-        if target is not point and self._best(target).worst <= self.settings.tolerance:
-            if not beyond:
+        if target is not point and self._best(target, limit).worst <= limit:
+            if answer.worst <= limit:
                 return
             target = point
         self._ask(target)
         if self.settings.delay == 0:
             self._adopt()
-            if target is not point and self._best(point).worst > self.settings.tolerance:
+            if target is not point and self._best(point, limit).worst > limit:
                 self._ask(point)  # the table does not reach back to here
                 self._adopt()
 
