@@ -11,6 +11,7 @@ from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
+_PATIENT = 4.0  # and its anchors may come later: most serve a point that is soon left
 _ROUGH = 10.0  # a margin needs verdicts, and full solves confirm them: its table may err by more
 
 
@@ -45,7 +46,7 @@ class Engines:
         self.margins.settings = replace(
             _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
             tolerance=_ROUGH * settings.engine_tolerance, audit_every=0,
-            delay=_solves(settings, settings.anchor_delay, settings.margin_rate))
+            delay=_solves(settings, _PATIENT * settings.anchor_delay, settings.margin_rate))
         self.risks.settings = RiskSettings(
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
