@@ -1,7 +1,10 @@
 """What the brakes of one vehicle share: modes, risks and margins of their model, each by table."""
 
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 import math
+from typing import TypeVar
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.margin import MarginSettings
@@ -9,6 +12,9 @@ from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
+from squeal_core.workers import worker
+
+_Result = TypeVar('_Result')
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
 _PATIENT = 4.0  # and its anchors may come later: most serve a point that is soon left
@@ -35,6 +41,7 @@ class Engines:
         self.modes = Tabulation(model, anchors=anchors)
         self.margins = Tabulation(model, anchors=anchors)
         self.risks = RiskTable(model, band_of(settings))
+        self._worker: ThreadPoolExecutor | None = None
         self.retune(settings)
 
     def retune(self, settings: MonitorSettings) -> None:
@@ -42,6 +49,7 @@ class Engines:
         if self.risks.band_hz != band_of(settings):
             self.risks.close()
             self.risks = RiskTable(self.model, band_of(settings))
+        self._beside = settings.anchor_delay > 0.0
         self.modes.settings = _table_settings(settings)
         self.margins.settings = replace(
             _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
@@ -51,8 +59,23 @@ class Engines:
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
 
+    def beside(self, task: Callable[[], _Result]) -> 'Future[_Result]':
+        """Have a task of the margins done beside the ticks, after those before it.
+
+        Done at once, while the caller waits, where anchors are too.
+        """
+        if self._beside:
+            self._worker = self._worker or worker('margins')
+            return self._worker.submit(task)
+        done: Future[_Result] = Future()
+        done.set_result(task())
+        return done
+
     def close(self) -> None:
         """End the workers; the engines can be used on, and start others."""
+        if self._worker is not None:
+            self._worker.shutdown(wait=True, cancel_futures=True)
+            self._worker = None
         for table in (self.modes, self.margins, self.risks):
             table.close()
 

@@ -1,5 +1,6 @@
 """What is known of a brake that slides under load: its modes, its risk and its margins."""
 
+from concurrent.futures import Future
 from dataclasses import dataclass
 import math
 
@@ -94,7 +95,9 @@ class SlidingBrake:
 class MarginPace:
     """Advances the margins of one brake at their own rate, slowly where full solves are needed.
 
-    Brakes take turns: at each tick one of them goes on with its search.
+    Brakes take turns: at each tick one of them hands a part of its search to a worker, and takes
+    what came of the part before. So no tick waits for the solves of a search, and the same ticks
+    give the same margins.
 
     Parameters
     ----------
@@ -108,39 +111,55 @@ class MarginPace:
         self._engines, self._settings, self._place = engines, settings, place
         self._search = MarginSearch(engines.model, self._solve, band_of(settings),
                                     settings=margin_settings(engines.model, settings))
+        self._found = Margins()
         self._credit, self._pause, self._full = 0.0, 0, False
+        self._work: Future[Margins] | None = None
 
-    @property
-    def found(self) -> Margins:
+    def advance(self, inputs: MarginInputs, time: int) -> Margins:
+        """Go on with the search by what an assessment's share of it is; return what is known."""
+        turns = len(self._settings.brakes)
+        if time // self._settings.period % turns != self._place:
+            return self._found
+        self._take(turns)
+        if self._pause:
+            self._pause -= 1
+            return self._found
+        share = self._settings.margin_rate / self._settings.rate * turns
+        self._credit = min(self._credit + share, _MOST_SOLVES)
+        solves = math.floor(self._credit)
+        if solves:
+            self._credit -= solves
+            self._work = self._engines.beside(lambda: self._advance(inputs, time, solves))
+        return self._found
+
+    def _take(self, turns: int) -> None:
+        """Take what the worker found since the last turn."""
+        if self._work is None:
+            return
+        if not self._work.cancelled():  # by the end of the engines' workers
+            self._found = self._work.result()
+        self._work = None
+        if self._full:
+            self._credit = 0.0
+            self._pause = math.ceil(
+                self._settings.rate / self._settings.margin_full_rate / turns) - 1
+
+    def _advance(self, inputs: MarginInputs, time: int, solves: int) -> Margins:
+        """Do so many solves of the search, or the first that is a full one."""
+        self._full = False
+        for _ in range(solves):
+            try:
+                self._search.advance(inputs, time)
+            except np.linalg.LinAlgError:
+                self._full = True  # begins anew, later
+            if self._full:
+                break
         return self._search.margins
 
     def _solve(self, point: OperatingPoint) -> ComplexModes:
         found = self._engines.margins.complex_modes(point)
         self._full = self._full or found.source == 'full'
         return found
-
-    def advance(self, inputs: MarginInputs, time: int) -> Margins:
-        """Go on with the search by what an assessment's share of it is; return what is known."""
-        turns = len(self._settings.brakes)
-        if time // self._settings.period % turns != self._place:
-            return self.found
-        if self._pause:
-            self._pause -= 1
-            return self.found
-        share = self._settings.margin_rate / self._settings.rate * turns
-        self._credit = min(self._credit + share, _MOST_SOLVES)
-        self._full = False
-        while self._credit >= 1.0 and not self._full:
-            self._credit -= 1.0
-            try:
-                self._search.advance(inputs, time)
-            except np.linalg.LinAlgError:
-                self._full = True  # begins anew, later
-        if self._full:
-            self._credit = 0.0
-            self._pause = math.ceil(
-                self._settings.rate / self._settings.margin_full_rate / turns) - 1
-        return self.found
 
 
 def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
