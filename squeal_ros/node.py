@@ -66,6 +66,8 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
 
     def report(self, error: Exception) -> None:
         """Log and count what one moment raised; the node goes on."""
+        if not self.context.ok():  # a signal came amid it: nothing can be published any more
+            return
         self.health.errors += 1
         self.get_logger().error(f'{type(error).__name__}: {" ".join(str(error).split())}',
                                 throttle_duration_sec=10.0)
