@@ -95,9 +95,9 @@ class SlidingBrake:
 class MarginPace:
     """Advances the margins of one brake at their own rate, slowly where full solves are needed.
 
-    Brakes take turns: at each tick one of them hands a part of its search to a worker, and takes
-    what came of the part before. So no tick waits for the solves of a search, and the same ticks
-    give the same margins.
+    Brakes take turns: at each tick one of them hands a part of its search to a worker, and some
+    turns later takes what came of it. So no tick waits for the solves of a search, and the same
+    ticks give the same margins.
 
     Parameters
     ----------
@@ -112,37 +112,38 @@ class MarginPace:
         self._search = MarginSearch(engines.model, self._solve, band_of(settings),
                                     settings=margin_settings(engines.model, settings))
         self._found = Margins()
-        self._credit, self._pause, self._full = 0.0, 0, False
         self._work: Future[Margins] | None = None
+        self._credit, self._full = 0.0, False
+        self._turns = len(settings.brakes)  # ticks from one turn of a brake to its next
+        self._patience = max(1, math.ceil(settings.anchor_delay * settings.rate / self._turns))
+        self._wait = 0  # turns
 
     def advance(self, inputs: MarginInputs, time: int) -> Margins:
         """Go on with the search by what an assessment's share of it is; return what is known."""
-        turns = len(self._settings.brakes)
-        if time // self._settings.period % turns != self._place:
+        if time // self._settings.period % self._turns != self._place:
             return self._found
-        self._take(turns)
-        if self._pause:
-            self._pause -= 1
-            return self._found
-        share = self._settings.margin_rate / self._settings.rate * turns
+        share = self._settings.margin_rate / self._settings.rate * self._turns
         self._credit = min(self._credit + share, _MOST_SOLVES)
+        self._wait = max(self._wait - 1, 0)
+        if self._wait == 0:
+            self._take()
         solves = math.floor(self._credit)
-        if solves:
+        if self._wait == 0 and solves:
             self._credit -= solves
+            self._wait = self._patience
             self._work = self._engines.beside(lambda: self._advance(inputs, time, solves))
         return self._found
 
-    def _take(self, turns: int) -> None:
-        """Take what the worker found since the last turn."""
+    def _take(self) -> None:
+        """Take what the worker found; after a full solve it has a pause."""
         if self._work is None:
             return
         if not self._work.cancelled():  # by the end of the engines' workers
             self._found = self._work.result()
         self._work = None
         if self._full:
-            self._credit = 0.0
-            self._pause = math.ceil(
-                self._settings.rate / self._settings.margin_full_rate / turns) - 1
+            turns = self._settings.rate / self._settings.margin_full_rate / self._turns
+            self._credit, self._wait = 0.0, max(0, math.ceil(turns) - self._patience)
 
     def _advance(self, inputs: MarginInputs, time: int, solves: int) -> Margins:
         """Do so many solves of the search, or the first that is a full one."""

@@ -6,6 +6,7 @@ import sys
 import threading
 
 _NICE = 10
+_here = threading.local()
 
 
 def worker(name: str) -> ThreadPoolExecutor:
@@ -13,6 +14,12 @@ def worker(name: str) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(1, name, initializer=_give_way)
 
 
+def gives_way() -> bool:
+    """Tell whether this thread is one of a `worker`."""
+    return getattr(_here, 'gives_way', False)
+
+
 def _give_way() -> None:
+    _here.gives_way = True
     if sys.platform == 'linux':  # where a thread has a priority of its own
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)

@@ -16,6 +16,7 @@ from squeal_core.stability import (
     mode_vectors,
     Tolerances,
 )
+from squeal_core.workers import gives_way, worker
 
 TOLERANCES = Tolerances()
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
@@ -231,3 +232,16 @@ def test_vectors_of_an_exact_root() -> None:
 def test_vectors_of_the_exact_root_of_a_single_mode() -> None:
     model = BrakeModel(angular_frequencies=[1000.0], damping_ratios=0.0)
     assert np.abs(mode_vectors(model, POINT, 1000j).right) == pytest.approx([1.0], abs=1e-12)
+
+
+def test_a_worker_finds_the_same_roots(kang: BrakeModel) -> None:
+    """By another routine, one that lets ticks go on meanwhile."""
+    point = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
+    assert not gives_way()
+    with worker('test') as beside:
+        assert beside.submit(gives_way).result()
+        found = beside.submit(complex_modes, kang, point).result()
+    expected = complex_modes(kang, point)
+    # rounding of a matrix with entries of 1e10
+    assert found.roots == pytest.approx(expected.roots, abs=1e-4)
+    assert [m.kind for m in found.modes] == [m.kind for m in expected.modes]
