@@ -359,8 +359,18 @@ def test_on_an_exceptional_point() -> None:
 
 # ---------------------------------------------------------------- threads
 
+_OTHERS: set[threading.Thread] = set()  # of tests before, in this process
+
+
+@pytest.fixture(autouse=True)
+def _threads_of_others() -> None:
+    _OTHERS.clear()
+    _OTHERS.update(threading.enumerate())
+
+
 def _workers() -> list[threading.Thread]:
-    return [thread for thread in threading.enumerate() if thread.name.startswith('anchors')]
+    return [thread for thread in threading.enumerate()
+            if thread.name.startswith('anchors') and thread not in _OTHERS]
 
 
 def _ended(threads: Sequence[threading.Thread]) -> bool:
