@@ -33,7 +33,8 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     """Live and replayed risk: equal bit for bit where both saw the same samples.
 
     They may differ by one sample (0.1 s of the drive) where a message arrives after the tick it
-    belongs to: here later than 12 ms, so seldom unless the machine is busy.
+    belongs to: here later than 12 ms, so seldom unless the machine is busy. From there on the
+    tables were laid down by another sample, and some numbers differ within their error.
     """
     done = subprocess.run([*COMMAND, '--duration', '40'], cwd=tmp_path, env=ENVIRONMENT,
                           capture_output=True, text=True, timeout=120, check=False)
@@ -42,11 +43,12 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
                       ' '.join(done.stdout.split()))
     assert found is not None, done.stdout
     compared, equal, same = map(int, found.groups())
-    assert equal == same
-    assert same > 0.5 * compared
-    assert compared > 4 * 35  # 40 s, a tick a second, four brakes, less start and end
     ticks = re.search(r'ticks done (\d+), lost (\d+)\n(?!.*ticks done)', done.stdout)
     assert ticks is not None
+    undisturbed = same == compared and ticks[2] == '0'
+    assert equal == same if undisturbed else equal > 0.8 * same
+    assert same > 0.5 * compared
+    assert compared > 4 * 35  # 40 s, a tick a second, four brakes, less start and end
     folder = tmp_path / 'demo_output'
     assert {p.name for p in folder.iterdir()} == {
         'inputs.mcap', 'outputs.mcap', 'outputs.csv', 'drive.png'}
