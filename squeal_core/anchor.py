@@ -129,7 +129,7 @@ class Anchor:
         ratios = final[..., None, :] / bounds[..., :2, :]
         ratio = np.maximum(ratios[..., 1, :], np.sqrt(np.maximum(ratios[..., 0, :], near)))
         final = np.maximum(final, ratio * last)  # of a veering every other degree vanishes
-        left = final * ratio / np.maximum((1.0 - ratio) / _SAFETY, (1.0 - _DIVERGENT) / _SAFETY)
+        left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, 1.0 - _DIVERGENT)
         left[ratio >= _DIVERGENT] = np.inf
         return np.asarray(left, float)
 

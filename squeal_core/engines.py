@@ -1,7 +1,7 @@
 """What the brakes of one vehicle share: modes, risks and margins of their model, each by table."""
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import replace
 import math
 from typing import TypeVar
@@ -12,7 +12,7 @@ from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
-from squeal_core.workers import worker
+from squeal_core.workers import Worker
 
 _Result = TypeVar('_Result')
 
@@ -41,7 +41,7 @@ class Engines:
         self.modes = Tabulation(model, anchors=anchors)
         self.margins = Tabulation(model, anchors=anchors)
         self.risks = RiskTable(model, band_of(settings))
-        self._worker: ThreadPoolExecutor | None = None
+        self._worker = Worker('margins')
         self.retune(settings)
 
     def retune(self, settings: MonitorSettings) -> None:
@@ -64,18 +64,11 @@ class Engines:
 
         Done at once, while the caller waits, where anchors are too.
         """
-        if self._beside:
-            self._worker = self._worker or worker('margins')
-            return self._worker.submit(task)
-        done: Future[_Result] = Future()
-        done.set_result(task())
-        return done
+        return self._worker.submit(self._beside, task)
 
     def close(self) -> None:
         """End the workers; the engines can be used on, and start others."""
-        if self._worker is not None:
-            self._worker.shutdown(wait=True, cancel_futures=True)
-            self._worker = None
+        self._worker.close()
         for table in (self.modes, self.margins, self.risks):
             table.close()
 

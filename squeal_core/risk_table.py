@@ -6,7 +6,7 @@ brake is driven, beside the work, and kept. Until one is made the estimate is of
 says so.
 """
 
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 import math
 
@@ -21,7 +21,7 @@ from squeal_core.risk_cell_making import cell_at
 from squeal_core.risk_estimate import Estimate, estimate
 from squeal_core.risk_rule import Rule, rule_for
 from squeal_core.stability import ComplexModes, Tolerances
-from squeal_core.workers import worker
+from squeal_core.workers import Worker
 
 _DEGREE = 3  # of the cells' series
 _CANDIDATES = 3  # modes that the estimate of first order looks at: the least stable ones
@@ -100,7 +100,7 @@ class RiskTable:
         self._entries: list[_Entry] = []
         self._index()
         self._request: _Request | None = None
-        self._worker: ThreadPoolExecutor | None = None
+        self._worker = Worker('risk')
         self._calls = 0
 
     @property
@@ -119,9 +119,8 @@ class RiskTable:
 
     def close(self) -> None:
         """End the worker; the table can be used on, and starts another."""
-        if self._worker is not None:
-            self._worker.shutdown(wait=True, cancel_futures=True)
-            self._worker = self._request = None
+        self._worker.close()
+        self._request = None
 
     def assess(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
         """Return the probability of squeal.
@@ -220,17 +219,8 @@ class RiskTable:
         if self._request is not None:
             return
         wide = Spread(_next_step(spread.friction), spread.pressure, spread.rotor_speed)
-        arguments = (self._family, inputs, wide, self._rule, self._band)
-        if self.settings.delay == 0:
-            future: Future[Cell] = Future()
-            try:
-                future.set_result(cell_at(*arguments))
-            except np.linalg.LinAlgError as error:
-                future.set_exception(error)
-        else:
-            if self._worker is None:
-                self._worker = worker('risk')
-            future = self._worker.submit(cell_at, *arguments)
+        future = self._worker.submit(self.settings.delay > 0, cell_at, self._family, inputs, wide,
+                                     self._rule, self._band)
         self._request = _Request(self._calls + self.settings.delay, future)
 
     def _adopt(self) -> None:

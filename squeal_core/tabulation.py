@@ -10,7 +10,7 @@ S. B. Pope, Combust. Theory Model. 1 (1997) 41-63, is where in-situ adaptive tab
 """
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import classify, complex_modes, ComplexModes, Tolerances
-from squeal_core.workers import worker
+from squeal_core.workers import Worker
 
 _EDGE = 0.2  # of the tolerance: from here on the next anchor is asked for
 _LOOK = 7  # solves from one look at that to the next; a prime, so that every brake has its turn
@@ -125,7 +125,7 @@ class Tabulation:
         self._per_reach = np.zeros((0, 0))
         self._index()
         self._requests: list[_Request] = []  # in order of their due
-        self._worker: ThreadPoolExecutor | None = None
+        self._worker = Worker('anchors')
         self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
         self._solves = 0
         self._unused = 0  # anchors in a row that were never used
@@ -192,9 +192,8 @@ class Tabulation:
 
     def close(self) -> None:
         """End the worker; the engine can be used on, and starts another."""
-        if self._worker is not None:
-            self._worker.shutdown(wait=True, cancel_futures=True)
-            self._worker, self._requests = None, []
+        self._worker.close()
+        self._requests = []
 
     def _best(self, point: OperatingPoint, enough: float) -> '_Answer':
         """Return the first answer with no larger an error, or else the best of those tried."""
@@ -286,17 +285,8 @@ class Tabulation:
         if self._solves < self._pause_until or len(self._requests) >= _PENDING or any(
                 _alike(point, request.point) for request in self._requests):
             return
-        if self.settings.delay == 0:
-            future: Future[Anchor] = Future()
-            try:
-                future.set_result(anchor_at(self.model, point, degree=self.settings.degree))
-            except np.linalg.LinAlgError as error:
-                future.set_exception(error)
-        else:
-            if self._worker is None:
-                self._worker = worker('anchors')
-            future = self._worker.submit(
-                anchor_at, self.model, point, degree=self.settings.degree)
+        future = self._worker.submit(self.settings.delay > 0, anchor_at, self.model, point,
+                                     degree=self.settings.degree)
         self._requests.append(_Request(point, self._solves + self.settings.delay, future))
 
     def _adopt(self) -> None:
