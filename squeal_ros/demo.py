@@ -16,7 +16,7 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import DriveCycle
 from squeal_core.errors import SquealError
 from squeal_core.history import Row
-from squeal_core.settings import load_settings, MonitorSettings
+from squeal_core.settings import load_settings, MONITOR_KEYS, MonitorSettings
 from squeal_core.vehicle import brake_signals, BrakeSignals, Vehicle
 from squeal_core.view.table import DriveDisplay
 from squeal_ros.bag import BagWriter
@@ -25,7 +25,6 @@ from squeal_ros.replay import Outputs, replay
 
 _START_UP = 30.0  # s that the node may take to subscribe
 _RATES = ('margin_rate', 'margin_full_rate')  # of work beside the assessments
-_LONGEST_DELAY = 60.0  # s
 _DELAYS = ('anchor_delay', 'risk_delay')  # in which something is made, in real time
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
@@ -190,6 +189,7 @@ def default_config() -> Path:
 def demo_settings(config: Path, rate: float, speed_up: float) -> MonitorSettings:
     """Return the settings under which the demo's node runs: time runs faster, work does not."""
     settings = load_settings(config)
-    later = {name: min(speed_up * getattr(settings, name), _LONGEST_DELAY) for name in _DELAYS}
-    slower = {name: getattr(settings, name) / speed_up for name in _RATES}
-    return replace(settings, rate=rate, **later, **slower)
+    factors = {**dict.fromkeys(_DELAYS, speed_up), **dict.fromkeys(_RATES, 1.0 / speed_up)}
+    scaled = {key.name: min(max(factors[key.name] * getattr(settings, key.name), key.minimum),
+                            key.maximum) for key in MONITOR_KEYS if key.name in factors}
+    return replace(settings, rate=rate, **scaled)

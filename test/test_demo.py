@@ -12,9 +12,13 @@ import time
 from domains import free_domain
 import pytest
 
+from squeal_core.settings import load_settings, MONITOR_KEYS
+
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('rosbags', reason='needs rosbags')
 pytest.importorskip('matplotlib', reason='needs matplotlib')
+
+from squeal_ros.demo import default_config, demo_settings  # noqa: E402
 
 COMMAND = [sys.executable, '-m', 'squeal_ros.cli', 'demo', '--speed-up', '4']
 ENVIRONMENT: dict[str, str] = {}
@@ -99,3 +103,13 @@ def test_node_that_dies_ends_the_demo_with_the_reason(tmp_path: Path) -> None:
         os.kill(children(demo.pid)[0], signal.SIGKILL)
         assert 'the monitor ended' in demo.stderr.read()
         assert demo.wait(15) == 2
+
+
+@pytest.mark.parametrize('speed_up', [0.01, 1.0, 10.0, 50.0, 1000.0])
+def test_the_demos_settings_are_ones_that_the_node_takes(speed_up: float) -> None:
+    """However fast time runs: work and delays are of real time, within their keys' ranges."""
+    chosen = demo_settings(default_config(), 10.0, speed_up)
+    for key in MONITOR_KEYS:
+        assert key.read(getattr(chosen, key.name, key.default)) is not None
+    if speed_up == 10.0:
+        assert chosen.risk_delay == 10.0 * load_settings(default_config()).risk_delay
