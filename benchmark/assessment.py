@@ -16,18 +16,15 @@ import platform
 import time
 from typing import Any
 
-from drives import DRIVES, RELEASED, SLIDING
+from drives import braking_samples, BrakingSample, DRIVES
 import numpy as np
 from online import reference
 import scipy
 
 from squeal_core import BrakeModel
-from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.engines import Engines
-from squeal_core.resources import config_folder
 from squeal_core.settings import MonitorSettings, read_settings
 from squeal_core.sliding import SlidingBrake
-from squeal_core.vehicle import brake_signals, read_vehicle
 
 RATE = 100.0  # Hz
 _EVERY = 500  # assessments between two reference solves
@@ -51,36 +48,18 @@ class Stopwatch:
 
         setattr(owner, method, timed)
 
-    def clear(self) -> None:
-        for times in self.times.values():
-            times.clear()
-
-
-def samples(model: BrakeModel, drive: str, brakes: int) -> list[tuple[int, int, float, float,
-                                                                      float]]:
-    """Return (time [ns], brake, speed, pressure, friction) of each braking sample, in order."""
-    assert model.friction_table is not None
-    folder = config_folder()
-    signals = brake_signals(
-        read_drive_cycle(folder / 'drive_cycles' / f'{drive}.csv'),
-        read_vehicle(folder / 'vehicles' / 'midsize.yaml'), model.friction_table, rate=RATE)
-    return [(round(1e9 * time_s), brake, float(signals.rotor_speed[i, brake]),
-             float(signals.pressure[i, brake]), float(signals.friction[i, brake]))
-            for i, time_s in enumerate(signals.time) for brake in range(brakes)
-            if signals.pressure[i, brake] >= RELEASED and signals.rotor_speed[i, brake] >= SLIDING]
-
 
 def vehicle(model: BrakeModel, settings: MonitorSettings) -> tuple[Engines, list[SlidingBrake]]:
     engines = Engines(model, settings)
     return engines, [SlidingBrake(engines, settings, one.name) for one in settings.brakes]
 
 
-def run(brakes: list[SlidingBrake], way: list[tuple[int, int, float, float, float]],
+def run(brakes: list[SlidingBrake], way: list[BrakingSample],
         between: Callable[[], None] = lambda: None) -> None:
-    for i, (when, brake, speed, pressure, friction) in enumerate(way):
+    for i, at in enumerate(way):
         if i % _EVERY == 0:
             between()
-        brakes[brake].judge(speed, pressure, friction, when)
+        brakes[at.brake].judge(at.rotor_speed, at.pressure, at.friction, at.time)
 
 
 def main() -> None:
@@ -92,7 +71,7 @@ def main() -> None:
     arguments = parser.parse_args()
     model = BrakeModel.load(arguments.model)
     settings = replace(read_settings({}), rate=RATE, anchor_delay=0.0, risk_delay=0.0)
-    way = samples(model, arguments.drive, arguments.brakes)
+    way = braking_samples(model, arguments.drive, brakes=arguments.brakes, rate=RATE)
     way = way[:round(arguments.seconds * RATE * arguments.brakes)]
     engines, brakes = vehicle(model, settings)
     run(brakes, way)

@@ -1,4 +1,6 @@
-"""The braking points of a drive, for the benchmarks."""
+"""The braking samples of a drive, for the benchmarks."""
+
+from typing import NamedTuple
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import read_drive_cycle
@@ -11,16 +13,33 @@ RELEASED = 0.5e5  # Pa, below which a brake counts as released
 SLIDING = 0.5  # rad/s, from which the disc counts as sliding
 
 
-def braking_points(model: BrakeModel, drive: str, *, brakes: int = 1,
-                   rate: float = 100.0) -> list[OperatingPoint]:
-    """Return the points of the first brakes at each sample at which they brake, in order."""
+class BrakingSample(NamedTuple):
+    """Inputs of one brake at one time: [ns], [rad/s], [Pa], [-]."""
+
+    time: int
+    brake: int
+    rotor_speed: float
+    pressure: float
+    friction: float
+
+
+def braking_samples(model: BrakeModel, drive: str, *, brakes: int = 1,
+                    rate: float = 100.0) -> list[BrakingSample]:
+    """Return what the first brakes see at each sample at which they brake, in order."""
     assert model.friction_table is not None
     folder = config_folder()
     signals = brake_signals(
         read_drive_cycle(folder / 'drive_cycles' / f'{drive}.csv'),
         read_vehicle(folder / 'vehicles' / 'midsize.yaml'), model.friction_table, rate=rate)
-    return [model.operating_point(
-        rotor_speed=signals.rotor_speed[i, brake], pressure=signals.pressure[i, brake],
-        friction=signals.friction[i, brake])
-        for i in range(signals.time.size) for brake in range(brakes)
-        if signals.pressure[i, brake] >= RELEASED and signals.rotor_speed[i, brake] >= SLIDING]
+    return [BrakingSample(round(1e9 * time), brake, float(signals.rotor_speed[i, brake]),
+                          float(signals.pressure[i, brake]), float(signals.friction[i, brake]))
+            for i, time in enumerate(signals.time) for brake in range(brakes)
+            if signals.pressure[i, brake] >= RELEASED and signals.rotor_speed[i, brake] >= SLIDING]
+
+
+def braking_points(model: BrakeModel, drive: str, *, brakes: int = 1,
+                   rate: float = 100.0) -> list[OperatingPoint]:
+    """Return the points at these samples."""
+    return [model.operating_point(rotor_speed=sample.rotor_speed, pressure=sample.pressure,
+                                  friction=sample.friction)
+            for sample in braking_samples(model, drive, brakes=brakes, rate=rate)]

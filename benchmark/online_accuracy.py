@@ -11,11 +11,11 @@ what is allowed: 0.1 1/s or 2 % of their decay.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import argparse
 from dataclasses import dataclass, fields
 import json
 import sys
 
+from checking import check_options, said
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
@@ -93,20 +93,14 @@ def near(start: OperatingPoint, generator: np.random.Generator) -> OperatingPoin
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--points', type=int, default=20_000)
-    parser.add_argument('--model', default='kang2009')
-    parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--json', action='store_true')
-    options = parser.parse_args()
+    options = check_options(__doc__.splitlines()[0], points=20_000).parse_args()
     model, generator = BrakeModel.load(options.model), np.random.default_rng(options.seed)
     table, worst = Tabulation(model, TableSettings(audit_every=0)), Worst()
     while worst.points < options.points:
         start = random_point(model, generator)
         for at in (start, *(near(start, generator) for _ in range(GROUP - 1))):
             worst.add(table.complex_modes(at), complex_modes(model, at))
-        if sys.stderr.isatty():
-            print(f'\r{worst.points} points', end='', file=sys.stderr, flush=True)
+        said(f'{worst.points} points')
     figures = {**vars(worst), 'anchors_made': table.statistics.made, 'model': options.model,
                'modes': model.size, 'seed': options.seed}
     if options.json:

@@ -11,13 +11,13 @@ off by more than 0.02 and two standard errors of the sample.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import argparse
 from itertools import pairwise
 import json
 import math
 import sys
 
-from drives import braking_points
+from checking import check_options, said
+from drives import braking_samples
 import numpy as np
 
 from squeal_core import BrakeModel, OperatingPoint
@@ -64,19 +64,16 @@ class Sampler:
             contact_stiffness=nominal * math.exp(DEVIATIONS.contact_stiffness * stiffness))
 
 
-def inputs_of(model: BrakeModel, point: OperatingPoint) -> Inputs:
-    return Inputs(
-        rotor_speed=point.rotor_speed, friction=point.friction,
-        pressure=point.contact_pressure / model.contact_pressure(1.0),
-        contact_stiffness=point.contact_stiffness)
-
-
 def places(model: BrakeModel, sampler: Sampler, generator: np.random.Generator,
            count: int) -> list[Inputs]:
     """Return points at which the risk of two bands is open, in the order of the drive."""
-    drive, found = braking_points(model, 'us06'), {}
+    drive, found = braking_samples(model, 'us06'), {}
     for place in generator.permutation(len(drive)).tolist():
-        at = inputs_of(model, drive[place])
+        sample = drive[place]
+        at = Inputs(
+            rotor_speed=sample.rotor_speed, pressure=sample.pressure, friction=sample.friction,
+            contact_stiffness=model.contact_stiffness_at(
+                model.contact_pressure(sample.pressure)))
         pilot = sampler.probabilities(at, PILOT)
         if np.count_nonzero((pilot > OPEN[0]) & (pilot < OPEN[1])) >= 2:
             found[place] = at
@@ -100,11 +97,6 @@ def compared(model: BrakeModel, sampler: Sampler, points: list[Inputs],
     return np.array(risks), np.array(parts)
 
 
-def said(text: str) -> None:
-    if sys.stderr.isatty():
-        print(f'\r{text}', end='', file=sys.stderr, flush=True)
-
-
 def figures(risks: FloatArray, parts: FloatArray, samples: int) -> dict[str, float]:
     """Return what the comparison comes to."""
     off = np.abs(risks - parts)
@@ -120,12 +112,8 @@ def figures(risks: FloatArray, parts: FloatArray, samples: int) -> dict[str, flo
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--points', type=int, default=200)
+    parser = check_options(__doc__.splitlines()[0], points=200)
     parser.add_argument('--samples', type=int, default=20_000)
-    parser.add_argument('--model', default='kang2009')
-    parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--json', action='store_true')
     options = parser.parse_args()
     model, generator = BrakeModel.load(options.model), np.random.default_rng(options.seed)
     sampler = Sampler(model, generator)
