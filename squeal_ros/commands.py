@@ -188,6 +188,7 @@ def demo(options: argparse.Namespace) -> int:
     from squeal_core.view.drive_plot import plot_drive
     from squeal_core.view.table import drive_console, DriveDisplay, events_table
     from squeal_ros import demo as demos
+    from squeal_ros.agreement import agreement
 
     rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
     cycle, vehicle = _cycle_and_vehicle(options)
@@ -205,7 +206,7 @@ def demo(options: argparse.Namespace) -> int:
                           settings=chosen, speed_up=speed_up)
     console.print(f'ticks done {live.ticks_done}, lost {live.ticks_lost}')
     rows = [demos.on_drive_time(row) for row in demos.replay_inputs(files, chosen, model)]
-    console.print(demos.agreement([demos.on_drive_time(row) for row in live.rows], rows).in_words)
+    console.print(agreement([demos.on_drive_time(row) for row in live.rows], rows).in_words)
     console.print(events_table(squeal_events(rows, risk=chosen.risk_warning)))
     plot_drive(rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
                wheel_radius=vehicle.wheel_radius, squeal_band_hz=(

@@ -1,6 +1,6 @@
 """The demo: player, node and replay together, from a drive cycle to a picture."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 import ctypes
 from dataclasses import dataclass, replace
@@ -135,50 +135,9 @@ def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
     return outputs.rows
 
 
-@dataclass(frozen=True)
-class Agreement:
-    """Live against replayed assessments of the same ticks.
-
-    Parameters
-    ----------
-    compared, same_inputs, equal : int
-        Assessments of both; those that saw the same samples; those of them equal bit for bit.
-    largest_difference : float
-        Of the risk, over all compared [-].
-    """
-
-    compared: int
-    same_inputs: int
-    equal: int
-    largest_difference: float
-
-    @property
-    def in_words(self) -> str:
-        late = self.compared - self.same_inputs
-        return (f'replay of the recorded inputs: {self.compared} assessments, {self.equal} of '
-                f'{self.same_inputs} with the same samples equal bit for bit, {late} saw a '
-                f'neighbouring sample; largest difference of risk {self.largest_difference:.2g}')
-
-
-def agreement(live: Sequence[Row], replayed: Sequence[Row]) -> Agreement:
-    """Compare row by row. Inputs may differ by one sample where a message came late."""
-    by_tick = {(round(row.time_s, 6), row.brake): row for row in replayed}
-    pairs = [(row, by_tick[key]) for row in live
-             if (key := (round(row.time_s, 6), row.brake)) in by_tick]
-    same = [(a, b) for a, b in pairs if _inputs(a) == _inputs(b)]
-    equal = sum(repr(a.squeal_risk) == repr(b.squeal_risk) for a, b in same)
-    differences = [abs(a.squeal_risk - b.squeal_risk) for a, b in pairs
-                   if a.state == b.state and not np.isnan(a.squeal_risk)]
-    return Agreement(len(pairs), len(same), equal, max(differences, default=0.0))
-
-
 def on_drive_time(row: Row) -> Row:
     """Return a row with its time counted from the start of the drive."""
     return replace(row, time_s=round(row.time_s - ORIGIN * 1e-9, 6))
-
-
-def _inputs(row: Row) -> str:
-    return repr((row.state, row.rotor_speed_rad_s, row.pressure_pa, row.friction))
 
 
 def default_config() -> Path:
