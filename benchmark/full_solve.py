@@ -15,7 +15,8 @@ import scipy
 from squeal_core import BrakeModel
 from squeal_core.monitor import BrakeMonitor, Sample
 from squeal_core.settings import read_settings
-from squeal_core.stability import complex_modes, eigenvalues, mode_vectors
+from squeal_core.mode_vectors import mode_vectors
+from squeal_core.stability import complex_modes, eigenvalues
 
 
 def median(task: Callable[[], object], repeats: int = 101) -> float:

@@ -10,9 +10,10 @@ from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.errors import ModelError
 from squeal_core.modal_basis import modal_assurance, ModalBasis, Quadrature
+from squeal_core.mode_vectors import mode_vectors
 from squeal_core.nodal_modes import NodalModes
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, mode_vectors
+from squeal_core.stability import complex_modes
 
 SPEEDS = (5.0, 20.0)  # rad/s, at which roots are looked at
 _LEAST_MAC = 0.9  # under it interpolated shapes are other shapes

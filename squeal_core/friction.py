@@ -92,6 +92,11 @@ class FrictionLaw:
         """Return the slope [s/m] when a measured mu replaces the law's: scaled in proportion."""
         return self.slope(sliding_speed) * measured / self.coefficient(sliding_speed)
 
+    def relative_slope(self, sliding_speed: FloatArray | float) -> FloatArray:
+        """Return the slope over the coefficient [s/m] at sliding speeds [m/s]."""
+        excess = (self.static - self.kinetic) * np.exp(-self.decay * np.abs(sliding_speed))
+        return np.asarray(-self.decay * excess / (self.kinetic + excess))
+
 
 @dataclass(frozen=True)
 class FrictionTable:

@@ -8,8 +8,9 @@ import numpy as np
 
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.mode_vectors import mode_vectors, ModeVectors
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, Mode, mode_vectors, ModeVectors, Tolerances
+from squeal_core.stability import complex_modes, Mode, Tolerances
 from squeal_core.tracking import Family, follow, numbered
 
 Label: TypeAlias = Literal['mode coupling', 'negative slope', 'gyroscopic',

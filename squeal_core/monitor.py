@@ -8,107 +8,27 @@ The monitor is advisory. It is no safety function.
 """
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 import math
-from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from squeal_core.assessment import Assessment, Begun, concluded, explained, State
 from squeal_core.brake_model import BrakeModel
 from squeal_core.engines import Engines
 from squeal_core.errors import ConfigurationError
 from squeal_core.inputs import Input, Reading, Sample, Status, Unreadable, validated_ranges
-from squeal_core.operating_point import OperatingPoint
 from squeal_core.settings import BrakeSettings, MonitorSettings, Signal
-from squeal_core.sliding import Sliding, SlidingBrake
-from squeal_core.stability import Mode
+from squeal_core.sliding import judge_together, Sliding, SlidingBrake
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
            'Unreadable', 'VehicleMonitor']
-
-State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
-                           'outside validated range']
 
 # what an input's status makes of the brake's state, the gravest first
 _STATES: dict[Status, State] = {
     'invalid': 'invalid', 'stuck': 'invalid', 'never received': 'stale', 'stale': 'stale',
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Assessment:
-    """What is known of one brake at one tick.
-
-    Parameters
-    ----------
-    brake : str
-    time : int
-        The tick [ns].
-    state : str
-        'steady': sliding under load, the numbers hold; 'released': no load, risk 0;
-        'not sliding', 'stale', 'invalid', 'outside validated range': not known, numbers NaN.
-    reason : str
-        The state in words; inputs named with their value and age.
-    inputs : mapping
-        `Reading` of each input.
-    friction : float
-        mu [-], measured or by the temperature table.
-    friction_source : str
-        'measured' or 'temperature'; empty where friction is not known.
-    point : OperatingPoint or None
-    modes : tuple of Mode
-        All unstable modes, worst first: flutter in and below the squeal band, divergence.
-    risk : float
-        Probability that a mode in the squeal band grows [-].
-    growth_rate : float
-        Largest Re(lambda) of the oscillating modes in the squeal band [1/s].
-    worst_frequency_hz : float
-        Frequency of that mode.
-    friction_margin : float
-        Critical minus present friction [-], bracketed and confirmed by full solves; NaN where
-        there is none, or none was found yet that holds at this speed and pressure.
-    sliding : Sliding or None
-        All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
-    """
-
-    brake: str
-    time: int
-    state: State
-    reason: str
-    inputs: Mapping[Signal, Reading] = field(default_factory=dict)
-    friction: float = math.nan
-    friction_source: str = ''
-    point: OperatingPoint | None = None
-    modes: tuple[Mode, ...] = ()
-    risk: float = math.nan
-    growth_rate: float = math.nan
-    worst_frequency_hz: float = math.nan
-    friction_margin: float = math.nan
-    sliding: Sliding | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def known(self) -> bool:
-        """Whether the risk is a number."""
-        return self.state in ('steady', 'released')
-
-    @property
-    def flutter(self) -> tuple[Mode, ...]:
-        """Oscillating unstable modes, worst first."""
-        return tuple(m for m in self.modes if m.kind == 'flutter')
-
-
-class _Found(NamedTuple):
-    """What an assessment begins with."""
-
-    brake: str
-    time: int
-    inputs: Mapping[Signal, Reading]
-    friction: float = math.nan
-    friction_source: str = ''
-
-    def said(self, state: State, reason: str, **known: Any) -> Assessment:
-        return Assessment(**self._asdict(), state=state, reason=reason, **known)
 
 
 class BrakeMonitor:
@@ -164,21 +84,22 @@ class BrakeMonitor:
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
+        return assess_together([self], time)[0]
+
+    def _begin(self, time: int) -> Assessment | Begun:
+        """Return the assessment at a time [ns], or what it begins with where the brake slides."""
         inputs = self._read(time)
         friction, source, coefficient = self._friction(inputs)
         needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure'], **friction}
         bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
         if bad:
             ways = {_STATES[reading.status] for reading in bad.values()}
-            return _Found(self.brake.name, time, inputs).said(
+            return Begun(self.brake.name, time, inputs).said(
                 next(s for s in _STATES.values() if s in ways),
                 '; '.join(r.described(name) for name, r in bad.items()))
-        found = self._assess_known(
-            _Found(self.brake.name, time, inputs, coefficient, source))
-        if source == 'temperature' and 'friction' in inputs:
-            instead = inputs['friction'].described('friction')
-            return replace(found, reason=f'{found.reason}; friction by temperature, as {instead}')
-        return found
+        begun = Begun(self.brake.name, time, inputs, coefficient, source)
+        known = self._without_sliding(begun)
+        return begun if known is None else explained(known)
 
     def _read(self, time: int) -> dict[Signal, Reading]:
         if self._time is not None and time < self._time:
@@ -208,37 +129,42 @@ class BrakeMonitor:
                           detail=f'which gives friction {coefficient:.4g}, {validated}')
         return {**needed, 'temperature': outside}, '', math.nan
 
-    def _assess_known(self, found: _Found) -> Assessment:
-        """Assess from inputs that are all good: released, at rest or sliding."""
-        speed, pressure = found.inputs['rotor_speed'], found.inputs['pressure']
+    def _without_sliding(self, begun: Begun) -> Assessment | None:
+        """Assess from inputs that are all good a brake that is released or at rest."""
+        speed, pressure = begun.inputs['rotor_speed'], begun.inputs['pressure']
         if pressure.value < self._settings.release_pressure:
-            return found.said('released', risk=0.0, reason=(
+            return begun.said('released', risk=0.0, reason=(
                 f'pressure {pressure.value / 1e5:.2f} bar: brake released'))
         if abs(speed.value) < self._settings.minimum_rotor_speed:
-            return found.said(
+            return begun.said(
                 'not sliding', f'rotor speed {speed.value:.2f} rad/s: not sliding')
         for name, reading in (('rotor_speed', speed), ('pressure', pressure)):
             if abs(reading.value) < self._validated[name].low:
                 low = replace(reading, detail=str(self._validated[name]))
-                return found.said('outside validated range', low.described(name))
-        return self._assess_sliding(found)
+                return begun.said('outside validated range', low.described(name))
+        return None
 
-    def _assess_sliding(self, found: _Found) -> Assessment:
-        try:
-            known = self._sliding.judge(
-                found.inputs['rotor_speed'].value, found.inputs['pressure'].value,
-                found.friction, found.time)
-        except np.linalg.LinAlgError as error:
-            return found.said('invalid', f'no eigensolution ({error})')
-        if math.isnan(known.risk.probability):
-            return found.said('invalid', 'no risk: modes are not separable here')
-        worst = known.worst
-        return found.said(
-            'steady', _in_words(worst, known.risk.probability), point=known.point,
-            modes=known.modes.unstable, risk=known.risk.probability,
-            growth_rate=worst.growth_rate if worst else math.nan,
-            worst_frequency_hz=worst.frequency_hz if worst else math.nan,
-            friction_margin=known.friction_margin, sliding=known)
+
+def assess_together(monitors: Sequence[BrakeMonitor], time: int) -> tuple[Assessment, ...]:
+    """Assess brakes of the same engines at a time [ns]: those that slide, all in one."""
+    every = [monitor._begin(time) for monitor in monitors]
+    known = iter(_judged([(monitor._sliding, begun) for monitor, begun in zip(
+        monitors, every, strict=True) if isinstance(begun, Begun)], time))
+    return tuple(explained(concluded(one, next(known))) if isinstance(one, Begun) else one
+                 for one in every)
+
+
+def _judged(brakes: Sequence[tuple[SlidingBrake, Begun]], time: int
+            ) -> list[Sliding | np.linalg.LinAlgError]:
+    """Return what is known of brakes that slide, or why it is not."""
+    if not brakes:
+        return []
+    try:
+        return [*judge_together([(brake, begun.operation) for brake, begun in brakes], time)]
+    except np.linalg.LinAlgError as error:
+        if len(brakes) == 1:
+            return [error]
+        return [known for one in brakes for known in _judged([one], time)]
 
 
 def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
@@ -276,16 +202,8 @@ class VehicleMonitor:
         self.brakes[brake].receive(signal, sample)
 
     def assess(self, time: int) -> tuple[Assessment, ...]:
-        return tuple(monitor.assess(time) for monitor in self.brakes.values())
+        return assess_together(tuple(self.brakes.values()), time)
 
     def reset(self) -> None:
         for monitor in self.brakes.values():
             monitor.reset()
-
-
-def _in_words(worst: Mode | None, risk: float) -> str:
-    if worst is None:
-        return 'no mode in the squeal band'
-    verdict = 'grows' if worst.growth_rate > 0.0 else 'decays'
-    return (f'squeal risk {risk:.2f}: mode at {worst.frequency_hz:.0f} Hz {verdict} with '
-            f'{worst.growth_rate:+.1f} 1/s')

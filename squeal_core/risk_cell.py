@@ -46,17 +46,20 @@ class Family:
 
     model: BrakeModel
 
-    def coefficients(self, speed: float, pressure: float, friction: FloatArray | float,
+    def coefficients(self, speed: FloatArray | float, pressure: FloatArray | float,
+                     friction: FloatArray | float,
                      factor: FloatArray | float = 1.0) -> FloatArray:
-        """Return coefficients (6, ...) at a speed [rad/s] and pressure [Pa] above zero.
+        """Return coefficients (6, ...) at speeds [rad/s] and pressures [Pa] above zero.
 
-        Those of `point`, at as many frictions and factors of the contact stiffness as there are.
+        Those of `point`, at as many of each as there are.
         """
-        pressed, law = self._contact_pressure * pressure, self.model.friction_law
+        model, law, table = self.model, self.model.friction_law, self.model.stiffness_table
+        pressed = self._contact_pressure * pressure
         load = pressed * friction
-        stiffness = self.model.contact_stiffness_at(pressed) * factor
-        slope = law.slope_at(self.model.contact_radius * speed, 1.0) if law else 0.0
-        found = np.empty((6, *np.shape(load)))
+        stiffness = factor * (model.nominal_contact_stiffness if table is None else table(pressed))
+        slope = law.relative_slope(model.contact_radius * speed) if law else 0.0
+        found = np.empty((6, *np.broadcast_shapes(
+            *(np.shape(values) for values in (speed, load, stiffness)))))
         for row, value in enumerate((speed, load / speed, slope * load, stiffness,
                                      friction * stiffness, load)):
             found[row] = value

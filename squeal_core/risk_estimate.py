@@ -1,13 +1,13 @@
 """The probability of growth from a cell: growth rates over the inputs' spread, and their sum."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from squeal_core.arrays import ComplexArray, FloatArray
+from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.risk_cell import Cell, Family, inside, Spread
 from squeal_core.risk_rule import Rule
 
@@ -18,16 +18,16 @@ _TURN = np.exp(2j * np.pi / 3.0)
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Growth rates at a point and over its inputs' spread, and the probabilities they come to.
+    """Growth rates at points and over their inputs' spread, and the probabilities they come to.
 
     Parameters
     ----------
     cell : Cell
         That they are from.
-    ways : (ways, points, nodes * parts) array
+    ways : (P, ways, points, nodes * parts) array
         Growth rate of the modes on each way over friction and contact stiffness, above what
         counts as growth [1/s].
-    edges : (ways, 1, nodes * parts) array
+    edges : (P, ways, 1, nodes * parts) array
         Their standard deviation by speed and pressure [1/s].
     others : (nodes * parts,) array
         Growth rate of the least stable of all other modes [1/s].
@@ -39,61 +39,74 @@ class Estimate:
     others: FloatArray
 
     @cached_property
-    def overall(self) -> tuple[float, float]:
-        """Probability that at least one mode grows, and its error.
+    def overall(self) -> tuple[FloatArray, FloatArray]:
+        """Probability (P,) that at least one mode grows, and its error (P,).
 
         The error is what it changes by as all growth rates change by the cell's errors.
         """
         rule, off = self.cell.rule, self.cell.errors_of_parts
-        least = self.ways.max(axis=0)
-        edge = np.where(self.ways == least, self.edges, 0.0).max(axis=0)
+        least = self.ways.max(axis=1)
+        edge = np.where(self.ways == least[:, None], self.edges, 0.0).max(axis=1)
         least = np.maximum(least, self.others)
         widths = rule.widths(least, edge)
-        ends = np.array([least[::2] - off, least[::2] + off])
-        low, high = rule.probability(ends, widths[::2]).tolist()
-        found = float(rule.probability(least, widths))
-        return min(max(found, 0.0), 1.0), max(0.5 * (high - low), 0.0)
+        coarse = least[:, ::2]
+        low, high = rule.probability(np.array([coarse - off, coarse + off]), widths[:, ::2])
+        found = rule.probability(least, widths)
+        return np.clip(found, 0.0, 1.0), np.maximum(0.5 * (high - low), 0.0)
 
     @cached_property
     def modes(self) -> FloatArray:
-        """Probability that each of the cell's modes grows (m,)."""
+        """Probability that each of the cell's modes grows (P, m)."""
         rule, count = self.cell.rule, self.cell.modes.size
-        coarse = np.ascontiguousarray(self.ways[:count, ::2])
-        return rule.probability(coarse, rule.widths(coarse, self.edges[:count]))
+        coarse = np.ascontiguousarray(self.ways[:, :count, ::2])
+        return rule.probability(coarse, rule.widths(coarse, self.edges[:, :count]))
 
 
-def estimate(cell: Cell, family: Family, spread: Spread, inputs: Sequence[float],
+def estimate(cell: Cell, family: Family, spread: Spread, inputs: ArrayLike,
              band: tuple[float, float], level: float) -> Estimate:
-    """Return the estimate at (speed, pressure, friction), from a cell around them.
+    """Return the estimate at points, from a cell around them.
 
     Parameters
     ----------
     cell : Cell
     family : Family
     spread : Spread
-    inputs : (3,) floats
+    inputs : (P, 3) array
+        Speed [rad/s], pressure [Pa] and friction of each.
     band : (2,) floats
         Of the angular frequencies that count [rad/s].
     level : float
         What counts as growth [1/s].
     """
-    found = cell.series @ cell.terms(_columns(cell.rule, family, spread, inputs))
-    growth = _growth(cell, found @ cell.rule.continued, band) - level
-    return Estimate(cell, _by_ways(cell, growth[:, :-_ASIDE], level),
-                    _edges(cell, growth[:, -_ASIDE:], spread), cell.others_of_parts - level)
+    places = _coefficients(cell.rule, family, spread, np.asarray(inputs, float))
+    points, grid = places.shape[1], cell.rule.continued.shape[1]
+    found = cell.series @ cell.terms(places.reshape(6, -1))
+    found = found.reshape(-1, places.shape[-1]) @ cell.rule.continued
+    growth = _growth(cell, found.reshape(len(cell.series), points * grid), band) - level
+    growth = growth.reshape(len(growth), points, grid)
+    return Estimate(cell, _by_ways(cell, growth[..., :-_ASIDE], level),
+                    _edges(cell, growth[..., -_ASIDE:], spread), cell.others_of_parts - level)
 
 
-def _columns(rule: Rule, family: Family, spread: Spread, inputs: Sequence[float]) -> FloatArray:
-    """Return coefficients (6, P): contact stiffness by friction, then speed and pressure moved."""
-    speed, pressure, friction = inputs
-    grid = family.coefficients(
-        speed, pressure, friction + spread.friction * rule.friction_moves, rule.stiffness_moves)
-    faster, harder = _step(spread.rotor_speed), _step(spread.pressure)
-    aside = [family.coefficients(speed * (1.0 + way * faster), pressure, friction)
-             for way in (-1.0, 1.0)]
-    aside += [family.coefficients(speed, pressure * (1.0 + way * harder), friction)
-              for way in (-1.0, 1.0)]
-    return np.concatenate([grid, np.array(aside).T], axis=1)
+def _coefficients(rule: Rule, family: Family, spread: Spread, inputs: FloatArray) -> FloatArray:
+    """Return coefficients (6, P, places): contact stiffness by friction, then moved aside."""
+    speed, pressure, friction = inputs.T[..., None]
+    faster, harder, slipperier, stiffer = _moves(rule, spread)
+    return family.coefficients(
+        speed * faster, pressure * harder, friction + slipperier, stiffer)
+
+
+@lru_cache(maxsize=32)
+def _moves(rule: Rule, spread: Spread) -> FloatArray:
+    """Return factors of speed and pressure, steps of friction, factors of stiffness (4, places).
+    """
+    grid = rule.friction_moves.size
+    found = np.ones((4, grid + _ASIDE))
+    found[0, grid:grid + 2] += np.array([-1.0, 1.0]) * _step(spread.rotor_speed)
+    found[1, grid + 2:] += np.array([-1.0, 1.0]) * _step(spread.pressure)
+    found[2, :grid], found[2, grid:] = spread.friction * rule.friction_moves, 0.0
+    found[3, :grid] = rule.stiffness_moves
+    return readonly(found)
 
 
 def _step(deviation: float) -> float:
@@ -115,20 +128,23 @@ def _growth(cell: Cell, found: FloatArray, band: tuple[float, float]) -> FloatAr
 
 
 def _by_ways(cell: Cell, grid: FloatArray, level: float) -> FloatArray:
-    """Lay rows out along the contact stiffness: (rows, grid) -> (ways, points, nodes * parts)."""
-    found = np.empty((len(cell.constant), cell.rule.friction_points, cell.constant.shape[-1]))
+    """Lay rows along the contact stiffness: (rows, P, grid) -> (P, ways, points, nodes * parts).
+    """
+    found = np.empty((grid.shape[1], len(cell.constant), cell.rule.friction_points,
+                      cell.constant.shape[-1]))
     found[...] = cell.constant - level
-    found.ravel()[cell.spots] = grid
+    for point, of_point in enumerate(found):
+        of_point.ravel()[cell.spots] = grid[:, point]
     return found
 
 
 def _edges(cell: Cell, aside: FloatArray, spread: Spread) -> FloatArray:
-    """Return the standard deviation by speed and pressure (ways, 1, nodes * parts)."""
-    found = np.zeros((len(cell.constant), cell.others.size))
+    """Return the standard deviation by speed and pressure (P, ways, 1, nodes * parts)."""
+    found = np.zeros((aside.shape[1], len(cell.constant), cell.others.size))
     reach = 0.5 * np.maximum(np.array((spread.rotor_speed, spread.pressure)) / _LARGEST_STEP, 1.0)
-    faster, harder = ((aside[:, 1::2] - aside[:, ::2]) * reach).T
-    found[cell.tracks, cell.nodes] = np.hypot(faster, harder)
-    return cell.over_parts(found)[:, None]
+    faster, harder = np.moveaxis((aside[..., 1::2] - aside[..., ::2]) * reach, -1, 0)
+    found[:, cell.tracks, cell.nodes] = np.hypot(faster, harder).T
+    return cell.over_parts(found)[:, :, None]
 
 
 def _roots(size: int, entries: ComplexArray) -> ComplexArray:

@@ -6,9 +6,12 @@ brake is driven, beside the work, and kept. Until one is made the estimate is of
 says so.
 """
 
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import asdict, dataclass
+from functools import partial
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,6 +25,8 @@ from squeal_core.risk_estimate import Estimate, estimate
 from squeal_core.risk_rule import Rule, rule_for
 from squeal_core.stability import ComplexModes, Tolerances
 from squeal_core.workers import Worker
+
+_Triple: TypeAlias = tuple[float, float, float]  # speed [rad/s], pressure [Pa], friction
 
 _DEGREE = 3  # of the cells' series
 _CANDIDATES = 3  # modes that the estimate of first order looks at: the least stable ones
@@ -68,6 +73,16 @@ class _Entry:
 class _Request:
     due: int
     cell: 'Future[Cell]'
+
+
+@dataclass(frozen=True)
+class _Place:
+    """One of several brakes in a cell."""
+
+    number: int
+    cell: Cell
+    inputs: _Triple
+    modes: ComplexModes
 
 
 class RiskTable:
@@ -133,34 +148,61 @@ class RiskTable:
             At the operating point of `at`.
         deviations : Deviations
         """
-        self._calls += 1
-        if deviations.none:
-            return self._certain(modes)
-        self._follow(deviations.contact_stiffness)
+        return self.assess_together([(at, modes)], deviations)[0]
+
+    def assess_together(self, brakes: Sequence[tuple[Inputs, ComplexModes]],
+                        deviations: Deviations) -> list[Risk]:
+        """Return the probability of squeal of several brakes: those of one cell cost less."""
+        found: dict[int, Risk] = {}
+        by_cell: dict[tuple[int, Spread], list[_Place]] = {}
+        for number, (at, modes) in enumerate(brakes):
+            self._calls += 1
+            if deviations.none:
+                found[number] = self._certain(modes)
+                continue
+            spread = Spread(min(deviations.friction, 0.5 * at.friction), deviations.pressure,
+                            deviations.rotor_speed)
+            inputs = (abs(at.rotor_speed), at.pressure, at.friction)
+            entry = self._entry_for(inputs, spread, deviations.contact_stiffness)
+            if entry is None:
+                found[number] = self._first_order(at, modes, deviations)
+            else:
+                by_cell.setdefault((id(entry), spread), []).append(
+                    _Place(number, entry.cell, inputs, modes))
+        for (_, spread), places in by_cell.items():
+            found.update(self._summed(places, spread))
+        return [found[number] for number in range(len(brakes))]
+
+    def _entry_for(self, inputs: _Triple, spread: Spread,
+                   stiffness_deviation: float) -> _Entry | None:
+        """Return an entry in whose cell the inputs lie; one is asked for near an end or beyond."""
+        self._follow(stiffness_deviation)
         self._adopt()
-        inputs = (abs(at.rotor_speed), at.pressure, at.friction)
-        spread = Spread(min(deviations.friction, 0.5 * at.friction), deviations.pressure,
-                        deviations.rotor_speed)
         entry, depth = self._nearest(inputs, spread)
         if entry is None or (depth > _EDGE and self.settings.delay):
             self._ask(inputs, spread)
             if entry is None and self.settings.delay == 0:
                 self._adopt()
                 entry, depth = self._nearest(inputs, spread)
-        if entry is None:
-            return self._first_order(at, modes, deviations)
-        entry.used = self._calls
-        self.statistics.summed += 1
-        return self._summed(entry.cell, inputs, spread, modes)
+        if entry is not None:
+            entry.used = self._calls
+            self.statistics.summed += 1
+        return entry
 
-    def _summed(self, cell: Cell, inputs: tuple[float, float, float], spread: Spread,
-                modes: ComplexModes) -> Risk:
-        def found() -> Estimate:  # made again for the modes: a risk that is kept stays small
-            return estimate(cell, self._family, spread, inputs, self._band,
-                            self._tolerances.growth)
+    def _summed(self, places: Sequence[_Place], spread: Spread) -> Iterator[tuple[int, Risk]]:
+        """Yield the risks at places in one cell."""
+        def found(these: Sequence[_Place]) -> Estimate:
+            return estimate(these[0].cell, self._family, spread, [p.inputs for p in these],
+                            self._band, self._tolerances.growth)
 
-        return Risk(*found().overall, 'summed', lambda: _named(
-            found().modes, cell.roots_near(self._family.coefficients(*inputs)), modes))
+        def named(place: _Place) -> tuple[ModeRisk, ...]:  # a risk that is kept stays small
+            return _named(found([place]).modes[0], place.cell.roots_near(
+                self._family.coefficients(*place.inputs)), place.modes)
+
+        probabilities, errors = found(places).overall
+        for place, probability, error in zip(places, probabilities.tolist(), errors.tolist(),
+                                             strict=True):
+            yield place.number, Risk(probability, error, 'summed', partial(named, place))
 
     def _certain(self, modes: ComplexModes) -> Risk:
         growing = modes.flutter_in(*self.band_hz)
@@ -192,7 +234,7 @@ class RiskTable:
             self._entries, self._request = [], None
             self._index()
 
-    def _nearest(self, inputs: tuple[float, float, float],
+    def _nearest(self, inputs: _Triple,
                  spread: Spread) -> tuple[_Entry | None, float]:
         """Return the entry in whose cell the inputs lie the deepest: 0 in the middle, 1 at an end.
         """
@@ -214,7 +256,7 @@ class RiskTable:
         self._spreads = np.array([(c.spread.friction, c.spread.pressure, c.spread.rotor_speed)
                                   for c in cells]).reshape(-1, 3).T
 
-    def _ask(self, inputs: tuple[float, float, float], spread: Spread) -> None:
+    def _ask(self, inputs: _Triple, spread: Spread) -> None:
         """Have a cell made here, unless one is being made already."""
         if self._request is not None:
             return

@@ -3,8 +3,8 @@
 import numpy as np
 
 from squeal_core.brake_model import BrakeModel
+from squeal_core.mode_vectors import mode_vectors
 from squeal_core.operating_point import Coefficients, OperatingPoint
-from squeal_core.stability import mode_vectors
 
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 

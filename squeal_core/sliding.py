@@ -1,5 +1,6 @@
 """What is known of a brake that slides under load: its modes, its risk and its margins."""
 
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 import math
@@ -75,21 +76,42 @@ class SlidingBrake:
         numpy.linalg.LinAlgError
             Where there is no eigensolution.
         """
+        at = MarginInputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction)
+        return judge_together([(self, at)], time)[0]
+
+    def _inputs(self, at: MarginInputs) -> Inputs:
         model = self._engines.model
-        at = Inputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction,
-                    contact_stiffness=model.contact_stiffness_at(model.contact_pressure(pressure)))
-        point = model.operating_point(rotor_speed=rotor_speed, pressure=pressure,
-                                      friction=friction, contact_stiffness=at.contact_stiffness)
-        modes = self._engines.modes.complex_modes(point)
-        risk = self._engines.risks.assess(at, modes, self._deviations)
-        here = MarginInputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction)
-        margins = self._pace.advance(here, time)
+        return Inputs(rotor_speed=at.rotor_speed, pressure=at.pressure, friction=at.friction,
+                      contact_stiffness=model.contact_stiffness_at(
+                          model.contact_pressure(at.pressure)))
+
+    def _concluded(self, at: MarginInputs, point: OperatingPoint, modes: ComplexModes, risk: Risk,
+                   time: int) -> Sliding:
+        margins, settings = self._pace.advance(at, time), self._settings
         return Sliding(
             point=point, modes=modes, risk=risk, margins=margins,
-            worst=next(iter(modes.least_stable(*band_of(self._settings))), None),
-            friction_margin=friction_margin(
-                margins, here, time, change=self._settings.margin_change,
-                age=self._settings.margin_age))
+            worst=modes.worst_in(*band_of(settings)),
+            friction_margin=friction_margin(margins, at, time, change=settings.margin_change,
+                                            age=settings.margin_age))
+
+
+def judge_together(brakes: Sequence[tuple[SlidingBrake, MarginInputs]], time: int
+                   ) -> list[Sliding]:
+    """Return what is known of brakes of the same engines and settings at a time [ns].
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where there is no eigensolution for one of them.
+    """
+    first, engines = brakes[0][0], brakes[0][0]._engines
+    inputs = [brake._inputs(at) for brake, at in brakes]
+    points = [engines.model.operating_point(**vars(at)) for at in inputs]
+    modes = engines.modes.complex_modes_of(points)
+    risks = engines.risks.assess_together(list(zip(inputs, modes, strict=True)),
+                                          first._deviations)
+    return [brake._concluded(at, point, found, risk, time) for (brake, at), point, found, risk
+            in zip(brakes, points, modes, risks, strict=True)]
 
 
 class MarginPace:

@@ -1,13 +1,10 @@
 """Complex modes of the brake at an operating point, and what kind each of them is."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, TypeAlias
-import warnings
 
 import numpy as np
-from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
 
 from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.brake_model import BrakeModel
@@ -138,6 +135,11 @@ class ComplexModes:
         worst = inside[np.argsort(-self.roots[inside].real, kind='stable')[:count]]
         return tuple(self._at(worst))
 
+    def worst_in(self, low_hz: float, high_hz: float) -> Mode | None:
+        """Return the least stable oscillating mode with a frequency in a band."""
+        return next(iter(self.flutter_in(low_hz, high_hz)
+                         or self.least_stable(low_hz, high_hz)), None)
+
 
 def complex_modes(model: BrakeModel, point: OperatingPoint, *,
                   tolerances: Tolerances | None = None) -> ComplexModes:
@@ -198,6 +200,26 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
         _frozen(off), tolerances, 'full' if series is None else 'table', series)
 
 
+def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray,
+                  series: Any) -> list[ComplexModes]:
+    """Sort rows of roots (P, n) into modes, as `classify` sorts one."""
+    if not len(roots):
+        return []
+    oscillates, above = np.abs(roots.imag) > tolerances.oscillation, roots.imag > 0.0
+    if (oscillates != oscillates[:1]).any() or (above != above[:1]).any():
+        return [classify(row, tolerances, off, series)
+                for row, off in zip(roots, errors, strict=True)]
+    quiet, upper = np.flatnonzero(~oscillates[0]), np.flatnonzero(oscillates[0] & above[0])
+    growth, frequency = roots.real, roots.imag
+    still = quiet.take((-growth.take(quiet, axis=1)).argsort(axis=1, kind='stable'))
+    moving = upper.take(np.lexsort((growth.take(upper, axis=1), frequency.take(upper, axis=1))))
+    spoken = np.concatenate([still[:, :quiet.size // 2], moving], axis=1)
+    kept = [_frozen(np.take_along_axis(values, places, axis=1)) for values, places in (
+        (roots, still), (roots, moving), (roots, spoken), (errors, spoken))]
+    return [ComplexModes(rested, moved, one, off, tolerances, 'table', series)
+            for rested, moved, one, off in zip(*kept, strict=True)]
+
+
 def _frozen(fresh: Any) -> Any:
     """Return an array that nobody else holds, read-only from now on."""
     fresh.flags.writeable = False
@@ -212,91 +234,3 @@ def kind_of(root: complex, tolerances: Tolerances) -> Kind:
     if grows:
         return 'divergence'
     return 'rigid' if root.real >= -tolerances.growth else 'stable'
-
-
-@dataclass(frozen=True)
-class ModeVectors:
-    """Right and left vectors (N,) of one root: Q(lambda) x = 0, y^H Q(lambda) = 0."""
-
-    eigenvalue: complex
-    right: ComplexArray
-    left: ComplexArray
-    backward_error: float
-
-
-def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) -> ModeVectors:
-    """Return the vectors of a simple root by inverse iteration on Q = lambda^2 + lambda D + K."""
-    d, k = model.damping(point), model.stiffness(point)
-    pencil = eigenvalue**2 * np.eye(model.size) + eigenvalue * d + k
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
-        factors = lu_factor(pencil, check_finite=False)
-    pivots = np.einsum('ii->i', factors[0])
-    exact = pivots == 0.0  # a root to the last bit; of one mode alone the pencil is all zero
-    pivots[exact] = np.finfo(float).eps * (_size(eigenvalue, d, k) or 1.0)
-    start = np.ones(model.size, complex)
-    right, left = (_inverse_iteration(factors, start, trans) for trans in (0, 2))
-    return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
-
-
-def _inverse_iteration(factors: Any, vector: ComplexArray,
-                       trans: int) -> ComplexArray:
-    for _ in range(3):
-        vector = lu_solve(factors, vector, trans=trans, check_finite=False)
-        vector = vector / np.linalg.norm(vector)
-    return vector
-
-
-def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
-    """Relative change of the matrices that would make the root exact (Tisseur 2000)."""
-    return float(np.linalg.norm(residual) / (_size(root, d, k) or 1.0))
-
-
-def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
-    """Sum of the sizes of the pencil's terms; in Frobenius norms, as they cost the least."""
-    return float(abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k))
-
-
-@dataclass(frozen=True)
-class Trust:
-    """How far a root can be relied on.
-
-    Parameters
-    ----------
-    backward_error : float
-        Relative change of the matrices that would make the root exact.
-    condition : float
-        Relative change of the root over that of the matrices, at most (Tisseur 2000): 1 at best,
-        without bound towards a merging. Infinite for a root at zero.
-    error : float
-        Bound of the rounding error of the root, to first order [1/s]: the product of both and
-        |lambda|.
-    """
-
-    backward_error: float
-    condition: float
-    error: float
-
-
-def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tuple[Trust, ...]:
-    """Return what the modes' roots are worth, from their vectors; some ms a mode.
-
-    Notes
-    -----
-    For right and left vectors x and y of norm 1 the condition of a simple root is
-    (|lambda|^2 + |lambda| |D| + |K|) / (|lambda| |y^H (2 lambda + D) x|), here in Frobenius norms.
-    F. Tisseur, Backward error and condition of polynomial eigenvalue problems, Linear Algebra
-    Appl. 309 (2000), theorems 1 and 5.
-    """
-    d, k = model.damping(point), model.stiffness(point)
-    return tuple(_trust(mode, mode_vectors(model, point, mode.eigenvalue), d, k) for mode in modes)
-
-
-def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> Trust:
-    root, x = mode.eigenvalue, vectors.right
-    turn = abs(vectors.left.conj() @ (2.0 * root * x + d @ x))
-    size = _size(root, d, k)
-    if mode.kind == 'rigid' or turn == 0.0:
-        return Trust(vectors.backward_error, np.inf, np.inf)
-    return Trust(vectors.backward_error, float(size / (abs(root) * turn)),
-                 float(vectors.backward_error * size / turn))

@@ -18,12 +18,13 @@ from squeal_core.brake_model import BrakeModel, OPERATORS
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.history import Row, squeal_events
 from squeal_core.mechanism import Mechanism, mechanisms, without_rotation
+from squeal_core.mode_vectors import Trust, trust
 from squeal_core.model_file import read_header
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sensitivity import parameter_sensitivity
 from squeal_core.settings import load_settings
 from squeal_core.settings_document import settings_document
-from squeal_core.stability import complex_modes, Mode, Trust, trust
+from squeal_core.stability import complex_modes, Mode
 from squeal_core.tracking import identities
 from squeal_core.vehicle import read_vehicle
 from squeal_ros.console import plain, report_progress

@@ -7,9 +7,10 @@ import numpy as np
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
+from squeal_core.mode_vectors import mode_vectors
 from squeal_core.monitor import Assessment
 from squeal_core.settings import MonitorSettings
-from squeal_core.stability import Mode, mode_vectors
+from squeal_core.stability import Mode
 from squeal_core.surface import Patch, SurfaceShapes
 from squeal_ros.messages import MARKERS_TYPE, MessageLibrary
 

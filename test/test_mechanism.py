@@ -18,7 +18,8 @@ from squeal_core.mechanism import (
     TERMS,
     without_rotation,
 )
-from squeal_core.stability import complex_modes, Mode, mode_vectors, trust
+from squeal_core.mode_vectors import mode_vectors, trust
+from squeal_core.stability import complex_modes, Mode
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
                        contact_stiffness=1e9)

@@ -220,9 +220,9 @@ def test_shipped_model_against_samples(kang: BrakeModel, speed: float, pressure:
     cell = cell_at(family, (1.2 * speed, 1.2 * pressure, friction - 0.015), spread, rule, angular)
     inputs = (speed, pressure, friction)
     assert ((cell.box.low <= inputs) & (inputs <= cell.box.high)).all()
-    found = estimate(cell, family, spread, inputs, angular, 1e-2)
+    found = estimate(cell, family, spread, [inputs], angular, 1e-2)
     expected, error, growing = sampled(kang, at(kang, *inputs), DEVIATIONS, 150, band)
-    assert found.overall[0] == pytest.approx(expected, abs=WITHIN + error)
+    assert found.overall[0][0] == pytest.approx(expected, abs=WITHIN + error)
     assert found.modes.sum() == pytest.approx(growing, abs=WITHIN + 2.0 * error)
 
 

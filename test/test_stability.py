@@ -8,14 +8,8 @@ from scipy.optimize import linear_sum_assignment
 
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
-from squeal_core.stability import (
-    classify,
-    complex_modes,
-    ComplexModes,
-    eigenvalues,
-    mode_vectors,
-    Tolerances,
-)
+from squeal_core.mode_vectors import mode_vectors
+from squeal_core.stability import classify, complex_modes, ComplexModes, eigenvalues, Tolerances
 from squeal_core.workers import gives_way, Worker
 
 TOLERANCES = Tolerances()

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.critical import critical_value
+from squeal_core.mode_vectors import mode_vectors
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, ComplexModes, Mode, mode_vectors
+from squeal_core.stability import complex_modes, ComplexModes, Mode
 from squeal_core.tracking import identify, moved
 from squeal_core.verification.paper import (
     ADDED,

@@ -19,8 +19,9 @@ from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake import HatDisc
 from squeal_core.brake_model import BrakeModel
 from squeal_core.modal_basis import ModalBasis, Quadrature
+from squeal_core.mode_vectors import mode_vectors
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, Mode, mode_vectors
+from squeal_core.stability import complex_modes, Mode
 from squeal_core.verification import Parts
 from squeal_core.verification.paper import PRINTED, TORSION
 from squeal_core.view.stability_map import STYLE

@@ -17,7 +17,8 @@ from squeal_core.brake import Brake, Contact, Material, Pad
 from squeal_core.fe import axisymmetric
 from squeal_core.fe.solid import pad_modes
 from squeal_core.modal_basis import Quadrature
-from squeal_core.stability import complex_modes, eigenvalues, mode_vectors
+from squeal_core.mode_vectors import mode_vectors
+from squeal_core.stability import complex_modes, eigenvalues
 
 STEEL = Material(young_modulus=210e9, density=7850.0, poisson_ratio=0.3)
 PRESSURE, STIFFNESS = 1e6, 1e10

@@ -21,6 +21,7 @@ from squeal_core.brake import Brake
 from squeal_core.fe.axisymmetric import disc_modes, HarmonicModes
 from squeal_core.fe.meshes import pad_mesh
 from squeal_core.fe.solid import pad_modes, solid_modes, SolidModes
+from squeal_core.mode_vectors import mode_vectors
 from squeal_core.planar_mesh import (
     AS_PRINTED,
     contact_grid,
@@ -28,7 +29,6 @@ from squeal_core.planar_mesh import (
     PlanarGrid,
     PlanarModes,
 )
-from squeal_core.stability import mode_vectors
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / 'examples' / 'planar_mesh_convergence.py'

@@ -1,0 +1,102 @@
+"""The vectors of single roots, what they say of a root's worth, and roots made exact by them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+import warnings
+
+import numpy as np
+from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
+
+from squeal_core.arrays import ComplexArray, FloatArray
+from squeal_core.brake_model import BrakeModel
+from squeal_core.operating_point import OperatingPoint
+from squeal_core.stability import Mode
+
+
+@dataclass(frozen=True)
+class ModeVectors:
+    """Right and left vectors (N,) of one root: Q(lambda) x = 0, y^H Q(lambda) = 0."""
+
+    eigenvalue: complex
+    right: ComplexArray
+    left: ComplexArray
+    backward_error: float
+
+
+def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) -> ModeVectors:
+    """Return the vectors of a simple root by inverse iteration on Q = lambda^2 + lambda D + K."""
+    d, k = model.damping(point), model.stiffness(point)
+    pencil = eigenvalue**2 * np.eye(model.size) + eigenvalue * d + k
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
+        factors = lu_factor(pencil, check_finite=False)
+    pivots = np.einsum('ii->i', factors[0])
+    exact = pivots == 0.0  # a root to the last bit; of one mode alone the pencil is all zero
+    pivots[exact] = np.finfo(float).eps * (_size(eigenvalue, d, k) or 1.0)
+    start = np.ones(model.size, complex)
+    right, left = (_inverse_iteration(factors, start, trans) for trans in (0, 2))
+    return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
+
+
+def _inverse_iteration(factors: Any, vector: ComplexArray,
+                       trans: int) -> ComplexArray:
+    for _ in range(3):
+        vector = lu_solve(factors, vector, trans=trans, check_finite=False)
+        vector = vector / np.linalg.norm(vector)
+    return vector
+
+
+def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
+    """Relative change of the matrices that would make the root exact (Tisseur 2000)."""
+    return float(np.linalg.norm(residual) / (_size(root, d, k) or 1.0))
+
+
+def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
+    """Sum of the sizes of the pencil's terms; in Frobenius norms, as they cost the least."""
+    return float(abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k))
+
+
+@dataclass(frozen=True)
+class Trust:
+    """How far a root can be relied on.
+
+    Parameters
+    ----------
+    backward_error : float
+        Relative change of the matrices that would make the root exact.
+    condition : float
+        Relative change of the root over that of the matrices, at most (Tisseur 2000): 1 at best,
+        without bound towards a merging. Infinite for a root at zero.
+    error : float
+        Bound of the rounding error of the root, to first order [1/s]: the product of both and
+        |lambda|.
+    """
+
+    backward_error: float
+    condition: float
+    error: float
+
+
+def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tuple[Trust, ...]:
+    """Return what the modes' roots are worth, from their vectors; some ms a mode.
+
+    Notes
+    -----
+    For right and left vectors x and y of norm 1 the condition of a simple root is
+    (|lambda|^2 + |lambda| |D| + |K|) / (|lambda| |y^H (2 lambda + D) x|), here in Frobenius norms.
+    F. Tisseur, Backward error and condition of polynomial eigenvalue problems, Linear Algebra
+    Appl. 309 (2000), theorems 1 and 5.
+    """
+    d, k = model.damping(point), model.stiffness(point)
+    return tuple(_trust(mode, mode_vectors(model, point, mode.eigenvalue), d, k) for mode in modes)
+
+
+def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> Trust:
+    root, x = mode.eigenvalue, vectors.right
+    turn = abs(vectors.left.conj() @ (2.0 * root * x + d @ x))
+    size = _size(root, d, k)
+    if mode.kind == 'rigid' or turn == 0.0:
+        return Trust(vectors.backward_error, np.inf, np.inf)
+    return Trust(vectors.backward_error, float(size / (abs(root) * turn)),
+                 float(vectors.backward_error * size / turn))

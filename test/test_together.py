@@ -1,0 +1,244 @@
+"""Brakes assessed together: what each of them gets by itself, and no more calls than needed."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+import math
+
+from engine_models import point, random_model
+import numpy as np
+import pytest
+
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.brake import StiffnessTable
+from squeal_core.engines import Engines
+from squeal_core.friction import FrictionLaw
+from squeal_core.margin import MarginInputs
+from squeal_core.monitor import Sample, VehicleMonitor
+from squeal_core.risk import Deviations, Inputs
+from squeal_core.risk_cell import Family
+from squeal_core.risk_table import RiskSettings, RiskTable
+from squeal_core.settings import MonitorSettings, read_settings, Signal
+from squeal_core.sliding import judge_together, SlidingBrake
+from squeal_core.stability import classify, classify_rows, complex_modes, Tolerances
+from squeal_core.tabulation import TableSettings, Tabulation
+
+TICK = 1_000_000_000
+DEVIATIONS = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
+# of sums in another order: of roots up to 1e5 1/s, and of probabilities
+ROUNDING, OF_RISK = 1e-7, 1e-9
+
+
+def axles(model: BrakeModel, speed: float, pressure: float, friction: float) -> list[Inputs]:
+    """Four brakes as on a car: nearly alike on an axle, less pressure behind."""
+    return [Inputs(rotor_speed=speed * (1.0 + 0.002 * i), friction=friction + 0.003 * i,
+                   pressure=pressure * (1.0 if i < 2 else 0.43),
+                   contact_stiffness=model.nominal_contact_stiffness) for i in range(4)]
+
+
+def points(model: BrakeModel, brakes: Sequence[Inputs]) -> list[OperatingPoint]:
+    return [model.operating_point(rotor_speed=at.rotor_speed, pressure=at.pressure,
+                                  friction=at.friction) for at in brakes]
+
+
+def way(model: BrakeModel, ticks: int) -> list[list[OperatingPoint]]:
+    return [points(model, axles(model, 40.0 * 0.985**i, 1.2e6 * 1.01**i, 0.4))
+            for i in range(ticks)]
+
+
+def settings(**changes: object) -> MonitorSettings:
+    return read_settings({'rate': 50.0, **changes})
+
+
+# ---------------------------------------------------------------- modes
+
+@pytest.mark.parametrize(('delay', 'ticks'), [(0, 12), (30, 40)])
+def test_modes_together_are_those_of_the_full_solver(kang: BrakeModel, delay: int,
+                                                     ticks: int) -> None:
+    """Within the tolerance, wherever they come from, with anchors made meanwhile."""
+    table = Tabulation(kang, TableSettings(delay=delay, audit_every=7))
+    for brakes in way(kang, ticks):
+        for found, at in zip(table.complex_modes_of(brakes), brakes, strict=True):
+            truth = complex_modes(kang, at)
+            assert found.roots.size == truth.roots.size
+            away = np.abs(found.roots[:, None] - truth.roots).min(axis=1)
+            assert np.all(away <= np.maximum(0.1, -0.02 * found.roots.real))
+            assert [m.index for m in found.unstable] == [m.index for m in truth.unstable]
+    table.close()
+    figures = table.statistics
+    assert figures.tabulated + figures.full == 4 * ticks
+    assert figures.tabulated > ticks
+    assert figures.audits == figures.tabulated // 7
+    assert figures.mismatches == 0
+
+
+def test_together_or_one_by_one(kang: BrakeModel) -> None:
+    """From the same table: the same numbers but for rounding, the same counts and entries."""
+    one, other = (Tabulation(kang, TableSettings(audit_every=0)) for _ in range(2))
+    for brakes in way(kang, 15):
+        apart = [one.complex_modes(at) for at in brakes]
+        for anchor in one.anchors[len(other.anchors):]:
+            other.add(anchor)
+        for found, alone in zip(other.complex_modes_of(brakes), apart, strict=True):
+            assert found.source == alone.source
+            if found.series is alone.series:
+                np.testing.assert_allclose(found.roots, alone.roots, atol=ROUNDING, rtol=0.0)
+                np.testing.assert_allclose(found.errors, alone.errors, rtol=1e-3, atol=ROUNDING)
+                np.testing.assert_allclose(found.eigenvalues, alone.eigenvalues, atol=ROUNDING)
+    assert one.statistics.tabulated == other.statistics.tabulated
+    assert other.statistics.made == 0
+
+
+def test_one_point_far_from_all_others(kang: BrakeModel) -> None:
+    """What no anchor has is solved for itself; the others stay."""
+    table = Tabulation(kang)
+    near = points(kang, axles(kang, 40.0, 1.2e6, 0.4))
+    table.complex_modes_of(near)
+    table.settings = replace(table.settings, delay=10**6)
+    far = points(kang, axles(kang, 3.0, 6e6, 0.7))[:1]
+    found = table.complex_modes_of([near[0], *far, near[3]])
+    assert [modes.source for modes in found] == ['table', 'full', 'table']
+    np.testing.assert_array_equal(found[1].roots, complex_modes(kang, far[0]).roots)
+    table.close()
+
+
+def test_one_point_is_answered_as_ever(kang: BrakeModel) -> None:
+    one, other = Tabulation(kang), Tabulation(kang)
+    for brakes in way(kang, 4):
+        alone, (found,) = one.complex_modes(brakes[0]), other.complex_modes_of(brakes[:1])
+        np.testing.assert_array_equal(found.roots, alone.roots)
+        np.testing.assert_array_equal(found.errors, alone.errors)
+
+
+@pytest.mark.parametrize('seed', range(6))
+def test_rows_sorted_as_each_by_itself(seed: int) -> None:
+    """Also where some rows have other modes that do not oscillate, or equal roots."""
+    generator, limits = np.random.default_rng(seed), Tolerances()
+    frequency = generator.choice([0.0, 10.0, 10.0, 25.0, 300.0], (5, 9))
+    if seed % 2:
+        frequency = np.repeat(frequency[:1], 5, axis=0)
+    growth = generator.choice([-1.0, -1.0, 0.0, 2.0, 5.0], frequency.shape)
+    roots, errors = growth + 1j * frequency, generator.random(frequency.shape)
+    for row, found in enumerate(classify_rows(roots, limits, errors, 'series')):
+        alone = classify(roots[row], limits, errors[row], 'series')
+        for name in ('quiet', 'upper', 'roots', 'errors'):
+            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+            assert not getattr(found, name).flags.writeable
+        assert (found.source, found.series) == ('table', 'series')
+
+
+def test_many_models_with_coordinates_that_nothing_holds() -> None:
+    """Roots at zero are in every row."""
+    for seed in range(5):
+        model = random_model(6, seed=seed)
+        table = Tabulation(model)
+        brakes = [replace(point(), friction=0.3 + 0.001 * i) for i in range(4)]
+        for _ in range(2):
+            for found, at in zip(table.complex_modes_of(brakes), brakes, strict=True):
+                truth = complex_modes(model, at)
+                assert found.quiet.size == truth.quiet.size
+                assert [m.kind for m in found.modes] == [m.kind for m in truth.modes]
+
+
+# ---------------------------------------------------------------- risk
+
+def test_risks_together_or_one_by_one(kang: BrakeModel) -> None:
+    """Both axles in cells of their own, one brake outside of both, one before its cell is made."""
+    table = RiskTable(kang, (1250.0, 16000.0), RiskSettings())
+    for speed, pressure in ((40.0, 1.2e6), (8.0, 5e5)):
+        brakes = axles(kang, speed, pressure, 0.36)
+        modes = [complex_modes(kang, at) for at in points(kang, brakes)]
+        each = list(zip(brakes, modes, strict=True))
+        apart = [table.assess(at, found, DEVIATIONS) for at, found in each]
+        for found, alone in zip(table.assess_together(each, DEVIATIONS), apart, strict=True):
+            assert found.basis == alone.basis == 'summed'
+            assert found.probability == pytest.approx(alone.probability, abs=OF_RISK)
+            assert found.error == pytest.approx(alone.error, abs=OF_RISK)
+            assert [m.index for m in found.modes] == [m.index for m in alone.modes]
+    table.settings = RiskSettings(delay=10**6)
+    new = axles(kang, 150.0, 8e6, 0.6)[:1]
+    both = [*each[:1], *zip(new, [complex_modes(kang, at) for at in points(kang, new)],
+                            strict=True)]
+    assert [risk.basis for risk in table.assess_together(both, DEVIATIONS)] == [
+        'summed', 'first order']
+    table.close()
+
+
+def test_coefficients_of_many_points_are_those_of_each(kang: BrakeModel) -> None:
+    """Each with its own speed, pressure, friction and stiffness, the latter by a table too."""
+    table = StiffnessTable(pressure=(1e4, 1e6), stiffness=(2e9, 9e9))
+    for model in (kang, replace(kang, stiffness_table=table)):
+        family, generator = Family(model), np.random.default_rng(1)
+        speed, pressure, friction, factor = (
+            low * (high / low) ** generator.random(7)
+            for low, high in ((1, 100), (1e5, 8e6), (0.1, 0.7), (0.5, 2.0)))
+        expected = [family.point(*values).coefficients() for values in zip(
+            speed.tolist(), pressure.tolist(), friction.tolist(), factor.tolist(), strict=True)]
+        np.testing.assert_allclose(family.coefficients(speed, pressure, friction, factor),
+                                   np.array(expected).T, rtol=1e-13)
+
+
+def test_relative_slope_is_the_slope_over_the_coefficient() -> None:
+    law, speeds = FrictionLaw(static=0.55, kinetic=0.3, decay=0.7), np.linspace(0.0, 20.0, 9)
+    expected = [law.slope_at(speed, 0.4) / 0.4 for speed in speeds.tolist()]
+    np.testing.assert_allclose(law.relative_slope(speeds), expected, rtol=1e-14)
+
+
+# ---------------------------------------------------------------- brakes and the vehicle
+
+def test_a_vehicle_is_its_brakes(kang: BrakeModel) -> None:
+    """Modes, risk and states of four brakes, of which one is released and one does not slide."""
+    watch = VehicleMonitor(settings(anchor_delay=0.0, risk_delay=0.0), kang)
+    inputs = {'front_left': (40.0, 1.2e6), 'front_right': (40.1, 1.21e6),
+              'rear_left': (40.0, 0.0), 'rear_right': (0.0, 5e5)}
+    values: dict[Signal, float]
+    for brake, (speed, pressure) in inputs.items():
+        values = {'rotor_speed': speed, 'pressure': pressure, 'friction': 0.4}
+        for signal, value in values.items():
+            watch.receive(brake, signal, Sample(TICK, value))
+    found = watch.assess(TICK)
+    assert [one.brake for one in found] == list(inputs)
+    assert [one.state for one in found] == ['steady', 'steady', 'released', 'not sliding']
+    for one in found[:2]:
+        alone, = (b for b in (watch.brakes[one.brake].assess(TICK),))
+        assert alone.risk == pytest.approx(one.risk, abs=OF_RISK)
+        assert alone.growth_rate == pytest.approx(one.growth_rate, abs=1e-3)
+
+
+def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
+                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others are assessed, though the brakes are judged together."""
+    watch = VehicleMonitor(settings(anchor_delay=0.0, risk_delay=0.0), kang)
+    solve = Tabulation.complex_modes_of
+
+    def failing(table: Tabulation, of: Sequence[OperatingPoint]) -> object:
+        if any(at.friction > 0.5 for at in of):
+            raise np.linalg.LinAlgError('did not converge')
+        return solve(table, of)
+
+    monkeypatch.setattr(Tabulation, 'complex_modes_of', failing)
+    for i, brake in enumerate(watch.brakes):
+        for signal, value in (('rotor_speed', 40.0), ('pressure', 1.2e6),
+                              ('friction', 0.6 if i == 1 else 0.4)):
+            watch.receive(brake, signal, Sample(TICK, value))  # type: ignore[arg-type]
+    found = watch.assess(TICK)
+    assert [one.state for one in found] == ['steady', 'invalid', 'steady', 'steady']
+    assert found[1].reason == 'no eigensolution (did not converge)'
+    assert all(math.isfinite(one.risk) for one in (found[0], *found[2:]))
+
+
+def test_the_same_ticks_give_the_same_bits(kang: BrakeModel) -> None:
+    """Together, with anchors and cells made by workers."""
+    runs = []
+    for _ in range(2):
+        at = settings(anchor_delay=0.1, risk_delay=0.2)
+        engines = Engines(kang, at)
+        brakes = [SlidingBrake(engines, at, brake.name) for brake in at.brakes]
+        runs.append([[
+            (known.modes.roots.tobytes(), known.risk.probability, known.friction_margin)
+            for known in judge_together(list(zip(brakes, (
+                MarginInputs(rotor_speed=one.rotor_speed, pressure=one.pressure,
+                             friction=one.friction)
+                for one in axles(kang, 30.0 * 0.996**i, 8e5, 0.4)), strict=True)),
+                i * at.period)] for i in range(50)])
+        engines.close()
+    assert repr(runs[0]) == repr(runs[1])
