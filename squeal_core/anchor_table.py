@@ -9,7 +9,7 @@ from squeal_core.anchor import Anchor, DEGREE
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import classify, classify_rows, ComplexModes, Tolerances
+from squeal_core.stability import classify, classify_rows, ComplexModes, Source, Tolerances
 
 _TRIED = 3  # anchors tried for a point, the last one used first
 _FAR = 3.0  # reaches beyond which an anchor is not tried
@@ -34,6 +34,10 @@ class TableSettings:
         Every so many answers from the table one is solved in full and compared; 0: none.
     degree : int
         Of the series.
+    refined : float
+        Growth rates [1/s] up to which, and all that their errors leave undecided, oscillating
+        modes are solved for one by one in the full problem; 0: the whole point is solved in full
+        where a verdict hangs on an error.
     """
 
     tolerance: float = 0.1
@@ -42,6 +46,7 @@ class TableSettings:
     delay: int = 0
     audit_every: int = 2000
     degree: int = DEGREE
+    refined: float = 0.0
 
 
 @dataclass
@@ -125,14 +130,14 @@ class AnchorTable:
                 break
         return best
 
-    def modes(self, answer: Answer) -> ComplexModes | None:
+    def modes(self, answer: Answer, source: Source = 'table') -> ComplexModes | None:
         """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
         if answer.entry is None or answer.worst > self.settings.tolerance or (
                 self._undecided(answer.roots, answer.errors).any()):
             return None
         found = classify(np.concatenate([self._zeros, answer.roots]), self._tolerances,
                          np.concatenate([self._zeros.real, answer.errors]),
-                         series=answer.entry.anchor)
+                         series=answer.entry.anchor, source=source)
         return found if self._complete(found) else None
 
     def together(self, points: Sequence[OperatingPoint]) -> list[Found | None]:

@@ -18,6 +18,7 @@ _Result = TypeVar('_Result')
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
 _PATIENT = 4.0  # and its anchors may come later: most serve a point that is soon left
+_CLOSE = 0.5  # 1/s around the verdict in which they are solved for in the full problem
 _ROUGH = 10.0  # a margin needs verdicts, and full solves confirm them: its table may err by more
 
 
@@ -53,7 +54,7 @@ class Engines:
         self.modes.settings = _table_settings(settings)
         self.margins.settings = replace(
             _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
-            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0,
+            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0, refined=_CLOSE,
             delay=_solves(settings, _PATIENT * settings.anchor_delay, settings.margin_rate))
         self.risks.settings = RiskSettings(
             memory=1e6 * _SHARE * settings.table_memory,
@@ -102,6 +103,7 @@ def margin_settings(model: BrakeModel, settings: MonitorSettings) -> MarginSetti
     assert model.caliper is not None
     per_pressure = model.caliper.preload(1.0)
     return MarginSettings(
+        rest=0.5 * settings.margin_age,
         friction=(settings.validated_friction_low, settings.validated_friction_high),
         rotor_speed=(settings.validated_rotor_speed_low, settings.validated_rotor_speed_high),
         pressure=(settings.validated_preload_low / per_pressure,

@@ -13,6 +13,9 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import Mode
 
+_STEPS = 3  # of inverse iteration
+_TO_REFINE = (2, 2)  # at the guess, then at the root it gives
+
 
 @dataclass(frozen=True)
 class ModeVectors:
@@ -27,21 +30,48 @@ class ModeVectors:
 def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) -> ModeVectors:
     """Return the vectors of a simple root by inverse iteration on Q = lambda^2 + lambda D + K."""
     d, k = model.damping(point), model.stiffness(point)
-    pencil = eigenvalue**2 * np.eye(model.size) + eigenvalue * d + k
+    right, left, pencil = _vectors(eigenvalue, d, k, _STEPS)
+    return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
+
+
+def refined_root(model: BrakeModel, point: OperatingPoint,
+                 guess: complex) -> tuple[complex, float]:
+    """Return the root of the full problem near a guess, and its error to first order [1/s].
+
+    By two-sided quotients lambda - y^H Q x / (y^H Q' x), whose error is of second order in those
+    of both vectors. Costs about a tenth of a full solution; where another root is as near as the
+    guess, the error says so.
+    """
+    d, k = model.damping(point), model.stiffness(point)
+    root, turn = guess, 0j
+    for steps in _TO_REFINE:
+        x, y, pencil = _vectors(root, d, k, steps)
+        turn = complex(y.conj() @ (2.0 * root * x + d @ x))
+        if turn == 0.0:
+            return guess, np.inf
+        root -= complex(y.conj() @ (pencil @ x)) / turn
+    left = root**2 * x + root * (d @ x) + k @ x
+    return root, float(np.linalg.norm(left)) / abs(turn)
+
+
+def _vectors(root: complex, d: FloatArray, k: FloatArray,
+             steps: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Return right and left vectors, and Q at the root."""
+    pencil = np.asarray(root**2 * np.eye(len(k)) + root * d + k, complex)
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
         factors = lu_factor(pencil, check_finite=False)
     pivots = np.einsum('ii->i', factors[0])
     exact = pivots == 0.0  # a root to the last bit; of one mode alone the pencil is all zero
-    pivots[exact] = np.finfo(float).eps * (_size(eigenvalue, d, k) or 1.0)
-    start = np.ones(model.size, complex)
-    right, left = (_inverse_iteration(factors, start, trans) for trans in (0, 2))
-    return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
+    pivots[exact] = np.finfo(float).eps * (_size(root, d, k) or 1.0)
+    start = np.ones(len(pencil), complex)
+    right, left = (_inverse_iteration(factors, start, trans, steps) for trans in (0, 2))
+    return right, left, pencil
 
 
-def _inverse_iteration(factors: Any, vector: ComplexArray,
-                       trans: int) -> ComplexArray:
-    for _ in range(3):
+def _inverse_iteration(factors: Any, vector: ComplexArray, trans: int,
+                       steps: int) -> ComplexArray:
+    for _ in range(steps):
         vector = lu_solve(factors, vector, trans=trans, check_finite=False)
         vector = vector / np.linalg.norm(vector)
     return vector

@@ -8,13 +8,15 @@ import math
 import numpy as np
 
 from squeal_core.engines import band_of, Engines, margin_settings
-from squeal_core.margin import MarginInputs, Margins, MarginSearch
+from squeal_core.margin import MarginInputs, Margins
+from squeal_core.margin_search import MarginSearch
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, Inputs, Risk
 from squeal_core.settings import MonitorSettings
 from squeal_core.stability import ComplexModes, Mode
 
-_MOST_SOLVES = 8.0  # of the search for margins within one assessment
+# of the search for margins at a time: the first one after a pause costs as much as the next three
+_FEWEST_SOLVES, _MOST_SOLVES = 4, 8.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,7 +152,7 @@ class MarginPace:
         if self._wait == 0:
             self._take()
         solves = math.floor(self._credit)
-        if self._wait == 0 and solves:
+        if self._wait == 0 and solves >= _FEWEST_SOLVES:
             self._credit -= solves
             self._wait = self._patience
             self._work = self._engines.beside(lambda: self._advance(inputs, time, solves))

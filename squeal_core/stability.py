@@ -12,7 +12,7 @@ from squeal_core.operating_point import OperatingPoint
 from squeal_core.workers import gives_way
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
-Source: TypeAlias = Literal['full', 'table']
+Source: TypeAlias = Literal['full', 'table', 'refined']
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +88,8 @@ class ComplexModes:
         What the root of each mode may be off by [1/s], beyond rounding.
     tolerances : Tolerances
     source : str
-        'full' for an eigensolution, 'table' for the series of `squeal_core.anchor`.
+        'full' for an eigensolution, 'table' for the series of `squeal_core.anchor`; 'refined' for
+        these with the roots next to the verdict solved for in the full problem.
     series : squeal_core.anchor.Anchor or None
         That series; of a full solve one that has these roots too, though not as closely.
     """
@@ -183,7 +184,7 @@ def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) 
 
 
 def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None,
-             series: Any = None) -> ComplexModes:
+             series: Any = None, source: Source = 'full') -> ComplexModes:
     """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
 
     Roots with Im < 0 may be missing: of a pair the other one counts.
@@ -197,7 +198,7 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
     off = np.zeros(spoken.size) if errors is None else errors.take(spoken)
     return ComplexModes(
         _frozen(roots.take(quiet)), _frozen(roots.take(upper)), _frozen(roots.take(spoken)),
-        _frozen(off), tolerances, 'full' if series is None else 'table', series)
+        _frozen(off), tolerances, source, series)
 
 
 def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray,
@@ -207,7 +208,7 @@ def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArra
         return []
     oscillates, above = np.abs(roots.imag) > tolerances.oscillation, roots.imag > 0.0
     if (oscillates != oscillates[:1]).any() or (above != above[:1]).any():
-        return [classify(row, tolerances, off, series)
+        return [classify(row, tolerances, off, series, 'table')
                 for row, off in zip(roots, errors, strict=True)]
     quiet, upper = np.flatnonzero(~oscillates[0]), np.flatnonzero(oscillates[0] & above[0])
     growth, frequency = roots.real, roots.imag

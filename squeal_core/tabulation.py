@@ -19,8 +19,9 @@ from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
 from squeal_core.anchor_table import AnchorTable, Answer, Entry, TableSettings
 from squeal_core.brake_model import BrakeModel
+from squeal_core.mode_vectors import refined_root
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, ComplexModes, Tolerances
+from squeal_core.stability import complex_modes, ComplexModes, Source, Tolerances
 from squeal_core.workers import Worker
 
 __all__ = ['ahead', 'TableSettings', 'TableStatistics', 'Tabulation']
@@ -31,6 +32,8 @@ _PATIENCE = 6  # anchors nobody used before the next are asked for less often
 _AHEAD = 0.6  # of the way from the last anchor: how far beyond a point the next one is made
 _DRIFT = 2.0  # ratio of a parameter over that way from which on it is a jump
 _PENDING = 2  # anchors being made at a time: brakes of both axles ask
+_REFINED = 4  # roots of a point; for more of them a full solution is no dearer
+_APART = 1e-6  # 1/s between roots that are two
 _ALIKE = 0.1  # relative difference of parameters up to which one anchor is enough for the time
 
 
@@ -125,7 +128,8 @@ class Tabulation:
             self._prepare(point, answer)
             if self.settings.delay == 0:
                 answer = self._table.best(point, edge)
-        found = self._table.modes(answer)
+        answer, source = self._refined(point, answer)
+        found = self._table.modes(answer, source)
         if found is None or answer.entry is None:
             self.statistics.full += 1
             full = complex_modes(self.model, point, tolerances=self._tolerances)
@@ -148,6 +152,28 @@ class Tabulation:
             self._solves += 1
             found.append(self._used(point, one.modes, one.entry))
         return found
+
+    def _refined(self, point: OperatingPoint, answer: Answer) -> tuple[Answer, Source]:
+        """Solve for roots next to the verdict in the full problem, where the settings want it.
+
+        Nothing comes of it where a root is elsewhere than the series has it, or two become one.
+        """
+        settings, growth = self.settings, self._tolerances.growth
+        if not settings.refined or answer.worst > settings.tolerance:
+            return answer, 'table'
+        off = np.maximum(answer.errors, settings.refined)
+        places = np.flatnonzero((np.abs(answer.roots.real - growth) <= off)
+                                & (answer.roots.imag > self._tolerances.oscillation))
+        if not places.size or places.size > _REFINED:
+            return answer, 'table'
+        roots, errors = answer.roots.copy(), answer.errors.copy()
+        for place, root in zip(places.tolist(), roots[places].tolist(), strict=True):
+            roots[place], errors[place] = refined_root(self.model, point, root)
+        wrong = np.abs(roots - answer.roots) > answer.errors + errors
+        apart = np.abs(roots[places, None] - roots) > errors[places, None] + _APART
+        if wrong.any() or np.count_nonzero(~apart) > places.size:
+            return Answer(answer.entry), 'table'
+        return replace(answer, roots=roots, errors=errors), 'refined'
 
     def _used(self, point: OperatingPoint, found: ComplexModes, entry: Entry) -> ComplexModes:
         """Count an answer from the table; every so often it is audited."""

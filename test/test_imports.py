@@ -84,6 +84,7 @@ ORDER = (
     'squeal_core.risk_estimate',
     'squeal_core.risk_table',
     'squeal_core.margin',
+    'squeal_core.margin_search',
     'squeal_core.settings',
     'squeal_core.settings_document',
     'squeal_core.plausibility',

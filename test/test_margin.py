@@ -11,11 +11,13 @@ import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake import Caliper
 from squeal_core.critical import critical_value
-from squeal_core.margin import Margin, MarginInputs, Margins, MarginSearch, MarginSettings
+from squeal_core.margin import Margin, MarginInputs, Margins, MarginSettings
+from squeal_core.margin_search import MarginSearch
 from squeal_core.stability import complex_modes, ComplexModes, Source
 from squeal_core.tabulation import TableSettings, Tabulation
 
 BAND = (1250.0, 16000.0)
+SECOND = 1_000_000_000
 HERE = MarginInputs(rotor_speed=10.0, pressure=1e6, friction=0.3)
 W1, W2, DAMPING = 1e4, 1.02e4, 40.0
 SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -251,3 +253,53 @@ def test_backwards_as_forwards() -> None:
     forwards, backwards = (searched(model, replace(HERE, rotor_speed=way * 10.0))
                            for way in (1.0, -1.0))
     assert repr(forwards) == repr(backwards)
+
+
+def rounds(search: MarginSearch, solver: Solver, begin: float, end: float,
+           inputs: MarginInputs = HERE) -> int:
+    """Call 50 times a second; how many solves that took."""
+    before = solver.points.total()
+    for call in range(round(50 * begin), round(50 * end)):
+        search.advance(inputs, call * SECOND // 50)
+    return solver.points.total() - before
+
+
+def test_margins_stand_where_inputs_rest() -> None:
+    """They are looked for anew as they age, and where an input is another."""
+    solver = Solver(flutter(5e-4))
+    settings = MarginSettings(rest=20.0)
+    search = MarginSearch(solver.model, solver, BAND, settings=settings)
+    assert rounds(search, solver, 0.0, 10.0) > 20
+    known = search.margins
+    noise = replace(HERE, friction=0.304, pressure=1.009e6, rotor_speed=-9.95)
+    assert rounds(search, solver, 10.0, 15.0, noise) == 0
+    assert search.margins is known
+    assert rounds(search, solver, 15.0, 40.0) > 20
+    assert search.margins.friction is not None
+    assert search.margins.friction.time >= 20 * SECOND
+
+
+@pytest.mark.parametrize('changed', [
+    replace(HERE, friction=0.306), replace(HERE, pressure=1.02e6), replace(HERE, rotor_speed=9.8)])
+def test_margins_are_looked_for_anew_at_other_inputs(changed: MarginInputs) -> None:
+    solver = Solver(flutter(5e-4))
+    search = MarginSearch(solver.model, solver, BAND, settings=MarginSettings(rest=20.0))
+    rounds(search, solver, 0.0, 10.0)
+    assert rounds(search, solver, 10.0, 15.0, changed) > 20
+    assert search.margins.friction is not None
+    assert search.margins.friction.inputs == changed
+    assert rounds(search, solver, 15.0, 20.0, changed) == 0
+
+
+def test_a_bracket_that_was_not_confirmed_is_looked_for_anew() -> None:
+    """Though the inputs rest: the table said what the full problem does not."""
+    solver = Solver(flutter(5e-4))
+    search = MarginSearch(solver.model, solver, BAND, settings=MarginSettings(rest=20.0))
+    rounds(search, solver, 0.0, 10.0)
+    found = search.margins.friction
+    assert found is not None
+    search.margins = replace(search.margins, friction=replace(
+        found, converged=False, growth_rates=(-0.5, -0.1)))
+    assert rounds(search, solver, 10.0, 11.0) > 0
+    assert search.margins.friction is not None
+    assert search.margins.friction.converged

@@ -119,7 +119,7 @@ def test_rows_sorted_as_each_by_itself(seed: int) -> None:
     growth = generator.choice([-1.0, -1.0, 0.0, 2.0, 5.0], frequency.shape)
     roots, errors = growth + 1j * frequency, generator.random(frequency.shape)
     for row, found in enumerate(classify_rows(roots, limits, errors, 'series')):
-        alone = classify(roots[row], limits, errors[row], 'series')
+        alone = classify(roots[row], limits, errors[row], 'series', 'table')
         for name in ('quiet', 'upper', 'roots', 'errors'):
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
             assert not getattr(found, name).flags.writeable
