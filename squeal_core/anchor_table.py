@@ -34,10 +34,9 @@ class TableSettings:
         Every so many answers from the table one is solved in full and compared; 0: none.
     degree : int
         Of the series.
-    refined : float
-        Growth rates [1/s] up to which, and all that their errors leave undecided, oscillating
-        modes are solved for one by one in the full problem; 0: the whole point is solved in full
-        where a verdict hangs on an error.
+    refines : bool
+        Whether oscillating modes of which an error leaves undecided if they grow are solved for
+        one by one in the full problem, instead of the whole point.
     """
 
     tolerance: float = 0.1
@@ -46,7 +45,7 @@ class TableSettings:
     delay: int = 0
     audit_every: int = 2000
     degree: int = DEGREE
-    refined: float = 0.0
+    refines: bool = False
 
 
 @dataclass

@@ -8,8 +8,10 @@ from typing import TypeVar
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.margin import MarginSettings
+from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings
+from squeal_core.stability import complex_modes, ComplexModes
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
 from squeal_core.workers import Worker
@@ -54,11 +56,16 @@ class Engines:
         self.modes.settings = _table_settings(settings)
         self.margins.settings = replace(
             _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
-            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0, refined=_CLOSE,
+            tolerance=_ROUGH * settings.engine_tolerance, audit_every=0, refines=True,
             delay=_solves(settings, _PATIENT * settings.anchor_delay, settings.margin_rate))
         self.risks.settings = RiskSettings(
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
+
+    def confirm(self, point: OperatingPoint) -> ComplexModes:
+        """Return the modes with those next to the verdict as the full problem has them."""
+        found = self.margins.complex_modes(point, refined=_CLOSE)
+        return found if found.source != 'table' else complex_modes(self.model, point)
 
     def beside(self, task: Callable[[], _Result]) -> 'Future[_Result]':
         """Have a task of the margins done beside the ticks, after those before it.

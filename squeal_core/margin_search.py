@@ -59,16 +59,20 @@ class MarginSearch:
     settings : MarginSettings, optional
     tolerances : Tolerances, optional
         What counts as oscillation and growth.
+    confirm : callable, optional
+        As `solve`, with the modes next to the verdict as the full problem has them; by a full
+        solution where it is None.
     """
 
     def __init__(self, model: BrakeModel, solve: Solve, band_hz: tuple[float, float], *,
                  settings: MarginSettings | None = None,
-                 tolerances: Tolerances | None = None) -> None:
+                 tolerances: Tolerances | None = None, confirm: Solve | None = None) -> None:
         self.model, self.band_hz = model, band_hz
         self.settings = settings or MarginSettings()
         self.margins = Margins()
         self._solve = solve
         self._limits = tolerances or Tolerances()
+        self._confirm = confirm or self._in_full
         self._work: Generator[None, None, None] | None = None
         self._inputs: MarginInputs | None = None
         self._time = 0
@@ -201,8 +205,7 @@ class MarginSearch:
             point = self.model.operating_point(
                 rotor_speed=inputs.rotor_speed, pressure=inputs.pressure,
                 friction=inputs.friction)
-            modes = (complex_modes(self.model, point, tolerances=self._limits) if full
-                     else self._solve(point))
+            modes = self._confirm(point) if full else self._solve(point)
             line.known[value, full] = line.known[value, modes.source != 'table'] = modes
             line.solves += 1
             yield
@@ -214,6 +217,9 @@ class MarginSearch:
         else:
             found = tuple(m for m in modes.unstable if m.kind == 'divergence')
         return found[0] if found else _NONE
+
+    def _in_full(self, point: OperatingPoint) -> ComplexModes:
+        return complex_modes(self.model, point, tolerances=self._limits)
 
 
 def _without(line: _Line, kind: Kind, grows: bool, bounds: tuple[float, float],

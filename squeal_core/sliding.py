@@ -134,7 +134,8 @@ class MarginPace:
     def __init__(self, engines: Engines, settings: MonitorSettings, place: int) -> None:
         self._engines, self._settings, self._place = engines, settings, place
         self._search = MarginSearch(engines.model, self._solve, band_of(settings),
-                                    settings=margin_settings(engines.model, settings))
+                                    settings=margin_settings(engines.model, settings),
+                                    confirm=self._confirm)
         self._found = Margins()
         self._work: Future[Margins] | None = None
         self._credit, self._full = 0.0, False
@@ -182,7 +183,12 @@ class MarginPace:
         return self._search.margins
 
     def _solve(self, point: OperatingPoint) -> ComplexModes:
-        found = self._engines.margins.complex_modes(point)
+        return self._noted(self._engines.margins.complex_modes(point))
+
+    def _confirm(self, point: OperatingPoint) -> ComplexModes:
+        return self._noted(self._engines.confirm(point))
+
+    def _noted(self, found: ComplexModes) -> ComplexModes:
         self._full = self._full or found.source == 'full'
         return found
 

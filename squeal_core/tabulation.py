@@ -118,8 +118,16 @@ class Tabulation:
         return {**asdict(self.statistics), 'anchors': len(self._table.entries),
                 'megabytes': round(1e-6 * self.nbytes, 3)}
 
-    def complex_modes(self, point: OperatingPoint) -> ComplexModes:
-        """Return the complex modes at a point; as `stability.complex_modes`, with errors."""
+    def complex_modes(self, point: OperatingPoint, *, refined: float = 0.0) -> ComplexModes:
+        """Return the complex modes at a point; as `stability.complex_modes`, with errors.
+
+        Parameters
+        ----------
+        point : OperatingPoint
+        refined : float
+            Where the settings let roots be solved for one by one: the growth rate [1/s], either
+            way, up to which that is done though no verdict hangs on it.
+        """
         self._solves += 1
         self._adopt()
         edge = self._edge(self._solves)
@@ -128,7 +136,7 @@ class Tabulation:
             self._prepare(point, answer)
             if self.settings.delay == 0:
                 answer = self._table.best(point, edge)
-        answer, source = self._refined(point, answer)
+        answer, source = self._refined(point, answer, refined)
         found = self._table.modes(answer, source)
         if found is None or answer.entry is None:
             self.statistics.full += 1
@@ -153,15 +161,16 @@ class Tabulation:
             found.append(self._used(point, one.modes, one.entry))
         return found
 
-    def _refined(self, point: OperatingPoint, answer: Answer) -> tuple[Answer, Source]:
+    def _refined(self, point: OperatingPoint, answer: Answer,
+                 within: float) -> tuple[Answer, Source]:
         """Solve for roots next to the verdict in the full problem, where the settings want it.
 
         Nothing comes of it where a root is elsewhere than the series has it, or two become one.
         """
         settings, growth = self.settings, self._tolerances.growth
-        if not settings.refined or answer.worst > settings.tolerance:
+        if not settings.refines or answer.worst > settings.tolerance:
             return answer, 'table'
-        off = np.maximum(answer.errors, settings.refined)
+        off = np.maximum(answer.errors, within)
         places = np.flatnonzero((np.abs(answer.roots.real - growth) <= off)
                                 & (answer.roots.imag > self._tolerances.oscillation))
         if not places.size or places.size > _REFINED:

@@ -11,7 +11,8 @@ from squeal_core.mode_vectors import refined_root
 from squeal_core.stability import complex_modes, eigenvalues
 from squeal_core.tabulation import TableSettings, Tabulation
 
-REFINED = TableSettings(tolerance=1.0, refined=0.5, audit_every=0)
+REFINED = TableSettings(tolerance=1.0, refines=True, audit_every=0)
+WITHIN = 0.5  # 1/s
 # of eigenvalues of 1e5 1/s in a matrix of 1e10, as other checks of the full solution have it
 ROUNDING = 1e-4
 
@@ -61,10 +62,10 @@ def test_verdicts_across_the_boundary_without_full_solves(kang: BrakeModel) -> N
     critical = critical_value(kang, base, 'friction', (0.05, 0.9)).below
     assert critical is not None
     points = [replace(base, friction=critical.value + 2e-5 * i) for i in range(-40, 41)]
-    refining, plain = Tabulation(kang, REFINED), Tabulation(kang, replace(REFINED, refined=0.0))
+    refining, plain = Tabulation(kang, REFINED), Tabulation(kang, replace(REFINED, refines=False))
     sources = []
     for point in points:
-        found, truth = refining.complex_modes(point), complex_modes(kang, point)
+        found, truth = refining.complex_modes(point, refined=WITHIN), complex_modes(kang, point)
         plain.complex_modes(point)
         assert [m.index for m in found.unstable] == [m.index for m in truth.unstable]
         close = np.abs(truth.roots.real) < 0.4
@@ -83,7 +84,7 @@ def test_far_from_the_boundary_nothing_is_refined(kang: BrakeModel) -> None:
         point = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=friction)
         roots = complex_modes(kang, point).roots
         if np.abs(roots[roots.imag > 1.0].real).min() > 1.1:  # beyond the largest error
-            assert table.complex_modes(point).source == 'table'
+            assert table.complex_modes(point, refined=WITHIN).source == 'table'
             far += 1
     assert far > 2
 
@@ -96,9 +97,9 @@ def test_a_series_that_is_elsewhere_gives_way_to_the_full_solution(
     critical = critical_value(kang, base, 'friction', (0.05, 0.9)).below
     assert critical is not None
     point = replace(base, friction=critical.value)
-    assert table.complex_modes(point).source == 'refined'
+    assert table.complex_modes(point, refined=WITHIN).source == 'refined'
     monkeypatch.setattr('squeal_core.tabulation.refined_root',
                         lambda model, at, guess: (guess + 2.0, 1e-9))
-    found = table.complex_modes(point)
+    found = table.complex_modes(point, refined=WITHIN)
     assert found.source == 'full'
     np.testing.assert_array_equal(found.roots, complex_modes(kang, point).roots)
