@@ -5,7 +5,8 @@ Run: python benchmark/node_load.py [--seconds 30] [--warm-up 300] [--rate 100] [
 The node is a process of its own, as on the vehicle; the CPU time of its threads is read from
 /proc. Workers are the threads that give way to the ticks, in the order in which they began; the
 rest is the middleware's. Lateness is from the tick, a multiple of the period in ROS time, to the
-receipt of a brake's risk here. Lost ticks are those that the node counts.
+receipt of a brake's risk here: of two that come within one period the first is the one before's.
+Lost ticks are those that the node counts.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
@@ -13,6 +14,7 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 import argparse
 from collections import Counter
 from contextlib import contextmanager
+from functools import partial
 import math
 import os
 from pathlib import Path
@@ -39,7 +41,7 @@ class Vehicle:
 
     def __init__(self, node: Any, rate: float, *, still: bool = False) -> None:
         self.node, self.period, self.still = node, round(1e9 / rate), still
-        self.lateness: list[int] = []
+        self.receipts: dict[str, list[int]] = {brake: [] for brake in BRAKES}
         self.figures: dict[str, str] = {}
         self.begin = time.monotonic()
         self.joints = node.create_publisher(JointState, 'joint_states', 10)
@@ -48,13 +50,18 @@ class Vehicle:
                            for brake in BRAKES]
         for brake in BRAKES:
             node.create_subscription(
-                Float64, f'/squeal_monitor/{brake}/squeal_risk', self.hear, 10)
+                Float64, f'/squeal_monitor/{brake}/squeal_risk', partial(self.hear, brake), 10)
         node.create_subscription(DiagnosticArray, '/diagnostics', self.note, 10)
         node.create_timer(1.0 / rate, self.publish)
 
-    def hear(self, message: Float64) -> None:
+    def hear(self, brake: str, message: Float64) -> None:
         if not math.isnan(message.data):
-            self.lateness.append(self.node.get_clock().now().nanoseconds % self.period)
+            self.receipts[brake].append(self.node.get_clock().now().nanoseconds)
+
+    def lateness(self) -> np.ndarray:
+        """Return how late each risk came [ms]."""
+        return np.concatenate([late(np.array(times), self.period)
+                               for times in self.receipts.values()])
 
     def note(self, message: DiagnosticArray) -> None:
         self.figures = {item.key: item.value for status in message.status
@@ -76,6 +83,14 @@ class Vehicle:
             pressure.fluid_pressure = (1.5e6 + 5e5 * math.sin(1.1 * way)) * (1.0 - 0.2 * (i > 1))
             pressures.publish(pressure)
             frictions.publish(Float64(data=0.42 + 0.02 * math.sin(0.2 * way)))
+
+
+def late(receipts: np.ndarray, period: int) -> np.ndarray:
+    """Return receipts less the ticks they are of [ms]: no two of them are of the same tick."""
+    ticks = receipts // period
+    for i in range(len(ticks) - 1, 0, -1):
+        ticks[i - 1] = min(ticks[i - 1], ticks[i] - 1)
+    return 1e-6 * (receipts - ticks * period)
 
 
 def cpu_times(process: int) -> Counter[str]:
@@ -107,18 +122,19 @@ def monitor(rate: float) -> Any:
 
 def measure(name: str, vehicle: Vehicle, executor: Any, process: int, seconds: float) -> None:
     """Let the node run for a while and print how it did."""
-    vehicle.lateness.clear()
+    for times in vehicle.receipts.values():
+        times.clear()
     start, used, ticks = time.monotonic(), cpu_times(process), vehicle.ticks()
     while time.monotonic() - start < seconds:
         executor.spin_once(timeout_sec=1.0)
     passed = time.monotonic() - start
     loads = {part: 100.0 * (cpu - used[part]) / passed for part, cpu in cpu_times(process).items()}
     done, lost = np.subtract(vehicle.ticks(), ticks)
-    late = 1e-6 * np.array(vehicle.lateness)
+    late_by = vehicle.lateness()
     print(f'{name}: {sum(loads.values()):.0f} % of a core ('
           + ', '.join(f'{part} {load:.0f}' for part, load in loads.items())
-          + f'); {lost} of {done + lost} ticks lost; lateness median {np.median(late):.2f}, p99 '
-          f'{np.quantile(late, 0.99):.2f} ms', flush=True)
+          + f'); {lost} of {done + lost} ticks lost; lateness median {np.median(late_by):.2f}, '
+          f'p99 {np.quantile(late_by, 0.99):.2f} ms', flush=True)
 
 
 def main() -> None:
@@ -135,7 +151,7 @@ def main() -> None:
     executor.add_node(node)
     vehicle = Vehicle(node, arguments.rate, still=arguments.still)
     with monitor(arguments.rate) as process:
-        while not vehicle.lateness:
+        while not any(vehicle.receipts.values()):
             executor.spin_once(timeout_sec=1.0)
         for phase, seconds in (('cold', arguments.seconds), ('next', arguments.warm_up),
                                ('warm', arguments.seconds)):

@@ -19,7 +19,6 @@ from squeal_core.workers import Worker
 _Result = TypeVar('_Result')
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
-_PATIENT = 4.0  # and its anchors may come later: most serve a point that is soon left
 _CLOSE = 0.5  # 1/s around the verdict in which they are solved for in the full problem
 _ROUGH = 10.0  # a margin needs verdicts, and full solves confirm them: its table may err by more
 
@@ -57,7 +56,7 @@ class Engines:
         self.margins.settings = replace(
             _table_settings(settings), memory=1e6 * _SHARE * settings.table_memory,
             tolerance=_ROUGH * settings.engine_tolerance, audit_every=0, refines=True,
-            delay=_solves(settings, _PATIENT * settings.anchor_delay, settings.margin_rate))
+            delay=0)  # its anchors are made where the search waits for them, beside the ticks
         self.risks.settings = RiskSettings(
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
@@ -93,9 +92,9 @@ def band_of(settings: MonitorSettings) -> tuple[float, float]:
     return settings.squeal_band_low_hz, settings.squeal_band_high_hz
 
 
-def _solves(settings: MonitorSettings, seconds: float, rate: float = math.inf) -> int:
-    """Return how many there are in some seconds, of each brake at most so many a second."""
-    return math.ceil(seconds * min(rate, settings.rate)) * len(settings.brakes)
+def _solves(settings: MonitorSettings, seconds: float) -> int:
+    """Return how many there are of all brakes in some seconds."""
+    return math.ceil(seconds * settings.rate) * len(settings.brakes)
 
 
 def _table_settings(settings: MonitorSettings) -> TableSettings:

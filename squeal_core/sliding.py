@@ -9,7 +9,7 @@ import numpy as np
 
 from squeal_core.engines import band_of, Engines, margin_settings
 from squeal_core.margin import MarginInputs, Margins
-from squeal_core.margin_search import MarginSearch
+from squeal_core.margin_search import MarginSearch, Solve
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, Inputs, Risk
 from squeal_core.settings import MonitorSettings
@@ -17,6 +17,8 @@ from squeal_core.stability import ComplexModes, Mode
 
 # of the search for margins at a time: the first one after a pause costs as much as the next three
 _FEWEST_SOLVES, _MOST_SOLVES = 4, 8.0
+_ANCHOR = 4.0  # full solves that an anchor costs as much as
+_PATIENCE = 3.0  # times what an anchor may take: as the worker is that of all brakes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +119,7 @@ def judge_together(brakes: Sequence[tuple[SlidingBrake, MarginInputs]], time: in
 
 
 class MarginPace:
-    """Advances the margins of one brake at their own rate, slowly where full solves are needed.
+    """Advances the margins of one brake at their own rate, slowly where the table is made.
 
     Brakes take turns: at each tick one of them hands a part of its search to a worker, and some
     turns later takes what came of it. So no tick waits for the solves of a search, and the same
@@ -138,9 +140,10 @@ class MarginPace:
                                     confirm=self._confirm)
         self._found = Margins()
         self._work: Future[Margins] | None = None
-        self._credit, self._full = 0.0, False
+        self._credit, self._slow = 0.0, 0.0
         self._turns = len(settings.brakes)  # ticks from one turn of a brake to its next
-        self._patience = max(1, math.ceil(settings.anchor_delay * settings.rate / self._turns))
+        self._patience = max(1, math.ceil(
+            _PATIENCE * settings.anchor_delay * settings.rate / self._turns))
         self._wait = 0  # turns
 
     def advance(self, inputs: MarginInputs, time: int) -> Margins:
@@ -160,36 +163,41 @@ class MarginPace:
         return self._found
 
     def _take(self) -> None:
-        """Take what the worker found; after a full solve it has a pause."""
+        """Take what the worker found; after a full solve or an anchor it has a pause."""
         if self._work is None:
             return
         if not self._work.cancelled():  # by the end of the engines' workers
             self._found = self._work.result()
         self._work = None
-        if self._full:
-            turns = self._settings.rate / self._settings.margin_full_rate / self._turns
+        if self._slow:
+            turns = self._slow * self._settings.rate / (
+                self._settings.margin_full_rate * self._turns)
             self._credit, self._wait = 0.0, max(0, math.ceil(turns) - self._patience)
 
     def _advance(self, inputs: MarginInputs, time: int, solves: int) -> Margins:
-        """Do so many solves of the search, or the first that is a full one."""
-        self._full = False
+        """Do so many solves of the search, or the first slow one."""
+        self._slow = 0.0
         for _ in range(solves):
             try:
                 self._search.advance(inputs, time)
             except np.linalg.LinAlgError:
-                self._full = True  # begins anew, later
-            if self._full:
+                self._slow = 1.0  # begins anew, later
+            if self._slow:
                 break
         return self._search.margins
 
     def _solve(self, point: OperatingPoint) -> ComplexModes:
-        return self._noted(self._engines.margins.complex_modes(point))
+        return self._timed(self._engines.margins.complex_modes, point)
 
     def _confirm(self, point: OperatingPoint) -> ComplexModes:
-        return self._noted(self._engines.confirm(point))
+        return self._timed(self._engines.confirm, point)
 
-    def _noted(self, found: ComplexModes) -> ComplexModes:
-        self._full = self._full or found.source == 'full'
+    def _timed(self, solve: Solve, point: OperatingPoint) -> ComplexModes:
+        """Solve; note what it costs, in full solves, if it is one or an anchor was made for it."""
+        made = self._engines.margins.statistics.made
+        found = solve(point)
+        self._slow += float(found.source == 'full')
+        self._slow += _ANCHOR * (self._engines.margins.statistics.made - made)
         return found
 
 

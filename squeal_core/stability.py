@@ -206,17 +206,19 @@ def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArra
     """Sort rows of roots (P, n) into modes, as `classify` sorts one."""
     if not len(roots):
         return []
-    oscillates, above = np.abs(roots.imag) > tolerances.oscillation, roots.imag > 0.0
-    if (oscillates != oscillates[:1]).any() or (above != above[:1]).any():
+    growth, frequency = roots.real, roots.imag
+    still, above = np.abs(frequency) <= tolerances.oscillation, frequency > tolerances.oscillation
+    quiet, upper = still.sum(axis=1), above.sum(axis=1)
+    if (quiet != quiet[0]).any() or (upper != upper[0]).any():
         return [classify(row, tolerances, off, series, 'table')
                 for row, off in zip(roots, errors, strict=True)]
-    quiet, upper = np.flatnonzero(~oscillates[0]), np.flatnonzero(oscillates[0] & above[0])
-    growth, frequency = roots.real, roots.imag
-    still = quiet.take((-growth.take(quiet, axis=1)).argsort(axis=1, kind='stable'))
-    moving = upper.take(np.lexsort((growth.take(upper, axis=1), frequency.take(upper, axis=1))))
-    spoken = np.concatenate([still[:, :quiet.size // 2], moving], axis=1)
+    key = np.where(still, -1.0, np.where(above, frequency, np.inf))
+    order = np.lexsort((np.where(still, -growth, growth), key))
+    rest, count = int(quiet[0]), int(upper[0])
+    resting, moving = order[:, :rest], order[:, rest:rest + count]
+    spoken = np.concatenate([resting[:, :rest // 2], moving], axis=1)
     kept = [_frozen(np.take_along_axis(values, places, axis=1)) for values, places in (
-        (roots, still), (roots, moving), (roots, spoken), (errors, spoken))]
+        (roots, resting), (roots, moving), (roots, spoken), (errors, spoken))]
     return [ComplexModes(rested, moved, one, off, tolerances, 'table', series)
             for rested, moved, one, off in zip(*kept, strict=True)]
 

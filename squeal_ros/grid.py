@@ -37,8 +37,11 @@ class TickGrid:
     def wait(self, now: int, longest: int | None = None) -> int:
         """Return the time to the next tick, or to the next of the equal parts of a period.
 
+        None, where the next tick came while the last one was worked on: it is late then, not lost.
         A period has as few parts as make none of them longer than `longest`.
         """
+        if self._last is not None and now // self.period > self._last:
+            return 0
         parts = 1 if longest is None else _ceil(self.period, longest)
         passed = now % self.period
         return _ceil((passed * parts // self.period + 1) * self.period, parts) - passed

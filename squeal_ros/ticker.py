@@ -111,7 +111,7 @@ class Ticker:
         if self._node.get_clock().ros_time_is_active:
             self._timer.timer_period_ns = min(self._timeout // _LOOKS, _LONGEST)
         else:
-            self._timer.timer_period_ns = self._grid.wait(self._now(), _LONGEST)
+            self._timer.timer_period_ns = max(self._grid.wait(self._now(), _LONGEST), 1)
         self._timer.reset()
 
     def _now(self) -> int:

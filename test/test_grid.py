@@ -52,6 +52,18 @@ def test_without_a_time_the_first_tick_is_due_at_once() -> None:
     assert TickGrid(PERIOD).beat(SECOND + 5, 0, simulated=True) == Beat(SECOND, 5, 0)
 
 
+def test_a_tick_that_came_during_the_last_one_is_late_and_not_lost() -> None:
+    """Work that takes longer than a period now and then costs no tick."""
+    found, start = grid(), 1000 * SECOND
+    assert found.beat(start + PERIOD, PERIOD, simulated=False) == Beat(start + PERIOD, 0, 0)
+    assert found.wait(start + 2 * PERIOD - 1) == 1
+    over = start + 2 * PERIOD + 20 * MS
+    assert found.wait(over, MS) == 0
+    assert found.beat(over, 2 * PERIOD + 20 * MS, simulated=False) == Beat(
+        start + 2 * PERIOD, 20 * MS, 0)
+    assert found.wait(over + 5 * MS) == 75 * MS
+
+
 def test_ticks_passed_over_are_counted() -> None:
     found, start = grid(), 1000 * SECOND
     assert found.beat(start + 4 * PERIOD, 4 * PERIOD, simulated=False) == Beat(
