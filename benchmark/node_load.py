@@ -1,6 +1,7 @@
 """Load and lateness of the node: four brakes at 100 Hz, all braking all the time.
 
 Run: python benchmark/node_load.py [--seconds 30] [--warm-up 300] [--rate 100] [--still]
+     [--table TABLE.npz]
 
 The node is a process of its own, as on the vehicle; the CPU time of its threads is read from
 /proc. Workers are the threads that give way to the ticks, in the order in which they began; the
@@ -108,10 +109,11 @@ def cpu_times(process: int) -> Counter[str]:
 
 
 @contextmanager
-def monitor(rate: float) -> Any:
+def monitor(rate: float, table: str) -> Any:
     """Run the node as a process."""
     code = 'import sys; from squeal_ros.node import main; sys.exit(main())'
-    process = subprocess.Popen([sys.executable, '-c', code, '--ros-args', '-p', f'rate:={rate}'],
+    process = subprocess.Popen([sys.executable, '-c', code, '--ros-args', '-p', f'rate:={rate}',
+                                '-p', f"table:='{table}'"],
                                stderr=subprocess.DEVNULL)
     try:
         yield process.pid
@@ -144,13 +146,14 @@ def main() -> None:
                         help='seconds between the cold and the warm figures')
     parser.add_argument('--rate', type=float, default=100.0)
     parser.add_argument('--still', action='store_true', help='inputs that do not change')
+    parser.add_argument('--table', default='', help='of `squeal tabulate`, to start with')
     arguments = parser.parse_args()
     rclpy.init()
     node = rclpy.create_node('vehicle')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     vehicle = Vehicle(node, arguments.rate, still=arguments.still)
-    with monitor(arguments.rate) as process:
+    with monitor(arguments.rate, arguments.table) as process:
         while not any(vehicle.receipts.values()):
             executor.spin_once(timeout_sec=1.0)
         for phase, seconds in (('cold', arguments.seconds), ('next', arguments.warm_up),

@@ -206,6 +206,7 @@ class MarginSearch:
                 rotor_speed=inputs.rotor_speed, pressure=inputs.pressure,
                 friction=inputs.friction)
             modes = self._confirm(point) if full else self._solve(point)
+            modes = replace(modes, series=None)  # what the table drops is not kept alive here
             line.known[value, full] = line.known[value, modes.source != 'table'] = modes
             line.solves += 1
             yield
