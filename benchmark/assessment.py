@@ -2,9 +2,10 @@
 
 Run: python benchmark/assessment.py [--drive us06] [--brakes 4] [--seconds 120]
 
-The braking samples of a drive at 100 Hz go through `SlidingBrake.judge` twice: first the tables
-are laid down while the caller waits, then each call is timed. Times are given in ms and over that
-of `numpy.linalg.eigvals` of the whole state matrix, solved again and again in between.
+The braking samples of a drive at 100 Hz go through `judge_together` twice, as the monitor has it,
+all brakes of a tick at once: first the tables are laid down while the caller waits, then each call
+is timed. Times are of one brake, those of a tick over the brakes in it, in ms and over that of
+`numpy.linalg.eigvals` of the whole state matrix, solved again and again in between.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
@@ -12,6 +13,8 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import groupby
+from operator import attrgetter
 import platform
 import time
 from typing import Any
@@ -21,30 +24,32 @@ import numpy as np
 from online import reference
 import scipy
 
-from squeal_core import BrakeModel
+from squeal_core import BrakeModel, sliding
 from squeal_core.engines import Engines
+from squeal_core.margin import MarginInputs
 from squeal_core.settings import MonitorSettings, read_settings
 from squeal_core.sliding import SlidingBrake
 
 RATE = 100.0  # Hz
-_EVERY = 500  # assessments between two reference solves
+_EVERY = 200  # ticks between two reference solves
 
 
 class Stopwatch:
-    """Adds up the time of calls to some methods, by name."""
+    """Adds up the time of calls to some methods, by name, over the brakes they are for."""
 
     def __init__(self) -> None:
         self.times: dict[str, list[float]] = {}
 
     def watch(self, owner: Any, method: str, name: str) -> None:
+        """Time the calls of a method whose first argument is a list, of a brake each."""
         call, times = getattr(owner, method), self.times.setdefault(name, [])
 
-        def timed(*arguments: Any) -> Any:
+        def timed(brakes: Any, *arguments: Any) -> Any:
             start = time.perf_counter()
             try:
-                return call(*arguments)
+                return call(brakes, *arguments)
             finally:
-                times.append(time.perf_counter() - start)
+                times.append((time.perf_counter() - start) / len(brakes))
 
         setattr(owner, method, timed)
 
@@ -56,10 +61,12 @@ def vehicle(model: BrakeModel, settings: MonitorSettings) -> tuple[Engines, list
 
 def run(brakes: list[SlidingBrake], way: list[BrakingSample],
         between: Callable[[], None] = lambda: None) -> None:
-    for i, at in enumerate(way):
+    for i, (now, samples) in enumerate(groupby(way, attrgetter('time'))):
         if i % _EVERY == 0:
             between()
-        brakes[at.brake].judge(at.rotor_speed, at.pressure, at.friction, at.time)
+        sliding.judge_together([(brakes[at.brake], MarginInputs(
+            rotor_speed=at.rotor_speed, pressure=at.pressure, friction=at.friction))
+            for at in samples], now)
 
 
 def main() -> None:
@@ -75,13 +82,15 @@ def main() -> None:
     way = way[:round(arguments.seconds * RATE * arguments.brakes)]
     engines, brakes = vehicle(model, settings)
     run(brakes, way)
+    beside = replace(read_settings({}), rate=RATE)  # from now on as in the node
+    engines.retune(beside)
+    for brake in brakes:
+        brake.retune(beside)
     point = model.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
     watch, solves = Stopwatch(), []
-    watch.watch(engines.modes, 'complex_modes', 'modes')
-    watch.watch(engines.risks, 'assess', 'risk')
-    watch.watch(engines.margins, 'complex_modes', 'margins: a solve')
-    for brake in brakes:
-        watch.watch(brake, 'judge', 'assessment')
+    watch.watch(engines.modes, 'complex_modes_of', 'modes')
+    watch.watch(engines.risks, 'assess_together', 'risk')
+    watch.watch(sliding, 'judge_together', 'assessment')
     run(brakes, way, lambda: solves.append(reference(model, point)))
     solve = float(np.median(solves))
     print(f'{platform.processor() or platform.machine()}, Python {platform.python_version()}, '

@@ -19,6 +19,7 @@ from squeal_core.workers import Worker
 _Result = TypeVar('_Result')
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
+_LEAST_CHANGE = 0.1  # of the inputs of a margin; by less a search would be given up by noise
 _CLOSE = 0.5  # 1/s around the verdict in which they are solved for in the full problem
 _ROUGH = 10.0  # a margin needs verdicts, and full solves confirm them: its table may err by more
 
@@ -109,7 +110,7 @@ def margin_settings(model: BrakeModel, settings: MonitorSettings) -> MarginSetti
     assert model.caliper is not None
     per_pressure = model.caliper.preload(1.0)
     return MarginSettings(
-        rest=0.5 * settings.margin_age,
+        change=max(settings.margin_change, _LEAST_CHANGE), rest=0.5 * settings.margin_age,
         friction=(settings.validated_friction_low, settings.validated_friction_high),
         rotor_speed=(settings.validated_rotor_speed_low, settings.validated_rotor_speed_high),
         pressure=(settings.validated_preload_low / per_pressure,

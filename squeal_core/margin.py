@@ -22,6 +22,8 @@ class MarginSettings:
         Of one speed or pressure to the next.
     friction_tolerance, tolerance : float
         Width of the bracket: of friction [-], of speed and pressure as a part of their value.
+    change : float
+        Of speed or pressure, as a part of the value, from which on a search is given up.
     rest : float
         Time [s] after which a margin is looked for anew though the inputs are where they were.
     friction_rest, relative_rest : float
@@ -35,6 +37,7 @@ class MarginSettings:
     ratio: float = 1.2
     friction_tolerance: float = 1e-4
     tolerance: float = 1e-3
+    change: float = 0.2
     rest: float = 15.0
     friction_rest: float = 0.005
     relative_rest: float = 0.01
@@ -67,11 +70,15 @@ class MarginInputs:
     def moved(self, parameter: Parameter, value: float) -> 'MarginInputs':
         return replace(self, **{parameter: value})
 
-    def near(self, other: 'MarginInputs', settings: MarginSettings) -> bool:
+    def rests(self, other: 'MarginInputs', settings: MarginSettings) -> bool:
         """Tell whether the changes from others are none."""
-        return abs(self.friction - other.friction) <= settings.friction_rest and all(
-            abs(here - there) <= settings.relative_rest * abs(there) for here, there in (
-                (self.rotor_speed, other.rotor_speed), (self.pressure, other.pressure)))
+        return (abs(self.friction - other.friction) <= settings.friction_rest
+                and self.near(other, settings.relative_rest))
+
+    def near(self, other: 'MarginInputs', part: float) -> bool:
+        """Tell whether speed and pressure are within a part of others'."""
+        return (abs(self.rotor_speed - other.rotor_speed) <= part * abs(other.rotor_speed)
+                and abs(self.pressure - other.pressure) <= part * abs(other.pressure))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -75,6 +75,7 @@ class MarginSearch:
         self._confirm = confirm or self._in_full
         self._work: Generator[None, None, None] | None = None
         self._inputs: MarginInputs | None = None
+        self._line: _Line | None = None
         self._time = 0
 
     def reset(self) -> None:
@@ -102,7 +103,8 @@ class MarginSearch:
         """
         self._inputs = replace(inputs, rotor_speed=abs(inputs.rotor_speed))
         self._time = time
-        if self._work is None:
+        if self._work is None or self._line is None or not self._inputs.near(
+                self._line.inputs, self.settings.change):
             self._work = self._round()
         try:
             next(self._work, None)
@@ -120,7 +122,7 @@ class MarginSearch:
                 if self._rests(parameter):
                     continue
                 assert self._inputs is not None
-                line = _Line(parameter, self._inputs, self._time)
+                line = self._line = _Line(parameter, self._inputs, self._time)
                 found = yield from self._search(line, 'squeal')
                 self.margins = replace(self.margins, **{parameter: found})
                 if parameter == 'friction':
@@ -137,7 +139,7 @@ class MarginSearch:
         if near == far and math.isfinite(last.critical):  # was not confirmed
             return False
         return (abs(self._time - last.time) < 1e9 * self.settings.rest
-                and self._inputs.near(last.inputs, self.settings))
+                and self._inputs.rests(last.inputs, self.settings))
 
     def _search(self, line: _Line, kind: Kind) -> _Searching:
         """Walk away from the inputs until the verdict changes, then halve the bracket."""

@@ -303,3 +303,24 @@ def test_a_bracket_that_was_not_confirmed_is_looked_for_anew() -> None:
     assert rounds(search, solver, 10.0, 11.0) > 0
     assert search.margins.friction is not None
     assert search.margins.friction.converged
+
+
+@pytest.mark.parametrize('name', ['pressure', 'rotor_speed'])
+def test_a_search_from_inputs_left_behind_is_given_up(name: str) -> None:
+    """Its margins would hold no more; friction's comes first again."""
+    solver = Solver(flutter(5e-4))
+    search = MarginSearch(solver.model, solver, BAND, settings=MarginSettings(change=0.2))
+    rounds(search, solver, 0.0, 0.5)
+    assert search.margins.friction is not None
+    assert search.margins.pressure is None
+    slightly, far = (replace(HERE, **{name: ratio * getattr(HERE, name)}) for ratio in (1.15, 1.3))
+    search.margins = Margins()
+    search.advance(slightly, SECOND)
+    assert search.margins == Margins()
+    rounds(search, solver, 2.0, 2.5, far)
+    found = search.margins.friction
+    assert found is not None
+    assert found.inputs == far
+    assert found.converged
+    assert search.margins.rotor_speed is None
+    assert search.margins.pressure is None
