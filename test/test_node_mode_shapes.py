@@ -15,7 +15,8 @@ from rclpy.parameter import Parameter  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 from squeal_core import BrakeModel  # noqa: E402
-from squeal_core.stability import complex_modes, mode_vectors  # noqa: E402
+from squeal_core.mode_vectors import mode_vectors  # noqa: E402
+from squeal_core.stability import complex_modes  # noqa: E402
 
 TOPIC = '/squeal_monitor/fl/mode_shape'
 
