@@ -4,8 +4,9 @@ Run: python benchmark/assessment.py [--drive us06] [--brakes 4] [--seconds 120]
 
 The braking samples of a drive at 100 Hz go through `judge_together` twice, as the monitor has it,
 all brakes of a tick at once: first the tables are laid down while the caller waits, then each call
-is timed. Times are of one brake, those of a tick over the brakes in it, in ms and over that of
-`numpy.linalg.eigvals` of the whole state matrix, solved again and again in between.
+is timed; the margins' searches go on within some of them. Times are of one brake, those of a tick
+over the brakes in it, in ms and over that of `numpy.linalg.eigvals` of the whole state matrix,
+solved again and again in between.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
@@ -82,10 +83,6 @@ def main() -> None:
     way = way[:round(arguments.seconds * RATE * arguments.brakes)]
     engines, brakes = vehicle(model, settings)
     run(brakes, way)
-    beside = replace(read_settings({}), rate=RATE)  # from now on as in the node
-    engines.retune(beside)
-    for brake in brakes:
-        brake.retune(beside)
     point = model.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
     watch, solves = Stopwatch(), []
     watch.watch(engines.modes, 'complex_modes_of', 'modes')
