@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -93,33 +93,64 @@ def _neighbours(point: OperatingPoint, stiffness_step: float) -> list[OperatingP
     return [*moved, friction, replace(point, friction_slope=slope + _SLOPE_STEP)]
 
 
+class _Pairs(NamedTuple):
+    """Roots with Im >= 0, those that are their images, and the image of each."""
+
+    upper: IndexArray
+    lower: IndexArray
+    image: IndexArray
+
+    @classmethod
+    def of(cls, roots: ComplexArray) -> '_Pairs':
+        """Find them among roots that numpy's eig gives: it has the two of a pair side by side."""
+        upper = np.flatnonzero(roots.imag >= 0.0)
+        lower = upper + (roots[upper].imag > 0.0)
+        image = np.empty(roots.size, np.intp)
+        image[upper], image[lower] = lower, upper
+        return cls(upper, lower, image)
+
+
 def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
                scales: FloatArray) -> tuple[ComplexArray, ComplexArray, FloatArray]:
     """Return roots (M,), couplings E_i (v, M, M) and the roots' errors (M,) at the anchor."""
-    state = state_matrix(model, model.damping(point), model.stiffness(point))
+    damping, stiffness = model.damping(point), model.stiffness(point)
+    state = state_matrix(model, damping, stiffness)
     roots, right = np.linalg.eig(state)
-    left = np.linalg.inv(right)
-    held = len(state) - model.size
-    moving = np.logical_not(model.free_coordinates)
+    left = np.ascontiguousarray(np.linalg.inv(right), complex)
+    held, moving = len(state) - model.size, np.logical_not(model.free_coordinates)
+    pairs = _Pairs.of(roots)
     # real and imaginary parts in turn: real arrays are multiplied with them as they are
-    displacements, velocities = np.split(np.ascontiguousarray(right, complex).view(float), [held])
+    displacements, velocities = np.split(
+        np.ascontiguousarray(right[:, pairs.upper], complex).view(float), [held])
     couplings = np.empty((rows.size, *state.shape), complex)
     pushing = np.ascontiguousarray(left[:, held:])
-    for i, (row, scale) in enumerate(zip(rows, scales, strict=True)):
+    for coupling, row, scale in zip(couplings, rows, scales, strict=True):
         name = Coefficients._fields[row]
         array = -scale * getattr(model, name)
-        if name in _DAMPING:
-            felt = (array @ velocities).view(complex)
-        else:
-            felt = (array[:, moving] @ displacements).view(complex)
-        np.matmul(pushing, felt, out=couplings[i])
-    defect = np.abs(left @ (state @ right) - np.diag(roots))
+        felt = array @ velocities if name in _DAMPING else array[:, moving] @ displacements
+        half = pushing @ felt.view(complex)
+        coupling[:, pairs.upper], coupling[:, pairs.lower] = half, half[pairs.image].conj()
+    # the state matrix times the vectors, without its zeros and ones
+    pushed = stiffness[:, moving] @ displacements + damping @ velocities
+    defect = _defect(left @ np.concatenate([velocities[moving], -pushed]).view(complex),
+                     roots, pairs)
     # where two vectors are one to the last bit the defect may vanish and says nothing
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
-    rounding = np.maximum(least, np.maximum(defect.max(axis=0), defect.max(axis=1)))
+    rounding = np.maximum(least, defect)
     if not rounding.max() < _DEFECTIVE:
         raise np.linalg.LinAlgError('Eigenvectors do not span the space')
     return roots, couplings, rounding
+
+
+def _defect(projected: ComplexArray, roots: ComplexArray, pairs: _Pairs) -> FloatArray:
+    """Return by how much W A V, of which (M, upper) is given, is off the roots at most (M,)."""
+    projected[pairs.upper, np.arange(pairs.upper.size)] -= roots[pairs.upper]
+    off = np.abs(projected)
+    found = off.max(axis=1, initial=0.0)
+    found = np.maximum(found, found[pairs.image])
+    columns = np.maximum(found[pairs.upper], off.max(axis=0, initial=0.0))
+    found[pairs.upper] = found[pairs.lower] = columns
+    return np.asarray(found)
 
 
 def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
@@ -173,7 +204,8 @@ class _Series:
             found.append(self._entries(product))
             for i in range(1, degree):
                 self._subtract(product, subspace[i], found[degree - i], i, degree - i)
-            subspace.append(product * scale)
+            product *= scale  # in place: fresh memory costs as much as the product
+            subspace.append(product)
         found.append(self._last_entries(couplings, subspace[-1]))
         return found
 
@@ -182,9 +214,11 @@ class _Series:
         count, size, columns = subspace.shape
         side = np.ascontiguousarray(subspace.transpose(1, 0, 2)).reshape(size, -1)
         product = np.zeros((len(self.monomials.terms[degree]), size, columns), subspace.dtype)
-        moved = [(e @ side).reshape(size, count, columns) for e in couplings]
-        for term, variable, rest in self.monomials.factors(degree):
-            product[term] += moved[variable][:, rest]
+        moved = np.empty_like(side)
+        for variable, coupling in enumerate(couplings):
+            places = np.matmul(coupling, side, out=moved).reshape(size, count, columns)
+            for term, _, rest in self.monomials.factors_of(degree, variable):
+                product[term] += places[:, rest]
         return product
 
     def _last_entries(self, couplings: Any, subspace: Any) -> Any:

@@ -47,6 +47,11 @@ class Monomials:
         return tuple(self._factors(degree))
 
     @lru_cache  # noqa: B019
+    def factors_of(self, degree: int, variable: int) -> tuple[tuple[int, int, int], ...]:
+        """Return those of `factors` that are of one variable."""
+        return tuple(found for found in self.factors(degree) if found[1] == variable)
+
+    @lru_cache  # noqa: B019
     def products(self, first: int, second: int) -> tuple[tuple[int, int, int], ...]:
         """Return (term, term of degree `first`, of `second`): the term is their product."""
         return tuple(self._products(first, second))
