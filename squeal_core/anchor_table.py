@@ -43,7 +43,7 @@ class TableSettings:
     decay_tolerance: float = 0.02
     memory: float = 200e6
     delay: int = 0
-    audit_every: int = 2000
+    audit_every: int = 3000
     degree: int = DEGREE
     refines: bool = False
 

@@ -110,7 +110,7 @@ MONITOR_KEYS = (
         0.0, 60.0),
     Key('risk_delay', 3.0, 's', 'the same for the cells of the risk; one takes a second of a core',
         0.0, 60.0),
-    Key('audit_interval', 2000.0, '-',
+    Key('audit_interval', 3000.0, '-',
         'of so many answers from the table one is compared with a full solve; 0: none', 0.0, 1e9),
     Key('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: an empty table',
         change='configure'),
