@@ -48,7 +48,7 @@ class Assessment:
     worst_frequency_hz : float
         Frequency of that mode.
     friction_margin : float
-        Critical minus present friction [-], bracketed and confirmed by full solves; NaN where
+        Critical minus present friction [-], bracketed and confirmed in the full problem; NaN where
         there is none, or none was found yet that holds at this speed and pressure.
     sliding : Sliding or None
         All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
