@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -132,7 +133,7 @@ class AnchorTable:
     def modes(self, answer: Answer, source: Source = 'table') -> ComplexModes | None:
         """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
         if answer.entry is None or answer.worst > self.settings.tolerance or (
-                self._undecided(answer.roots, answer.errors).any()):
+                undecided(answer.roots, answer.errors, self._tolerances).any()):
             return None
         found = classify(np.concatenate([self._zeros, answer.roots]), self._tolerances,
                          np.concatenate([self._zeros.real, answer.errors]),
@@ -160,7 +161,7 @@ class AnchorTable:
         roots, errors = entry.anchor.roots_at(coefficients)
         worst = self._worst(roots, errors)
         good = (worst <= self.settings.tolerance) & ~(
-            self._undecided(roots, errors).any(axis=-1))
+            undecided(roots, errors, self._tolerances).any(axis=-1))
         modes = iter(self._rows(entry.anchor, roots[good], errors[good]))
         for off, enough in zip(worst.tolist(), good.tolist(), strict=True):
             one = next(modes) if enough else None
@@ -185,15 +186,6 @@ class AnchorTable:
             allowed = self.settings.decay_tolerance / self.settings.tolerance * -roots.real
             worst = (errors / np.maximum(allowed, 1.0)).max(axis=-1)
         return np.asarray(worst)
-
-    def _undecided(self, roots: ComplexArray, errors: FloatArray) -> np.ndarray:
-        """Tell where a verdict hangs on the errors: growth, or oscillation of what grows."""
-        close = np.abs(roots.real - self._tolerances.growth) <= errors
-        if not close.any():
-            return close
-        # roots at zero of coordinates that nothing holds: they are rigid, whatever the error
-        oscillates = np.abs(roots.imag) > self._tolerances.oscillation
-        return close & (oscillates | (errors > self._tolerances.growth))
 
     def _nearest(self, distances: FloatArray, places: Sequence[int]
                  ) -> list[tuple[Entry, list[int]]]:
@@ -230,3 +222,13 @@ class AnchorTable:
         for i, entry in enumerate(self.entries):
             self._per_reach[i, entry.anchor.rows] = 1.0 / entry.anchor.reach
             self._centres[i] = self._per_reach[i] * entry.anchor.point.coefficients()
+
+
+def undecided(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
+    """Tell where a verdict hangs on the errors: growth, or oscillation of what grows."""
+    close = np.abs(roots.real - tolerances.growth) <= errors
+    if not close.any():
+        return close
+    # roots at zero of coordinates that nothing holds: they are rigid, whatever the error
+    oscillates = np.abs(roots.imag) > tolerances.oscillation
+    return close & (oscillates | (errors > tolerances.growth))

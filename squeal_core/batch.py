@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
+from squeal_core.anchor_table import undecided
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, Tolerances
@@ -202,11 +203,8 @@ class _Batch:
         """Tell which points are answered well enough, with no verdict that hangs on the errors."""
         settings, limits = self.table.settings, self.tolerances
         allowed = np.maximum(settings.tolerance, -settings.decay_tolerance * roots.real)
-        oscillates = np.abs(roots.imag) > limits.oscillation
-        undecided = (np.abs(roots.real - limits.growth) <= errors) & (
-            oscillates | (errors > limits.growth))
         became_real = anchor.mirrored[:, None] & (roots.imag <= limits.oscillation)
-        return ~((errors > allowed) | undecided | became_real).any(axis=0)
+        return ~((errors > allowed) | undecided(roots, errors, limits) | became_real).any(axis=0)
 
     def _take(self, places: IndexArray, roots: ComplexArray, errors: FloatArray) -> None:
         """Sort the roots of points into modes, in order of index."""

@@ -20,8 +20,8 @@ _Result = TypeVar('_Result')
 
 _SHARE = 0.25  # of the table's memory, for that of the margins and for the cells of the risks
 _LEAST_CHANGE = 0.1  # of the inputs of a margin; by less a search would be given up by noise
-_CLOSE = 0.5  # 1/s around the verdict in which they are solved for in the full problem
-_ROUGH = 10.0  # a margin needs verdicts, and full solves confirm them: its table may err by more
+_CLOSE = 0.5  # 1/s around the verdict: modes in it confirm a margin, as the full problem has them
+_ROUGH = 10.0  # a margin needs verdicts, which are confirmed: its table may err by more
 
 
 class Engines:

@@ -76,9 +76,9 @@ class MarginInputs:
                 and self.near(other, settings.relative_rest))
 
     def near(self, other: 'MarginInputs', part: float) -> bool:
-        """Tell whether speed and pressure are within a part of others'."""
-        return (abs(self.rotor_speed - other.rotor_speed) <= part * abs(other.rotor_speed)
-                and abs(self.pressure - other.pressure) <= part * abs(other.pressure))
+        """Tell whether speed, either way round, and pressure are within a part of others'."""
+        return all(abs(abs(here) - abs(there)) <= part * abs(there) for here, there in (
+            (self.rotor_speed, other.rotor_speed), (self.pressure, other.pressure)))
 
 
 @dataclass(frozen=True, kw_only=True)

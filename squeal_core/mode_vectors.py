@@ -43,15 +43,21 @@ def refined_root(model: BrakeModel, point: OperatingPoint,
     guess, the error says so.
     """
     d, k = model.damping(point), model.stiffness(point)
-    root, turn = guess, 0j
+    root = guess
     for steps in _TO_REFINE:
         x, y, pencil = _vectors(root, d, k, steps)
-        turn = complex(y.conj() @ (2.0 * root * x + d @ x))
+        turn = slope_between(root, x, y, d)
         if turn == 0.0:
             return guess, np.inf
         root -= complex(y.conj() @ (pencil @ x)) / turn
     left = root**2 * x + root * (d @ x) + k @ x
     return root, float(np.linalg.norm(left)) / abs(turn)
+
+
+def slope_between(root: complex, right: ComplexArray, left: ComplexArray,
+                  damping: FloatArray) -> complex:
+    """Return y^H Q'(lambda) x, Q' = 2 lambda + D: zero where the root is no simple one."""
+    return complex(left.conj() @ (2.0 * root * right + damping @ right))
 
 
 def _vectors(root: complex, d: FloatArray, k: FloatArray,
@@ -123,8 +129,8 @@ def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tu
 
 
 def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> Trust:
-    root, x = mode.eigenvalue, vectors.right
-    turn = abs(vectors.left.conj() @ (2.0 * root * x + d @ x))
+    root = mode.eigenvalue
+    turn = abs(slope_between(root, vectors.right, vectors.left, d))
     size = _size(root, d, k)
     if mode.kind == 'rigid' or turn == 0.0:
         return Trust(vectors.backward_error, np.inf, np.inf)

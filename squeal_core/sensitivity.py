@@ -3,7 +3,7 @@
 import numpy as np
 
 from squeal_core.brake_model import BrakeModel
-from squeal_core.mode_vectors import mode_vectors
+from squeal_core.mode_vectors import mode_vectors, slope_between
 from squeal_core.operating_point import Coefficients, OperatingPoint
 
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
@@ -32,7 +32,7 @@ def root_sensitivity(model: BrakeModel, point: OperatingPoint,
     """
     vectors = mode_vectors(model, point, eigenvalue)
     x, y = vectors.right, vectors.left.conj()
-    scale = y @ (2.0 * eigenvalue * x + model.damping(point) @ x)
+    scale = slope_between(eigenvalue, x, vectors.left, model.damping(point))
     found = {}
     for name in Coefficients._fields:
         array = getattr(model, name)

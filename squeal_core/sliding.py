@@ -218,10 +218,7 @@ def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
         Likewise of the time [s].
     """
     found = margins.friction
-    if found is None or not found.converged or abs(time - found.time) > 1e9 * age:
+    if found is None or not (found.converged and abs(time - found.time) <= 1e9 * age
+                             and inputs.near(found.inputs, change)):
         return math.nan
-    for name in ('rotor_speed', 'pressure'):
-        before, now = getattr(found.inputs, name), abs(getattr(inputs, name))
-        if not abs(now - before) <= change * before:
-            return math.nan
     return found.critical - inputs.friction

@@ -199,7 +199,7 @@ def test_a_vehicle_is_its_brakes(kang: BrakeModel) -> None:
     assert [one.brake for one in found] == list(inputs)
     assert [one.state for one in found] == ['steady', 'steady', 'released', 'not sliding']
     for one in found[:2]:
-        alone, = (b for b in (watch.brakes[one.brake].assess(TICK),))
+        alone = watch.brakes[one.brake].assess(TICK)
         assert alone.risk == pytest.approx(one.risk, abs=OF_RISK)
         assert alone.growth_rate == pytest.approx(one.growth_rate, abs=1e-3)
 
