@@ -40,13 +40,20 @@ _SWITCH = 5e-4  # s after which a worker that makes an anchor hands over to a ti
 class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     """Managed node: configure loads the model, activate publishes.
 
+    Parameters
+    ----------
+    alone : bool
+        Whether its executor serves nothing else; the node then keeps its thread from tick to tick.
+    **node_arguments
+        Of rclpy's node.
+
     Raises
     ------
     SquealError
         From the constructor for bad parameters, and from `bring_up` for a bad model.
     """
 
-    def __init__(self, **node_arguments: Any) -> None:
+    def __init__(self, *, alone: bool = False, **node_arguments: Any) -> None:
         super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True,
                          **node_arguments)
         self._configured: _Configured | None = None
@@ -58,7 +65,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self._parameters_of_ours = NodeParameters(
             self, lambda: self._configured is not None, self._retune)
         self._ticker = Ticker(self, *(guarded(call, self.report) for call in (
-            self._gather, self._tick, self._clock_stopped)))
+            self._gather, self._tick, self._clock_stopped)), alone=alone)
 
     @property
     def settings(self) -> MonitorSettings:
@@ -268,7 +275,7 @@ def main(arguments: list[str] | None = None) -> int:
         rclpy.init(args=arguments, context=context,
                    signal_handler_options=SignalHandlerOptions.ALL)
         started = True
-        node = SquealMonitor(context=context)
+        node = SquealMonitor(alone=True, context=context)
         executor = SturdyExecutor(context=context, report=node.report)
         executor.add_node(node)
         node.bring_up()

@@ -18,6 +18,7 @@ from squeal_ros.grid import Beat, StandstillWatch, TickGrid
 
 _LOOKS = 4  # at a simulated clock within its timeout
 _LONGEST = 10_000_000  # ns between two beats: in so short a time no queue of messages fills
+_KEPT = 50_000_000  # ns for which services wait at most
 
 
 class Ticker:
@@ -35,11 +36,13 @@ class Ticker:
         Given a `Beat`.
     on_stop : callable
         Given what the clock does, in words; called again and again until it goes on.
+    alone : bool
+        Whether the executor serves nothing but this node.
     """
 
     def __init__(self, node: Node, gather: Callable[[], None], on_tick: Callable[[Beat], None],
-                 on_stop: Callable[[str], None]) -> None:
-        self._node, self._gather = node, gather
+                 on_stop: Callable[[str], None], *, alone: bool = False) -> None:
+        self._node, self._gather, self._alone = node, gather, alone
         self._on_tick, self._on_stop = on_tick, on_stop
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer: Any = None
@@ -84,12 +87,28 @@ class Ticker:
     def _beat(self) -> None:
         if self._timer is None:
             return
+        end = time.monotonic_ns() + _KEPT
         try:
             self._gather()
             self._look()
+            while self._sleeps(end):
+                self._gather()
+                self._look()
         finally:
             if self._timer is not None:
                 self._arm()
+
+    def _sleeps(self, end: int) -> bool:
+        """Sleep until the next beat and keep the thread, or return at once and leave it."""
+        if not (self._alone and self._timer is not None and self._node.context.ok()):
+            return False
+        if self._node.get_clock().ros_time_is_active:  # which only the executor hears of
+            return False
+        wait = self._grid.wait(self._now(), _LONGEST)
+        if time.monotonic_ns() + wait > end:
+            return False
+        time.sleep(1e-9 * wait)
+        return True
 
     def _look(self) -> None:
         now, steady = self._now(), time.monotonic_ns()

@@ -173,15 +173,15 @@ def parameters(**values: Any) -> list[Parameter]:
 
 @contextmanager
 def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
-            **values: Any) -> Iterator[Vehicle]:
+            alone: bool = False, **values: Any) -> Iterator[Vehicle]:
     """Run a node for one brake in a domain of its own, with settings that suit a test."""
     chosen = {'brakes': [brake], 'rate': 20.0, 'diagnostics_rate': 20.0, **values}
     with free_domain() as domain:
         context = Context()
         rclpy.init(context=context, domain_id=domain)
         try:
-            monitor = SquealMonitor(
-                context=context, namespace=namespace, parameter_overrides=parameters(**chosen))
+            monitor = SquealMonitor(alone=alone, context=context, namespace=namespace,
+                                    parameter_overrides=parameters(**chosen))
             car = Vehicle(context, monitor, brake, namespace)
             if bring_up:
                 monitor.bring_up()

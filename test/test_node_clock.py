@@ -4,6 +4,7 @@ Simulated time is /clock as a simulator publishes it; the system clock that is s
 own clock object, set ahead or back as the system's would be.
 """
 
+from itertools import pairwise
 import math
 from typing import Any
 
@@ -13,6 +14,8 @@ pytest.importorskip('rclpy', reason='needs rclpy')
 
 from builtin_interfaces.msg import Time as TimeMessage  # noqa: E402
 from harness import Vehicle, vehicle  # noqa: E402
+from lifecycle_msgs.msg import Transition  # noqa: E402
+from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
@@ -117,8 +120,9 @@ def test_a_jump_forward_makes_samples_old_not_ticks_lost() -> None:
         go_on(car)
 
 
-def test_from_system_to_simulated_time_and_back() -> None:
-    with vehicle(clock_timeout=0.3) as car:
+@pytest.mark.parametrize('alone', [False, True])
+def test_from_system_to_simulated_time_and_back(alone: bool) -> None:
+    with vehicle(alone=alone, clock_timeout=0.3) as car:
         car.until(lambda: car.risk > 0.99)
         car.monitor.set_parameters([Parameter('use_sim_time', value=True)])
         car.until(lambda: math.isnan(car.risk) and 'clock' in car.status.message)
@@ -177,3 +181,23 @@ def test_the_system_clock_is_set(step: float) -> None:
         car.said.clear()
         car.until(lambda: car.risk > 0.99)
         assert car.monitor.health.clock_jumps == (abs(step) >= 2)
+
+
+@pytest.mark.parametrize('rate', [2.0, 20.0, 500.0])
+def test_a_node_that_keeps_its_thread_serves_all_the_same(rate: float) -> None:
+    """It sleeps between ticks itself; whatever else there is waits for 50 ms at most."""
+    with vehicle(alone=True, rate=rate) as car:
+        car.until(lambda: car.risk > 0.99)
+        served: list[int] = []
+        timer = car.node.create_timer(1e-3, lambda: served.append(car.monitor.health.ticks_done))
+        while len(served) < 20:
+            car.publish()
+            car.executor.spin_once(timeout_sec=1.0)
+        ticks = [after - before for before, after in pairwise(served)]
+        assert max(ticks) <= 0.05 * rate + 1  # for so many it keeps the thread
+        assert max(ticks) > 2 or rate < 100.0
+        car.node.destroy_timer(timer)
+        answer = car.ask(ChangeState, 'change_state', ChangeState.Request(
+            transition=Transition(id=Transition.TRANSITION_DEACTIVATE)))
+        assert answer.success
+        car.until(lambda: math.isnan(car.risk))
