@@ -185,7 +185,7 @@ def test_the_system_clock_is_set(step: float) -> None:
 
 @pytest.mark.parametrize('rate', [2.0, 20.0, 500.0])
 def test_a_node_that_keeps_its_thread_serves_all_the_same(rate: float) -> None:
-    """It sleeps between ticks itself; whatever else there is waits for 50 ms at most."""
+    """It sleeps between ticks itself, for 50 ms; and again, where the executor serves it first."""
     with vehicle(alone=True, rate=rate) as car:
         car.until(lambda: car.risk > 0.99)
         served: list[int] = []
@@ -194,7 +194,7 @@ def test_a_node_that_keeps_its_thread_serves_all_the_same(rate: float) -> None:
             car.publish()
             car.executor.spin_once(timeout_sec=1.0)
         ticks = [after - before for before, after in pairwise(served)]
-        assert max(ticks) <= 0.05 * rate + 1  # for so many it keeps the thread
+        assert max(ticks) <= 2 * (0.05 * rate + 1)
         assert max(ticks) > 2 or rate < 100.0
         car.node.destroy_timer(timer)
         answer = car.ask(ChangeState, 'change_state', ChangeState.Request(
