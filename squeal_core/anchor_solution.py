@@ -16,6 +16,7 @@ from squeal_core.encounters import encounters
 from squeal_core.monomials import Monomials
 from squeal_core.operating_point import Coefficients, OperatingPoint
 from squeal_core.stability import state_matrix
+from squeal_core.workers import pause
 
 _STEP = 0.1  # relative step of the parameters that blocks are chosen for
 _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
@@ -54,6 +55,7 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
              for there in _neighbours(point, stiffness_step)]
     scales = np.abs(steps).max(axis=0, initial=0.0)
     scales[scales == 0.0] = 1.0
+    pause()
     roots, couplings, rounding = _projected(model, point, rows, scales)
     scaled = [step / scales for step in steps]
     blocks = _blocks(roots, couplings, scaled, coupling)
@@ -197,6 +199,7 @@ class _Series:
         if self.monomials.variables == 0:  # nothing depends on the operating point
             return found + self.monomials.degree * [np.zeros((0, found[0].shape[1]), complex)]
         for degree in range(1, self.monomials.degree):
+            pause()
             if degree == _COARSE:
                 couplings, scale = couplings.astype(np.complex64), scale.astype(np.complex64)
             product = (self.couplings[:, :, kept] if degree == 1 else self._product(

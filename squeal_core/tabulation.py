@@ -20,21 +20,20 @@ from squeal_core.anchor_solution import anchor_at
 from squeal_core.anchor_table import AnchorTable, Answer, Entry, TableSettings
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import refined_root
+from squeal_core.neighbours import ahead, alike, between
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, ComplexModes, Source, Tolerances
 from squeal_core.workers import Worker
 
-__all__ = ['ahead', 'TableSettings', 'TableStatistics', 'Tabulation']
+__all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 
 _EDGE = 0.2  # of the tolerance: from here on the next anchor is asked for
 _LOOK = 7  # solves from one look at that to the next; a prime, so that every brake has its turn
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
-_AHEAD = 0.6  # of the way from the last anchor: how far beyond a point the next one is made
-_DRIFT = 2.0  # ratio of a parameter over that way from which on it is a jump
+_MADE_IN = 6  # full solves; where all points are solved in full, ticks take that much longer
 _PENDING = 2  # anchors being made at a time: brakes of both axles ask
 _REFINED = 4  # roots of a point; for more of them a full solution is no dearer
 _APART = 1e-6  # 1/s between roots that are two
-_ALIKE = 0.1  # relative difference of parameters up to which one anchor is enough for the time
 
 
 @dataclass
@@ -54,7 +53,8 @@ class TableStatistics:
 @dataclass
 class _Request:
     point: OperatingPoint
-    due: int
+    due: int  # solve
+    full: int  # full solve, if that comes first: in so many an anchor is made, too
     anchor: 'Future[Anchor]'
 
 
@@ -78,7 +78,7 @@ class Tabulation:
         self._tolerances = tolerances or Tolerances()
         self._table = AnchorTable(model, settings or TableSettings(), self._tolerances, anchors)
         self._requests: list[_Request] = []  # in order of their due
-        self._worker = Worker('anchors')
+        self._worker = Worker('anchors', urgent=True)
         self._solves = 0
         self._unused = 0  # anchors in a row that were never used
         self._pause_until = 0
@@ -118,7 +118,8 @@ class Tabulation:
         return {**asdict(self.statistics), 'anchors': len(self._table.entries),
                 'megabytes': round(1e-6 * self.nbytes, 3)}
 
-    def complex_modes(self, point: OperatingPoint, *, refined: float = 0.0) -> ComplexModes:
+    def complex_modes(self, point: OperatingPoint, *, refined: float = 0.0,
+                      company: Sequence[OperatingPoint] = ()) -> ComplexModes:
         """Return the complex modes at a point; as `stability.complex_modes`, with errors.
 
         Parameters
@@ -127,13 +128,15 @@ class Tabulation:
         refined : float
             Where the settings let roots be solved for one by one: the growth rate [1/s], either
             way, up to which that is done though no verdict hangs on it.
+        company : sequence of OperatingPoint
+            Points of other brakes: where one has to be made, an anchor is to serve them too.
         """
         self._solves += 1
         self._adopt()
         edge = self._edge(self._solves)
         answer = self._table.best(point, edge)
         if answer.worst > edge:
-            self._prepare(point, answer)
+            self._prepare(point, answer, company)
             if self.settings.delay == 0:
                 answer = self._table.best(point, edge)
         answer, source = self._refined(point, answer, refined)
@@ -155,7 +158,7 @@ class Tabulation:
         found = []
         for point, one in zip(points, self._table.together(points), strict=True):
             if one is None or one.worst > self._edge(self._solves + 1):
-                found.append(self.complex_modes(point))
+                found.append(self.complex_modes(point, company=points))
                 continue
             self._solves += 1
             found.append(self._used(point, one.modes, one.entry))
@@ -207,11 +210,14 @@ class Tabulation:
         self._worker.close()
         self._requests = []
 
-    def _prepare(self, point: OperatingPoint, answer: Answer) -> None:
+    def _prepare(self, point: OperatingPoint, answer: Answer,
+                 company: Sequence[OperatingPoint]) -> None:
         """Have an anchor made for a point at or beyond the edge of the table, or for what follows.
         """
         limit = self.settings.tolerance
-        target = point if answer.entry is None else ahead(point, answer.entry.anchor.point)
+        target = between(point, company)
+        if answer.entry is not None:
+            target = ahead(target, answer.entry.anchor.point)
         if target is not point and self._table.best(target, limit).worst <= limit:
             if answer.worst <= limit:
                 return
@@ -226,15 +232,19 @@ class Tabulation:
     def _ask(self, point: OperatingPoint) -> None:
         """Have an anchor made here, unless one is being made near here, or enough are."""
         if self._solves < self._pause_until or len(self._requests) >= _PENDING or any(
-                _alike(point, request.point) for request in self._requests):
+                alike(point, request.point) for request in self._requests):
             return
         future = self._worker.submit(self.settings.delay > 0, anchor_at, self.model, point,
                                      degree=self.settings.degree)
-        self._requests.append(_Request(point, self._solves + self.settings.delay, future))
+        delay, before = self.settings.delay, len(self._requests)
+        due = max(self._solves, self._requests[-1].due - delay // 4) if before else self._solves
+        self._requests.append(_Request(
+            point, due + delay, self.statistics.full + _MADE_IN * (before + 1), future))
 
     def _adopt(self) -> None:
         """Take the anchors asked for into use, when their time has come."""
-        while self._requests and self._requests[0].due <= self._solves:
+        while self._requests and (self._requests[0].due <= self._solves
+                                  or self._requests[0].full <= self.statistics.full):
             self._take(self._requests.pop(0).anchor)
 
     def _take(self, future: 'Future[Anchor]') -> None:
@@ -263,30 +273,6 @@ class Tabulation:
         self.statistics.dropped += 1
         self._table.drop(entry)
         return truth
-
-
-def ahead(point: OperatingPoint, behind: OperatingPoint) -> OperatingPoint:
-    """Return a point further on the way from one behind: an anchor serves on both sides of it.
-
-    A long way, or one through a change of sign, is no drift; the point itself then.
-    """
-    there = {}
-    for name in ('rotor_speed', 'contact_pressure', 'contact_stiffness', 'friction'):
-        here, before = getattr(point, name), getattr(behind, name)
-        if here == before:
-            continue
-        ratio = here / before if before else 0.0
-        if not 1.0 / _DRIFT < ratio < _DRIFT:
-            return point
-        there[name] = here * ratio**_AHEAD
-    slope = point.friction_slope
-    return replace(point, **there, friction_slope=slope + _AHEAD * (slope - behind.friction_slope))
-
-
-def _alike(one: OperatingPoint, other: OperatingPoint) -> bool:
-    """Whether two points are as near each other as those of both brakes of an axle."""
-    return all(abs(getattr(one, name) - there) <= _ALIKE * abs(there)
-               for name, there in other.__dict__.items() if name != 'friction_slope')
 
 
 def _distance(found: ComplexModes, truth: ComplexModes, settings: TableSettings) -> float:

@@ -1,7 +1,8 @@
-"""A thread beside the work, which gives way to it."""
+"""Threads beside the work, which give way to it, and to those of them that are urgent."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 import os
 import sys
 import threading
@@ -22,10 +23,12 @@ class Worker:
     ----------
     name : str
         Of the thread.
+    urgent : bool
+        Whether other workers pause while it works.
     """
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, name: str, *, urgent: bool = False) -> None:
+        self._name, self._urgent = name, urgent
         self._pool: ThreadPoolExecutor | None = None
 
     def submit(self, beside: bool, task: Callable[..., _Result], *arguments: Any,
@@ -34,7 +37,7 @@ class Worker:
         if beside:
             if self._pool is None:
                 self._pool = ThreadPoolExecutor(1, self._name, initializer=_give_way)
-            return self._pool.submit(task, *arguments, **options)
+            return self._pool.submit(self._do, task, *arguments, **options)
         done: Future[_Result] = Future()
         try:
             done.set_result(task(*arguments, **options))
@@ -42,11 +45,55 @@ class Worker:
             done.set_exception(error)
         return done
 
+    def _do(self, task: Callable[..., _Result], *arguments: Any, **options: Any) -> _Result:
+        if not self._urgent:
+            return task(*arguments, **options)
+        with _urgency.felt():
+            return task(*arguments, **options)
+
     def close(self) -> None:
         """End the thread after the task it is at, cancel the others; a new task begins another."""
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._pool = None
+
+
+class _Urgency:
+    """Whether urgent work is under way."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._works = 0
+
+    @contextmanager
+    def felt(self) -> Iterator[None]:
+        """Let others pause for as long as the context lasts."""
+        self._add(1)
+        _here.urgent = True
+        try:
+            yield
+        finally:
+            _here.urgent = False
+            self._add(-1)
+
+    def _add(self, change: int) -> None:
+        with self._changed:
+            self._works += change
+            self._changed.notify_all()
+
+    def wait(self) -> None:
+        """Return once there is none."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._works)
+
+
+_urgency = _Urgency()
+
+
+def pause() -> None:
+    """Wait, in a worker that is not urgent itself, while urgent work is under way."""
+    if gives_way() and not getattr(_here, 'urgent', False):
+        _urgency.wait()
 
 
 def gives_way() -> bool:

@@ -1,0 +1,66 @@
+"""Operating points near each other: where to make one anchor that serves several."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+import math
+
+from squeal_core.operating_point import OperatingPoint
+
+_MAGNITUDES = ('rotor_speed', 'contact_pressure', 'contact_stiffness', 'friction')
+_AHEAD = 0.6  # of the way from the last anchor: how far beyond a point the next one is made
+_DRIFT = 2.0  # ratio of a parameter over that way from which on it is a jump
+_ALIKE = 0.1  # relative difference of parameters up to which one anchor is enough for the time
+# logarithms of ratios up to which one anchor between two points serves both
+_SHARED = {'rotor_speed': 0.3, 'contact_pressure': 0.4, 'contact_stiffness': 0.05,
+           'friction': 0.15}
+
+
+def ahead(point: OperatingPoint, behind: OperatingPoint) -> OperatingPoint:
+    """Return a point further on the way from one behind: an anchor serves on both sides of it.
+
+    A long way, or one through a change of sign, is no drift; the point itself then.
+    """
+    there = {}
+    for name in _MAGNITUDES:
+        here, before = getattr(point, name), getattr(behind, name)
+        if here == before:
+            continue
+        ratio = here / before if before else 0.0
+        if not 1.0 / _DRIFT < ratio < _DRIFT:
+            return point
+        there[name] = here * ratio**_AHEAD
+    slope = point.friction_slope
+    return replace(point, **there, friction_slope=slope + _AHEAD * (slope - behind.friction_slope))
+
+
+def alike(one: OperatingPoint, other: OperatingPoint) -> bool:
+    """Whether two points are as near each other as those of both brakes of an axle."""
+    return all(abs(getattr(one, name) - there) <= _ALIKE * abs(there)
+               for name, there in other.__dict__.items() if name != 'friction_slope')
+
+
+def between(point: OperatingPoint, others: Iterable[OperatingPoint]) -> OperatingPoint:
+    """Return the point amid this one and those of the others that could share an anchor with it.
+
+    The point itself where there are none.
+    """
+    near = [other for other in others if other != point and _share(point, other)]
+    if not near:
+        return point
+    every = [point, *near]
+    means = {name: getattr(point, name) * math.exp(
+        sum(_logarithm(one, point, name) for one in every) / len(every)) for name in _MAGNITUDES}
+    return replace(point, **means, friction_slope=(
+        sum(one.friction_slope for one in every) / len(every)))
+
+
+def _share(one: OperatingPoint, other: OperatingPoint) -> bool:
+    return all(abs(_logarithm(one, other, name)) <= most for name, most in _SHARED.items())
+
+
+def _logarithm(one: OperatingPoint, other: OperatingPoint, name: str) -> float:
+    """Return the logarithm of the ratio of a parameter; infinite over zero or a change of sign."""
+    here, there = getattr(one, name), getattr(other, name)
+    if here == there:
+        return 0.0
+    return math.log(here / there) if here * there > 0.0 else math.inf
