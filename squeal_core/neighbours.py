@@ -1,6 +1,7 @@
-"""Operating points near each other: where to make one anchor that serves several."""
+"""Operating points near each other: where to make the next anchor, so that it serves longest."""
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 import math
 
@@ -15,7 +16,7 @@ _SHARED = {'rotor_speed': 0.3, 'contact_pressure': 0.4, 'contact_stiffness': 0.0
            'friction': 0.15}
 
 
-def ahead(point: OperatingPoint, behind: OperatingPoint) -> OperatingPoint:
+def ahead(point: OperatingPoint, behind: OperatingPoint, part: float = _AHEAD) -> OperatingPoint:
     """Return a point further on the way from one behind: an anchor serves on both sides of it.
 
     A long way, or one through a change of sign, is no drift; the point itself then.
@@ -28,9 +29,39 @@ def ahead(point: OperatingPoint, behind: OperatingPoint) -> OperatingPoint:
         ratio = here / before if before else 0.0
         if not 1.0 / _DRIFT < ratio < _DRIFT:
             return point
-        there[name] = here * ratio**_AHEAD
+        there[name] = here * min(max(ratio**part, 1.0 / _DRIFT), _DRIFT)
     slope = point.friction_slope
-    return replace(point, **there, friction_slope=slope + _AHEAD * (slope - behind.friction_slope))
+    return replace(point, **there, friction_slope=slope + part * (slope - behind.friction_slope))
+
+
+class Trail:
+    """Where some points were, which tells where they will be."""
+
+    def __init__(self) -> None:
+        self._marks: deque[tuple[int, tuple[OperatingPoint, ...]]] = deque()
+
+    def foreseen(self, points: Sequence[OperatingPoint], now: int,
+                 horizon: int) -> list[OperatingPoint]:
+        """Return where points are going to be; they themselves, where nothing is known of before.
+
+        Parameters
+        ----------
+        points : sequence of OperatingPoint
+            As many each time, or all begins anew.
+        now, horizon : int
+            The present, and how far ahead of it; from a quarter as far back it is told.
+        """
+        marks = self._marks
+        if marks and len(marks[0][1]) != len(points):
+            marks.clear()
+        marks.append((now, tuple(points)))
+        while len(marks) > 2 and 4 * (now - marks[1][0]) >= horizon:
+            marks.popleft()
+        then, before = marks[0]
+        if then == now:
+            return list(points)
+        return [ahead(point, behind, horizon / (now - then))
+                for point, behind in zip(points, before, strict=True)]
 
 
 def alike(one: OperatingPoint, other: OperatingPoint) -> bool:

@@ -20,15 +20,15 @@ from squeal_core.anchor_solution import anchor_at
 from squeal_core.anchor_table import AnchorTable, Answer, Entry, TableSettings
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import refined_root
-from squeal_core.neighbours import ahead, alike, between
+from squeal_core.neighbours import ahead, alike, between, Trail
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, ComplexModes, Source, Tolerances
 from squeal_core.workers import Worker
 
 __all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 
-_EDGE = 0.2  # of the tolerance: from here on the next anchor is asked for
-_LOOK = 7  # solves from one look at that to the next; a prime, so that every brake has its turn
+_LOOK = 3  # calls from one look ahead to the next: it costs as much as some answers
+_HORIZON = 2.0  # times what an anchor takes: how far ahead
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
 _MADE_IN = 6  # full solves; where all points are solved in full, ticks take that much longer
 _PENDING = 2  # anchors being made at a time: brakes of both axles ask
@@ -79,7 +79,8 @@ class Tabulation:
         self._table = AnchorTable(model, settings or TableSettings(), self._tolerances, anchors)
         self._requests: list[_Request] = []  # in order of their due
         self._worker = Worker('anchors', urgent=True)
-        self._solves = 0
+        self._solves = self._calls = 0
+        self._trail = Trail()
         self._unused = 0  # anchors in a row that were never used
         self._pause_until = 0
 
@@ -91,14 +92,6 @@ class Tabulation:
     @settings.setter
     def settings(self, settings: TableSettings) -> None:
         self._table.settings = settings
-
-    def _edge(self, solve: int) -> float:
-        """Return the error [1/s] from which on others are looked at.
-
-        Early where making one takes time; but not at every solve, as it costs several answers.
-        """
-        early = self.settings.delay and solve % _LOOK == 0
-        return (_EDGE if early else 1.0) * self.settings.tolerance
 
     @property
     def tolerances(self) -> Tolerances:
@@ -118,8 +111,7 @@ class Tabulation:
         return {**asdict(self.statistics), 'anchors': len(self._table.entries),
                 'megabytes': round(1e-6 * self.nbytes, 3)}
 
-    def complex_modes(self, point: OperatingPoint, *, refined: float = 0.0,
-                      company: Sequence[OperatingPoint] = ()) -> ComplexModes:
+    def complex_modes(self, point: OperatingPoint, *, refined: float = 0.0) -> ComplexModes:
         """Return the complex modes at a point; as `stability.complex_modes`, with errors.
 
         Parameters
@@ -128,24 +120,10 @@ class Tabulation:
         refined : float
             Where the settings let roots be solved for one by one: the growth rate [1/s], either
             way, up to which that is done though no verdict hangs on it.
-        company : sequence of OperatingPoint
-            Points of other brakes: where one has to be made, an anchor is to serve them too.
         """
-        self._solves += 1
-        self._adopt()
-        edge = self._edge(self._solves)
-        answer = self._table.best(point, edge)
-        if answer.worst > edge:
-            self._prepare(point, answer, company)
-            if self.settings.delay == 0:
-                answer = self._table.best(point, edge)
-        answer, source = self._refined(point, answer, refined)
-        found = self._table.modes(answer, source)
-        if found is None or answer.entry is None:
-            self.statistics.full += 1
-            full = complex_modes(self.model, point, tolerances=self._tolerances)
-            return full if answer.entry is None else replace(full, series=answer.entry.anchor)
-        return self._used(point, found, answer.entry)
+        found = self._solved(point, [point], refined)
+        self._look_ahead([point])
+        return found
 
     def complex_modes_of(self, points: Sequence[OperatingPoint]) -> list[ComplexModes]:
         """Return the complex modes at several points, for less than one after the other.
@@ -157,12 +135,43 @@ class Tabulation:
         self._adopt()
         found = []
         for point, one in zip(points, self._table.together(points), strict=True):
-            if one is None or one.worst > self._edge(self._solves + 1):
-                found.append(self.complex_modes(point, company=points))
+            if one is None:
+                found.append(self._solved(point, points))
                 continue
             self._solves += 1
             found.append(self._used(point, one.modes, one.entry))
+        self._look_ahead(points)
         return found
+
+    def _solved(self, point: OperatingPoint, company: Sequence[OperatingPoint],
+                refined: float = 0.0) -> ComplexModes:
+        """Return the modes at one of several points, from the table or in full."""
+        self._solves += 1
+        self._adopt()
+        limit = self.settings.tolerance
+        answer = self._table.best(point, limit)
+        if answer.worst > limit:
+            self._prepare(point, answer, company)
+            if self.settings.delay == 0:
+                answer = self._table.best(point, limit)
+        answer, source = self._refined(point, answer, refined)
+        found = self._table.modes(answer, source)
+        if found is None or answer.entry is None:
+            self.statistics.full += 1
+            full = complex_modes(self.model, point, tolerances=self._tolerances)
+            return full if answer.entry is None else replace(full, series=answer.entry.anchor)
+        return self._used(point, found, answer.entry)
+
+    def _look_ahead(self, points: Sequence[OperatingPoint]) -> None:
+        """Have an anchor made where one of the points will be by the time it takes, in turns."""
+        self._calls += 1
+        if not self.settings.delay or self._calls % _LOOK:
+            return
+        there = self._trail.foreseen(points, self._solves, round(_HORIZON * self.settings.delay))
+        point = there[self._calls // _LOOK % len(there)]
+        answer = self._table.best(point, self.settings.tolerance)
+        if answer.worst > self.settings.tolerance:
+            self._prepare(point, answer, there)
 
     def _refined(self, point: OperatingPoint, answer: Answer,
                  within: float) -> tuple[Answer, Source]:
