@@ -122,10 +122,11 @@ class CellTable:
         Where it does for all of the company, in the middle of it.
         """
         entry, depth = nearest
-        if depth <= _EDGE or (entry is not None and not self.settings.delay):
+        beside = self.settings.delay > 0
+        if depth <= _EDGE or (entry is not None and not beside) or (beside and self._request):
             return nearest
         middle = want._replace(inputs=_between(want.inputs, [one.inputs for one in company]))
-        if self.settings.delay:
+        if beside:
             self._ask(middle if self._nearest([middle])[0][1] > _EDGE else want)
             return nearest
         for place in dict.fromkeys((middle, want)):  # the one in the middle may turn out small
@@ -175,9 +176,7 @@ class CellTable:
         self._spreads = np.array([_deviations(c.spread) for c in cells]).reshape(-1, 3).T
 
     def _ask(self, want: Wanted) -> None:
-        """Have a cell made here, unless one is being made already."""
-        if self._request is not None:
-            return
+        """Have a cell made here."""
         spread = want.spread
         wide = Spread(_next_step(spread.friction), spread.pressure, spread.rotor_speed)
         future = self._worker.submit(self.settings.delay > 0, cell_at, self._family, want.inputs,

@@ -70,19 +70,15 @@ def alike(one: OperatingPoint, other: OperatingPoint) -> bool:
                for name, there in other.__dict__.items() if name != 'friction_slope')
 
 
-def between(point: OperatingPoint, others: Iterable[OperatingPoint]) -> OperatingPoint:
-    """Return the point amid this one and those of the others that could share an anchor with it.
-
-    The point itself where there are none.
-    """
-    near = [other for other in others if other != point and _share(point, other)]
-    if not near:
+def amid(point: OperatingPoint, company: Iterable[OperatingPoint]) -> OperatingPoint:
+    """Return the point amid those that could share an anchor with one of them."""
+    near = [other for other in company if _share(point, other)]
+    if all(other == point for other in near):
         return point
-    every = [point, *near]
     means = {name: getattr(point, name) * math.exp(
-        sum(_logarithm(one, point, name) for one in every) / len(every)) for name in _MAGNITUDES}
+        sum(_logarithm(one, point, name) for one in near) / len(near)) for name in _MAGNITUDES}
     return replace(point, **means, friction_slope=(
-        sum(one.friction_slope for one in every) / len(every)))
+        sum(one.friction_slope for one in near) / len(near)))
 
 
 def _share(one: OperatingPoint, other: OperatingPoint) -> bool:

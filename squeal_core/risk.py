@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from squeal_core.anchor import Anchor
+from squeal_core.arrays import ComplexArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sensitivity import growth_change, root_sensitivity
@@ -168,7 +169,7 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
         deviation = math.hypot(*(change(name, step) for name, step in steps.items()))
         each.append(_exceeds_zero(mode.growth_rate, deviation))
         if math.isnan(each[-1]):  # max() would lose it
-            return RiskEstimate(math.nan, math.nan)
+            return RiskEstimate(math.nan, math.nan, tuple(each))
         slope = change('friction', 1e-3 * at.friction) / (1e-3 * at.friction)
         if slope > 0.0:
             margin = min(-mode.growth_rate / slope, math.inf if math.isnan(margin) else margin)
@@ -176,20 +177,29 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
                         tuple(each))
 
 
-def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint], at: Inputs,
-                    modes: Sequence[Mode], deviations: Deviations) -> tuple[float, ...]:
+def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint],
+                    brakes: Sequence[tuple[Inputs, Sequence[Mode]]],
+                    deviations: Deviations) -> list[tuple[float, ...]]:
     """Return the first-order probability of each mode, its tangent by differences of a series.
 
     Parameters
     ----------
     series : Anchor
-        That has the roots around the operating point of `at`.
-    point_of, at, modes, deviations
+        That has the roots around the operating points.
+    point_of, deviations
         As of `first_order_risk`.
+    brakes : sequence of (Inputs, modes)
+        Likewise; all are looked up at once.
     """
-    steps = deviations.steps(at)
-    inputs = [at, *(at.moved(name, _TANGENT * step) for name, step in steps.items())]
-    roots, _ = series.roots_at(np.array([point_of(moved).coefficients() for moved in inputs]))
+    coefficients = [[point_of(inputs).coefficients() for inputs in (
+        at, *(at.moved(name, _TANGENT * step) for name, step in deviations.steps(at).items()))]
+        for at, _ in brakes]
+    roots, _ = series.roots_at(np.array(coefficients))
+    return [_by_differences(there, modes) for there, (_, modes) in zip(roots, brakes, strict=True)]
+
+
+def _by_differences(roots: ComplexArray, modes: Sequence[Mode]) -> tuple[float, ...]:
+    """Return the probability of each mode from roots (inputs, n), the first where it is."""
     eigenvalues = np.array([mode.eigenvalue for mode in modes])
     here = np.abs(roots[0] - eigenvalues[:, None]).argmin(axis=1)
     growth = roots.real[:, here]

@@ -19,7 +19,7 @@ from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, first_order_risk, Inputs, ModeRisk, Risk, risks_by_series
 from squeal_core.risk_cell import Cell, Family, Spread
 from squeal_core.risk_estimate import Estimate, estimate
-from squeal_core.stability import ComplexModes, Tolerances
+from squeal_core.stability import ComplexModes, Mode, Tolerances
 
 __all__ = ['RiskSettings', 'RiskStatistics', 'RiskTable']
 
@@ -29,10 +29,10 @@ _SHOWN = 1e-3  # probability from which on a mode is named
 
 @dataclass(frozen=True)
 class _Place:
-    """One of several brakes in a cell."""
+    """One of several brakes."""
 
     number: int
-    cell: Cell
+    at: Inputs
     inputs: Triple
     modes: ComplexModes
 
@@ -117,26 +117,30 @@ class RiskTable:
             deviations.rotor_speed)) for at, _ in brakes]
         cells = self._table.cells_for(wanted, deviations.contact_stiffness)
         found: dict[int, Risk] = {}
-        by_cell: dict[tuple[int, Spread], list[_Place]] = {}
+        inside: dict[tuple[int, Spread], tuple[Cell, list[_Place]]] = {}
+        outside: dict[int, list[_Place]] = {}  # by the series of their modes
         for number, ((at, modes), want, cell) in enumerate(zip(brakes, wanted, cells,
                                                                strict=True)):
+            place = _Place(number, at, want.inputs, modes)
             if cell is None:
-                found[number] = self._first_order(at, modes, deviations)
+                outside.setdefault(id(modes.series), []).append(place)
             else:
-                by_cell.setdefault((id(cell), want.spread), []).append(
-                    _Place(number, cell, want.inputs, modes))
-        for (_, spread), places in by_cell.items():
-            found.update(self._summed(places, spread))
+                inside.setdefault((id(cell), want.spread), (cell, []))[1].append(place)
+        for (_, spread), (cell, places) in inside.items():
+            found.update(self._summed(cell, places, spread))
+        for places in outside.values():
+            found.update(self._first_order(places, deviations))
         return [found[number] for number in range(len(brakes))]
 
-    def _summed(self, places: Sequence[_Place], spread: Spread) -> Iterator[tuple[int, Risk]]:
+    def _summed(self, cell: Cell, places: Sequence[_Place],
+                spread: Spread) -> Iterator[tuple[int, Risk]]:
         """Yield the risks at places in one cell."""
         def found(these: Sequence[_Place]) -> Estimate:
-            return estimate(these[0].cell, self._family, spread, [p.inputs for p in these],
+            return estimate(cell, self._family, spread, [p.inputs for p in these],
                             self._band, self._tolerances.growth)
 
         def named(place: _Place) -> tuple[ModeRisk, ...]:  # a risk that is kept stays small
-            return _named(found([place]).modes[0], place.cell.roots_near(
+            return _named(found([place]).modes[0], cell.roots_near(
                 self._family.coefficients(*place.inputs)), place.modes)
 
         probabilities, errors = found(places).overall
@@ -149,23 +153,33 @@ class RiskTable:
         return Risk(float(bool(growing)), 0.0, 'certain', lambda: tuple(
             ModeRisk(m.index, m.frequency_hz, m.growth_rate, 1.0) for m in growing))
 
-    def _first_order(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
-        self.statistics.first_order += 1
-        candidates = modes.least_stable(*self.band_hz, _CANDIDATES)
-        if modes.series is not None:
-            each = risks_by_series(modes.series, self._point, at, candidates, deviations)
-            greatest = float(np.max(each, initial=0.0))  # not a number where one is none
+    def _first_order(self, places: Sequence[_Place],
+                     deviations: Deviations) -> Iterator[tuple[int, Risk]]:
+        """Yield the risks at places that have no cell, the modes of all from one series."""
+        self.statistics.first_order += len(places)
+        brakes = [(place.at, place.modes.least_stable(*self.band_hz, _CANDIDATES))
+                  for place in places]
+        series = places[0].modes.series
+        if series is not None:
+            every = risks_by_series(series, self._point, brakes, deviations)
         else:
-            found = first_order_risk(self.model, self._point, at, candidates, deviations)
-            each, greatest = found.each, found.probability
-        ways = sorted(zip(each, candidates, strict=False), key=lambda way: -way[0])
-        return Risk(greatest, math.nan, 'first order', lambda: tuple(
-            ModeRisk(m.index, m.frequency_hz, m.growth_rate, p) for p, m in ways if p >= _SHOWN))
+            every = [first_order_risk(self.model, self._point, *brake, deviations).each
+                     for brake in brakes]
+        for place, each, (_, candidates) in zip(places, every, brakes, strict=True):
+            greatest = float(np.max(each, initial=0.0))  # not a number where one is none
+            yield place.number, Risk(greatest, math.nan, 'first order',
+                                     partial(_listed, each, candidates))
 
     def _point(self, inputs: Inputs) -> OperatingPoint:
         return self.model.operating_point(
             rotor_speed=inputs.rotor_speed, pressure=inputs.pressure, friction=inputs.friction,
             contact_stiffness=inputs.contact_stiffness)
+
+
+def _listed(each: Sequence[float], modes: Sequence[Mode]) -> tuple[ModeRisk, ...]:
+    ways = sorted(zip(each, modes, strict=False), key=lambda way: -way[0])
+    return tuple(ModeRisk(m.index, m.frequency_hz, m.growth_rate, p)
+                 for p, m in ways if p >= _SHOWN)
 
 
 def _named(each: FloatArray, roots: ComplexArray, modes: ComplexModes) -> tuple[ModeRisk, ...]:

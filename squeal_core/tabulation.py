@@ -20,7 +20,7 @@ from squeal_core.anchor_solution import anchor_at
 from squeal_core.anchor_table import AnchorTable, Answer, Entry, TableSettings
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import refined_root
-from squeal_core.neighbours import ahead, alike, between, Trail
+from squeal_core.neighbours import ahead, alike, amid, Trail
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, ComplexModes, Source, Tolerances
 from squeal_core.workers import Worker
@@ -224,7 +224,7 @@ class Tabulation:
         """Have an anchor made for a point at or beyond the edge of the table, or for what follows.
         """
         limit = self.settings.tolerance
-        target = between(point, company)
+        target = amid(point, company)
         if answer.entry is not None:
             target = ahead(target, answer.entry.anchor.point)
         if target is not point and self._table.best(target, limit).worst <= limit:

@@ -1,5 +1,6 @@
 """The sliding brake: modes, risk and margins over the ticks, against their offline references."""
 
+from dataclasses import replace
 import math
 
 import pytest
@@ -90,8 +91,12 @@ def test_tangent_by_series_is_that_by_vectors(kang: BrakeModel, friction: float)
     modes = found.least_stable(1250.0, 16000.0, 3)
     expected = first_order_risk(kang, point_of, at, modes, deviations).each
     # differences over a fiftieth of a deviation: of second order in it
-    assert risks_by_series(found.series, point_of, at, modes, deviations) == pytest.approx(
-        expected, abs=1e-3)
+    harder = replace(at, pressure=1.1 * PRESSURE)
+    here, there = risks_by_series(
+        found.series, point_of, [(at, modes), (harder, modes[:1])], deviations)
+    assert here == pytest.approx(expected, abs=1e-3)
+    assert there == pytest.approx(risks_by_series(
+        found.series, point_of, [(harder, modes)], deviations)[0][:1])
 
 
 def test_without_uncertainty_the_risk_is_zero_or_one(kang: BrakeModel) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.anchor_solution import anchor_at
 from squeal_core.brake import StiffnessTable
 from squeal_core.engines import Engines
 from squeal_core.friction import FrictionLaw
@@ -101,6 +102,27 @@ def test_one_point_far_from_all_others(kang: BrakeModel) -> None:
     table.close()
 
 
+def test_axles_near_each_other_share_an_anchor(kang: BrakeModel) -> None:
+    """It is made amid them, and asked for all of them at once, though each had a nearer one."""
+    table = Tabulation(kang)
+    brakes = [kang.operating_point(rotor_speed=40.0, pressure=pressure, friction=0.42)
+              for pressure in (1.5e6, 1.5e6, 1.2e6, 1.2e6)]
+    found = table.complex_modes_of(brakes)
+    assert len(table.anchors) == 1
+    middle = table.anchors[0].point.contact_pressure
+    assert brakes[2].contact_pressure < middle < brakes[0].contact_pressure
+    # of a quarter of the distance between the axles, to the fourth power
+    assert max(modes.errors.max() for modes in found) < 0.02
+    table.add(anchor_at(kang, brakes[2]))
+    again = table.complex_modes_of(brakes)
+    assert {id(modes.series) for modes in again} == {id(table.anchors[0])}
+    far = kang.operating_point(rotor_speed=40.0, pressure=0.8e6, friction=0.42)
+    table.add(anchor_at(kang, far))
+    apart = table.complex_modes_of([*brakes[:2], far])
+    assert [id(modes.series) for modes in apart] == [
+        *[id(table.anchors[0])] * 2, id(table.anchors[2])]
+
+
 def test_one_point_is_answered_as_ever(kang: BrakeModel) -> None:
     one, other = Tabulation(kang), Tabulation(kang)
     for brakes in way(kang, 4):
@@ -161,6 +183,22 @@ def test_risks_together_or_one_by_one(kang: BrakeModel) -> None:
     assert [risk.basis for risk in table.assess_together(both, DEVIATIONS)] == [
         'summed', 'first order']
     table.close()
+
+
+def test_axles_near_each_other_share_a_cell(kang: BrakeModel) -> None:
+    brakes = [replace(at, pressure=pressure) for at, pressure in zip(
+        axles(kang, 40.0, 1.0, 0.36), (1.5e6, 1.5e6, 1.2e6, 1.2e6), strict=True)]
+    each = list(zip(brakes, [complex_modes(kang, at) for at in points(kang, brakes)], strict=True))
+    table = RiskTable(kang, (1250.0, 16000.0))
+    shared = table.assess_together(each, DEVIATIONS)
+    cell, = table.cells
+    assert cell.inputs[1] == pytest.approx(math.sqrt(1.5e6 * 1.2e6))
+    assert cell.inputs[2] == pytest.approx(0.36 + 0.0045)
+    alone = RiskTable(kang, (1250.0, 16000.0))
+    own = [alone.assess(*each[0], DEVIATIONS), alone.assess(*each[3], DEVIATIONS)]
+    for found, truth in zip((shared[0], shared[3]), own, strict=True):
+        assert found.basis == 'summed'
+        assert abs(found.probability - truth.probability) <= found.error + truth.error
 
 
 def test_coefficients_of_many_points_are_those_of_each(kang: BrakeModel) -> None:

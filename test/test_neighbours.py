@@ -1,0 +1,107 @@
+"""Where the next anchor is made: ahead of the way, and amid the brakes that it is to serve."""
+
+from dataclasses import replace
+import math
+
+from engine_models import between, point
+import pytest
+
+from squeal_core import OperatingPoint
+from squeal_core.neighbours import ahead, alike, amid, Trail
+
+
+def moved(ratio: float, **others: float) -> OperatingPoint:
+    """Return the point with speed and pressure times a ratio."""
+    here = point()
+    return point(rotor_speed=ratio * here.rotor_speed,
+                 contact_pressure=ratio * here.contact_pressure, **others)
+
+
+# ---------------------------------------------------------------- ahead
+
+def test_the_next_anchor_lies_on_the_way() -> None:
+    behind, here = point(), point(rotor_speed=24.0, friction=0.4)
+    there = ahead(here, behind)
+    assert there.rotor_speed > 24.0
+    assert there.friction < 0.4
+    assert there.contact_pressure == here.contact_pressure
+    # beyond the point, less far than the way already made
+    assert between(behind, here, 1.0) == here
+    assert there.rotor_speed / 24.0 < 24.0 / 20.0
+    assert ahead(here, here) == here
+
+
+@pytest.mark.parametrize('changes', [
+    {'rotor_speed': 90.0}, {'rotor_speed': -20.0, 'friction': -0.42}, {'friction': 0.0},
+    {'contact_pressure': 0.0}])
+def test_a_jump_is_no_way(changes: dict[str, float]) -> None:
+    assert ahead(point(**changes), point()) == point(**changes)
+    assert ahead(point(), point(**changes)) == point()
+
+
+# ---------------------------------------------------------------- foreseen
+
+def test_a_steady_way_is_foreseen() -> None:
+    """By ratios, as speed and pressure are on a way that slows down."""
+    trail = Trail()
+    for now in range(0, 60, 3):
+        here = moved(0.99**now, friction_slope=-1e-3 * now)
+        there, = trail.foreseen([here], now, 20)
+    assert there.rotor_speed == pytest.approx(20.0 * 0.99**77)
+    assert there.contact_pressure == pytest.approx(point().contact_pressure * 0.99**77)
+    assert there.friction_slope == pytest.approx(-1e-3 * 77)
+    assert there.friction == here.friction
+
+
+def test_what_is_far_ahead_is_within_a_factor() -> None:
+    trail = Trail()
+    trail.foreseen([point()], 0, 400)
+    there, = trail.foreseen([moved(1.5)], 1, 400)
+    assert there.rotor_speed == 1.5 * 2.0 * point().rotor_speed
+
+
+def test_a_turn_is_foreseen_from_what_came_after_it() -> None:
+    """From a quarter of the horizon: no longer, as brakes turn; no less, as signals are noisy."""
+    trail = Trail()
+    for now in range(0, 100, 2):
+        trail.foreseen([moved(1.01**now)], now, 40)
+    for now in range(100, 112, 2):
+        there, = trail.foreseen([moved(1.01**(200 - now))], now, 40)
+    assert there.rotor_speed == pytest.approx(20.0 * 1.01**(200 - 150))
+
+
+def test_nothing_is_foreseen_of_the_unknown() -> None:
+    """At the first point, after a jump, and where there are other brakes."""
+    trail, here = Trail(), point()
+    assert trail.foreseen([here], 5, 10) == [here]
+    assert trail.foreseen([moved(1.1)], 5, 10) == [moved(1.1)]
+    assert trail.foreseen([moved(3.0)], 6, 10) == [moved(3.0)]
+    assert trail.foreseen([moved(0.9), here], 7, 10) == [moved(0.9), here]
+    assert trail.foreseen([moved(0.9), moved(1.1)], 8, 10)[0] == moved(0.9)
+
+
+# ---------------------------------------------------------------- amid
+
+def test_amid_an_axle_and_the_other() -> None:
+    front, rear = moved(1.0), point(contact_pressure=0.8 * point().contact_pressure)
+    found = amid(front, [front, rear, replace(rear, friction_slope=-0.04)])
+    assert found.contact_pressure == pytest.approx(
+        point().contact_pressure * math.exp(math.log(0.8) * 2 / 3))
+    assert found.rotor_speed == point().rotor_speed
+    assert found.friction_slope == pytest.approx((-0.02 - 0.02 - 0.04) / 3)
+
+
+def test_brakes_of_other_places_have_no_part_in_it() -> None:
+    here = point()
+    others = [point(contact_pressure=0.4 * here.contact_pressure), point(rotor_speed=-20.0),
+              point(contact_stiffness=1.2 * here.contact_stiffness), point(friction=0.0),
+              point(friction=0.6)]
+    assert amid(here, [here, *others]) is here
+    near = point(friction=0.44)
+    assert amid(here, [here, *others, near]).friction == pytest.approx(math.sqrt(0.42 * 0.44))
+
+
+def test_alike_is_an_axle() -> None:
+    assert alike(point(), moved(1.09))
+    assert not alike(point(), moved(1.12))
+    assert alike(point(), point(friction_slope=0.1))
