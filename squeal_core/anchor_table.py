@@ -159,6 +159,21 @@ class AnchorTable:
                     found[place] = one
         return found
 
+    def missing(self, points: Sequence[OperatingPoint]) -> list[int]:
+        """Return the places of the points that no anchor is good enough for."""
+        coefficients = np.array([point.coefficients() for point in points])
+        distances = self._distances(coefficients[:, None])
+        waiting = set(range(len(points)))
+        for _ in range(min(_TRIED, len(self.entries))):
+            for entry, places in self._nearest(distances, sorted(waiting)):
+                worst = self._worst(*entry.anchor.roots_at(coefficients[places]))
+                waiting.difference_update(
+                    place for place, off in zip(places, worst.tolist(), strict=True)
+                    if off <= self.settings.tolerance)
+            if not waiting:
+                break
+        return sorted(waiting)
+
     def _found(self, entry: Entry, coefficients: FloatArray) -> Iterator[Found | None]:
         """Yield what an anchor has of each point (P, 6), where it is good enough."""
         roots, errors = entry.anchor.roots_at(coefficients)

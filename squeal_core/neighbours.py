@@ -41,27 +41,29 @@ class Trail:
         self._marks: deque[tuple[int, tuple[OperatingPoint, ...]]] = deque()
 
     def foreseen(self, points: Sequence[OperatingPoint], now: int,
-                 horizon: int) -> list[OperatingPoint]:
+                 horizons: Sequence[int]) -> list[list[OperatingPoint]]:
         """Return where points are going to be; they themselves, where nothing is known of before.
 
         Parameters
         ----------
         points : sequence of OperatingPoint
             As many each time, or all begins anew.
-        now, horizon : int
-            The present, and how far ahead of it; from a quarter as far back it is told.
+        now : int
+            The present, in whatever it is counted.
+        horizons : sequence of int
+            How far ahead; from a quarter of the farthest as far back it is told.
         """
         marks = self._marks
         if marks and len(marks[0][1]) != len(points):
             marks.clear()
         marks.append((now, tuple(points)))
-        while len(marks) > 2 and 4 * (now - marks[1][0]) >= horizon:
+        while len(marks) > 2 and 4 * (now - marks[1][0]) >= max(horizons):
             marks.popleft()
         then, before = marks[0]
         if then == now:
-            return list(points)
-        return [ahead(point, behind, horizon / (now - then))
-                for point, behind in zip(points, before, strict=True)]
+            return [list(points)] * len(horizons)
+        return [[ahead(point, behind, horizon / (now - then))
+                 for point, behind in zip(points, before, strict=True)] for horizon in horizons]
 
 
 def alike(one: OperatingPoint, other: OperatingPoint) -> bool:

@@ -28,7 +28,7 @@ from squeal_core.workers import Worker
 __all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 
 _LOOK = 3  # calls from one look ahead to the next: it costs as much as some answers
-_HORIZON = 2.0  # times what an anchor takes: how far ahead
+_HORIZONS = (1.2, 2.0)  # times what an anchor takes: how far ahead, so that no gap is passed over
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
 _MADE_IN = 6  # full solves; where all points are solved in full, ticks take that much longer
 _PENDING = 2  # anchors being made at a time: brakes of both axles ask
@@ -163,15 +163,17 @@ class Tabulation:
         return self._used(point, found, answer.entry)
 
     def _look_ahead(self, points: Sequence[OperatingPoint]) -> None:
-        """Have an anchor made where one of the points will be by the time it takes, in turns."""
+        """Have an anchor made where the points will be by the time it takes."""
         self._calls += 1
         if not self.settings.delay or self._calls % _LOOK:
             return
-        there = self._trail.foreseen(points, self._solves, round(_HORIZON * self.settings.delay))
-        point = there[self._calls // _LOOK % len(there)]
-        answer = self._table.best(point, self.settings.tolerance)
-        if answer.worst > self.settings.tolerance:
-            self._prepare(point, answer, there)
+        there = self._trail.foreseen(points, self._solves, [
+            round(times * self.settings.delay) for times in _HORIZONS])
+        missing = self._table.missing([point for company in there for point in company])
+        if missing:
+            company, place = there[missing[0] // len(points)], missing[0] % len(points)
+            answer = self._table.best(company[place], self.settings.tolerance)
+            self._prepare(company[place], answer, company)
 
     def _refined(self, point: OperatingPoint, answer: Answer,
                  within: float) -> tuple[Answer, Source]:

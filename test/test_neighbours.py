@@ -46,7 +46,7 @@ def test_a_steady_way_is_foreseen() -> None:
     trail = Trail()
     for now in range(0, 60, 3):
         here = moved(0.99**now, friction_slope=-1e-3 * now)
-        there, = trail.foreseen([here], now, 20)
+        (there,), = trail.foreseen([here], now, [20])
     assert there.rotor_speed == pytest.approx(20.0 * 0.99**77)
     assert there.contact_pressure == pytest.approx(point().contact_pressure * 0.99**77)
     assert there.friction_slope == pytest.approx(-1e-3 * 77)
@@ -55,8 +55,8 @@ def test_a_steady_way_is_foreseen() -> None:
 
 def test_what_is_far_ahead_is_within_a_factor() -> None:
     trail = Trail()
-    trail.foreseen([point()], 0, 400)
-    there, = trail.foreseen([moved(1.5)], 1, 400)
+    trail.foreseen([point()], 0, [400])
+    (there,), = trail.foreseen([moved(1.5)], 1, [400])
     assert there.rotor_speed == 1.5 * 2.0 * point().rotor_speed
 
 
@@ -64,20 +64,23 @@ def test_a_turn_is_foreseen_from_what_came_after_it() -> None:
     """From a quarter of the horizon: no longer, as brakes turn; no less, as signals are noisy."""
     trail = Trail()
     for now in range(0, 100, 2):
-        trail.foreseen([moved(1.01**now)], now, 40)
+        trail.foreseen([moved(1.01**now)], now, [20, 40])
     for now in range(100, 112, 2):
-        there, = trail.foreseen([moved(1.01**(200 - now))], now, 40)
+        (near,), (there,) = trail.foreseen([moved(1.01**(200 - now))], now, [20, 40])
+    assert near.rotor_speed == pytest.approx(20.0 * 1.01**(200 - 130))
     assert there.rotor_speed == pytest.approx(20.0 * 1.01**(200 - 150))
 
 
 def test_nothing_is_foreseen_of_the_unknown() -> None:
     """At the first point, after a jump, and where there are other brakes."""
     trail, here = Trail(), point()
-    assert trail.foreseen([here], 5, 10) == [here]
-    assert trail.foreseen([moved(1.1)], 5, 10) == [moved(1.1)]
-    assert trail.foreseen([moved(3.0)], 6, 10) == [moved(3.0)]
-    assert trail.foreseen([moved(0.9), here], 7, 10) == [moved(0.9), here]
-    assert trail.foreseen([moved(0.9), moved(1.1)], 8, 10)[0] == moved(0.9)
+    assert trail.foreseen([here], 5, [10]) == [[here]]
+    assert trail.foreseen([moved(1.1)], 5, [5, 10]) == [[moved(1.1)]] * 2
+    assert trail.foreseen([moved(3.0)], 6, [10]) == [[moved(3.0)]]
+    assert trail.foreseen([moved(0.9), here], 7, [10]) == [[moved(0.9), here]]
+    (still, gone), = trail.foreseen([moved(0.9), moved(1.1)], 8, [10])
+    assert still == moved(0.9)
+    assert gone.rotor_speed == 2.0 * 22.0
 
 
 # ---------------------------------------------------------------- amid
