@@ -214,10 +214,11 @@ def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArra
                 for row, off in zip(roots, errors, strict=True)]
     key = np.where(still, -1.0, np.where(above, frequency, np.inf))
     order = np.lexsort((np.where(still, -growth, growth), key))
+    order += np.arange(0, order.size, order.shape[1])[:, None]  # places in all rows
     rest, count = int(quiet[0]), int(upper[0])
     resting, moving = order[:, :rest], order[:, rest:rest + count]
     spoken = np.concatenate([resting[:, :rest // 2], moving], axis=1)
-    kept = [_frozen(np.take_along_axis(values, places, axis=1)) for values, places in (
+    kept = [_frozen(values.take(places)) for values, places in (
         (roots, resting), (roots, moving), (roots, spoken), (errors, spoken))]
     return [ComplexModes(rested, moved, one, off, tolerances, 'table', series)
             for rested, moved, one, off in zip(*kept, strict=True)]
