@@ -108,13 +108,22 @@ class Anchor:
         geometric series, times the condition of each root within its block. It is infinite where
         the terms do not decrease.
         """
-        steps = (coefficients[..., self.rows] - self.centre) / self.scales
-        terms = self.monomials.at(steps)
+        steps, terms = self._steps_and_terms(coefficients)
         entries = (terms @ self._parts).view(complex)
         remainder = self._remainder(np.abs(terms).astype(np.float32))
         remainder += self.encounters.left_out(steps)
         remainder += self.rounding
         return self.layout.solved(entries, remainder)
+
+    def roots_alone(self, coefficients: FloatArray) -> ComplexArray:
+        """Return the roots of `roots_at` for less, where nobody asks what they may be off by."""
+        _, terms = self._steps_and_terms(coefficients)
+        return self.layout.roots_of((terms @ self._parts).view(complex))
+
+    def _steps_and_terms(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the scaled steps z (..., v) and their products (..., terms)."""
+        steps = (coefficients[..., self.rows] - self.centre) / self.scales
+        return steps, self.monomials.at(steps)
 
     @cached_property
     def _parts(self) -> FloatArray:

@@ -120,17 +120,33 @@ class BlockLayout:
             errors[..., place] = size * condition * remainder[..., block, None]
         return roots, errors
 
+    def roots_of(self, entries: ComplexArray) -> ComplexArray:
+        """Return the roots alone (..., n), as `solved` has them, for half of its time."""
+        roots = np.empty((*entries.shape[:-1], self.roots), complex)
+        single, end = self.singles, self.singles + 2 * self.pairs
+        roots[..., :single] = entries[..., :single]
+        mean, s = self._mean_and_distance(entries)
+        roots[..., single:end:2], roots[..., single + 1:end:2] = mean - s, mean + s
+        for _, size, there, place in self.larger:
+            roots[..., place] = np.linalg.eigvals(
+                entries[..., there].reshape(*entries.shape[:-1], size, size))
+        return roots
+
+    def _mean_and_distance(self, entries: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return what the roots of pairs are: mean +- s, s^2 = half^2 + upper lower."""
+        quarters = self._quarters(entries)
+        half = quarters[..., 1, :]
+        return quarters[..., 0, :], np.sqrt(
+            half * half + quarters[..., 2, :] * quarters[..., 3, :])
+
     def _solve_pairs(self, entries: ComplexArray, remainder: FloatArray, roots: ComplexArray,
                      errors: FloatArray) -> None:
-        """Take over the roots of pairs: mean +- s, s^2 = half^2 + upper lower, and their errors.
-        """
+        """Take over the roots of pairs and their errors."""
         first, end = self.singles, self.singles + 2 * self.pairs
-        quarters = self._quarters(entries)
-        mean, half = quarters[..., 0, :], quarters[..., 1, :]
-        s = np.sqrt(half * half + quarters[..., 2, :] * quarters[..., 3, :])
+        mean, s = self._mean_and_distance(entries)
         roots[..., first:end:2], roots[..., first + 1:end:2] = mean - s, mean + s
         left = remainder[..., first:first + self.pairs]
-        change = left * (_ALL_BUT_MEAN @ np.abs(quarters) + left)  # of s^2
+        change = left * (_ALL_BUT_MEAN @ np.abs(self._quarters(entries)) + left)  # of s^2
         off = left + np.minimum(np.sqrt(change), change / (np.abs(s) + _TINY))
         errors[..., first:end:2] = errors[..., first + 1:end:2] = off
 

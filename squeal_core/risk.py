@@ -194,7 +194,7 @@ def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint]
     coefficients = [[point_of(inputs).coefficients() for inputs in (
         at, *(at.moved(name, _TANGENT * step) for name, step in deviations.steps(at).items()))]
         for at, _ in brakes]
-    roots, _ = series.roots_at(np.array(coefficients))
+    roots = series.roots_alone(np.array(coefficients))
     return [_by_differences(there, modes) for there, (_, modes) in zip(roots, brakes, strict=True)]
 
 

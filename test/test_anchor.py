@@ -361,3 +361,24 @@ def test_an_anchor_cannot_be_changed(kang: BrakeModel) -> None:
                   anchor.encounters.rates, *anchor.majorants):
         assert not array.flags.writeable
     assert 10_000 < anchor.nbytes < 1_000_000
+
+
+# ---------------------------------------------------------------- roots alone
+
+@pytest.mark.parametrize(('speed', 'friction', 'sizes'), [
+    (2.0, 0.2, {1, 2, 3}), (5.0, 0.42, {1, 2, 4}), (20.0, 0.42, {1, 5})])
+def test_roots_alone_are_those_with_errors(kang: BrakeModel, speed: float, friction: float,
+                                           sizes: set[int]) -> None:
+    """At many points at once, block by block: of larger blocks in whatever order."""
+    start = kang.operating_point(rotor_speed=speed, pressure=7.84e5, friction=friction)
+    anchor, generator = anchor_at(kang, start), np.random.default_rng(2)
+    assert set(anchor.sizes.tolist()) == sizes
+    points = np.array([near(start, 0.05, generator).coefficients() for _ in range(6)])
+    alone, (roots, _) = anchor.roots_alone(points), anchor.roots_at(points)
+    place = 0
+    for size in anchor.sizes.tolist():
+        ours, theirs = (np.sort_complex(found[:, place:place + size]) for found in (alone, roots))
+        # of matrices of 1e5 1/s, and next to an exceptional point the root of that rounding
+        np.testing.assert_allclose(ours, theirs, atol=1e-9 if size < 3 else 1e-5, rtol=0.0)
+        place += size
+    assert place == roots.shape[1]
