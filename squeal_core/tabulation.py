@@ -30,7 +30,8 @@ __all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 _LOOK = 3  # calls from one look ahead to the next: it costs as much as some answers
 _HORIZONS = (1.2, 2.0)  # times what an anchor takes: how far ahead, so that no gap is passed over
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
-_MADE_IN = 6  # full solves; where all points are solved in full, ticks take that much longer
+_COST = 5  # full solves that an anchor costs as much as
+_BESIDE = 3  # times its cost that it takes beside full solves, which keep its thread from running
 _PENDING = 2  # anchors being made at a time: brakes of both axles ask
 _REFINED = 4  # roots of a point; for more of them a full solution is no dearer
 _APART = 1e-6  # 1/s between roots that are two
@@ -54,7 +55,7 @@ class TableStatistics:
 class _Request:
     point: OperatingPoint
     due: int  # solve
-    full: int  # full solve, if that comes first: in so many an anchor is made, too
+    full: int  # full solve, if that comes first
     anchor: 'Future[Anchor]'
 
 
@@ -233,15 +234,19 @@ class Tabulation:
             if answer.worst <= limit:
                 return
             target = point
-        self._ask(target)
+        self._ask(target, len(company))
         if self.settings.delay == 0:
             self._adopt()
             if target is not point and self._table.best(point, limit).worst > limit:
-                self._ask(point)  # the table does not reach back to here
+                self._ask(point, 1)  # the table does not reach back to here
                 self._adopt()
 
-    def _ask(self, point: OperatingPoint) -> None:
-        """Have an anchor made here, unless one is being made near here, or enough are."""
+    def _ask(self, point: OperatingPoint, brakes: int) -> None:
+        """Have an anchor made here, unless one is being made near here, or enough are.
+
+        Where all is solved in full it is due earlier: when no more of it is left than all brakes'
+        full solves of a tick.
+        """
         if self._solves < self._pause_until or len(self._requests) >= _PENDING or any(
                 alike(point, request.point) for request in self._requests):
             return
@@ -249,8 +254,9 @@ class Tabulation:
                                      degree=self.settings.degree)
         delay, before = self.settings.delay, len(self._requests)
         due = max(self._solves, self._requests[-1].due - delay // 4) if before else self._solves
+        full = max(brakes, _BESIDE * (_COST - brakes))
         self._requests.append(_Request(
-            point, due + delay, self.statistics.full + _MADE_IN * (before + 1), future))
+            point, due + delay, self.statistics.full + full * (before + 1), future))
 
     def _adopt(self) -> None:
         """Take the anchors asked for into use, when their time has come."""

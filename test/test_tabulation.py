@@ -240,11 +240,13 @@ def test_an_anchor_is_used_when_its_time_has_come() -> None:
     table.close()
 
 
-def test_where_all_is_solved_in_full_an_anchor_is_due_earlier() -> None:
-    """Six full solutions take longer than it does."""
+@pytest.mark.parametrize(('brakes', 'solves'), [(1, 12), (2, 9), (3, 6), (4, 4), (6, 6)])
+def test_where_all_is_solved_in_full_an_anchor_is_due_earlier(brakes: int, solves: int) -> None:
+    """An anchor costs five full solves, and a tick waits for no more of it than one a brake."""
     table = Tabulation(SMALL, TableSettings(delay=100))
-    sources = [modes.source for modes in follow(table, 8 * [point()])]
-    assert sources == 6 * ['full'] + 2 * ['table']
+    sources = [modes.source for _ in range(16) for modes in table.complex_modes_of(
+        [point(friction=0.42 + 1e-3 * brake) for brake in range(brakes)])]
+    assert sources == solves * ['full'] + (16 * brakes - solves) * ['table']
     table.close()
 
 
@@ -254,13 +256,14 @@ def test_where_all_is_solved_in_full_an_anchor_is_due_earlier() -> None:
 def test_a_steady_way_is_solved_in_full_at_its_beginning_only(
         kang: BrakeModel, ratios: dict[str, float]) -> None:
     """Anchors are there before the way leads out of those made so far."""
-    delay, table = 10, Tabulation(kang, TableSettings(delay=10))
+    delay = 10
+    table = Tabulation(kang, TableSettings(delay=delay))
     points = [point(**{name: getattr(point(), name) * ratio**i for name, ratio in ratios.items()})
               for i in range(250)]
     found = follow(table, points)
     sources = [modes.source for modes in found]
-    # with none made ahead six for each; some remain where a verdict hangs on an error
-    assert sources[delay:].count('full') <= 4 < 6 * (table.statistics.made - 1)
+    # with none made ahead ten for each; some remain where a verdict hangs on an error
+    assert sources[delay:].count('full') <= 4 < delay * (table.statistics.made - 1)
     for modes, at in list(zip(found, points, strict=True))[::50]:
         compare(modes, complex_modes(kang, at))
     table.close()
