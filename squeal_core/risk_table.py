@@ -7,7 +7,7 @@ estimate is of first order, and says so.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
+from functools import cache, partial
 import math
 
 import numpy as np
@@ -135,18 +135,22 @@ class RiskTable:
     def _summed(self, cell: Cell, places: Sequence[_Place],
                 spread: Spread) -> Iterator[tuple[int, Risk]]:
         """Yield the risks at places in one cell."""
-        def found(these: Sequence[_Place]) -> Estimate:
-            return estimate(cell, self._family, spread, [p.inputs for p in these],
+        def found() -> Estimate:  # a risk that is kept stays small
+            return estimate(cell, self._family, spread, [p.inputs for p in places],
                             self._band, self._tolerances.growth)
 
-        def named(place: _Place) -> tuple[ModeRisk, ...]:  # a risk that is kept stays small
-            return _named(found([place]).modes[0], cell.roots_near(
+        @cache
+        def each() -> FloatArray:
+            return found().modes
+
+        def named(row: int, place: _Place) -> tuple[ModeRisk, ...]:
+            return _named(each()[row], cell.roots_near(
                 self._family.coefficients(*place.inputs)), place.modes)
 
-        probabilities, errors = found(places).overall
-        for place, probability, error in zip(places, probabilities.tolist(), errors.tolist(),
-                                             strict=True):
-            yield place.number, Risk(probability, error, 'summed', partial(named, place))
+        probabilities, errors = found().overall
+        for row, (place, probability, error) in enumerate(zip(
+                places, probabilities.tolist(), errors.tolist(), strict=True)):
+            yield place.number, Risk(probability, error, 'summed', partial(named, row, place))
 
     def _certain(self, modes: ComplexModes) -> Risk:
         growing = modes.flutter_in(*self.band_hz)
