@@ -174,7 +174,8 @@ class Tabulation:
         if missing:
             company, place = there[missing[0] // len(points)], missing[0] % len(points)
             answer = self._table.best(company[place], self.settings.tolerance)
-            self._prepare(company[place], answer, company)
+            if answer.worst > self.settings.tolerance:
+                self._prepare(company[place], answer, company)
 
     def _refined(self, point: OperatingPoint, answer: Answer,
                  within: float) -> tuple[Answer, Source]:
@@ -224,15 +225,12 @@ class Tabulation:
 
     def _prepare(self, point: OperatingPoint, answer: Answer,
                  company: Sequence[OperatingPoint]) -> None:
-        """Have an anchor made for a point at or beyond the edge of the table, or for what follows.
-        """
+        """Have an anchor made for a point that none answers, and for what follows on the way."""
         limit = self.settings.tolerance
         target = amid(point, company)
         if answer.entry is not None:
             target = ahead(target, answer.entry.anchor.point)
         if target is not point and self._table.best(target, limit).worst <= limit:
-            if answer.worst <= limit:
-                return
             target = point
         self._ask(target, len(company))
         if self.settings.delay == 0:
