@@ -1,8 +1,8 @@
 """Anchors laid out by place, and what they say of operating points near them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import classify, classify_rows, ComplexModes, Source, Tolerances
+
+_Result = TypeVar('_Result')
 
 _TRIED = 3  # anchors tried for a point, the last one used first
 _FAR = 3.0  # reaches beyond which an anchor is not tried
@@ -71,11 +73,10 @@ class Answer:
 
 @dataclass(frozen=True)
 class Found:
-    """Modes that an entry is good enough for, and their largest error [1/s]."""
+    """Modes that an entry is good enough for."""
 
     entry: Entry
     modes: ComplexModes
-    worst: float
 
 
 class AnchorTable:
@@ -118,8 +119,8 @@ class AnchorTable:
         self.entries = [kept for kept in self.entries if kept is not entry]
         self._index()
 
-    def best(self, point: OperatingPoint, enough: float) -> Answer:
-        """Return the first answer with no larger an error, or else the best of those tried."""
+    def best(self, point: OperatingPoint) -> Answer:
+        """Return the first answer within the tolerance, or else the best of those tried."""
         coefficients = np.array(point.coefficients())
         best = Answer()
         for entry in self._near(coefficients):
@@ -127,7 +128,7 @@ class AnchorTable:
             worst = float(self._worst(roots, errors))
             if worst < best.worst:
                 best = Answer(entry, roots, errors, worst)
-            if worst <= enough:
+            if worst <= self.settings.tolerance:
                 break
         return best
 
@@ -146,33 +147,33 @@ class AnchorTable:
 
         Points near the same anchor cost little more than one: most of the time goes into calls.
         """
+        return self._by_nearest(points, self._found)
+
+    def missing(self, points: Sequence[OperatingPoint]) -> list[int]:
+        """Return the places of the points that no anchor is good enough for."""
+        return [place for place, enough in enumerate(self._by_nearest(points, self._enough))
+                if not enough]
+
+    def _by_nearest(self, points: Sequence[OperatingPoint], look: Callable[
+            [Entry, FloatArray], Iterable[_Result | None]]) -> list[_Result | None]:
+        """Return what a look at the nearest entries finds of each point, a few of them tried."""
         coefficients = np.array([point.coefficients() for point in points])
         distances = self._distances(coefficients[:, None])
-        found: list[Found | None] = [None] * len(points)
+        found: list[_Result | None] = [None] * len(points)
         for _ in range(min(_TRIED, len(self.entries))):
             waiting = [place for place, one in enumerate(found) if one is None]
             if not waiting:
                 break
             for entry, places in self._nearest(distances, waiting):
-                for place, one in zip(places, self._found(entry, coefficients[places]),
-                                      strict=True):
+                for place, one in zip(places, look(entry, coefficients[places]), strict=True):
                     found[place] = one
         return found
 
-    def missing(self, points: Sequence[OperatingPoint]) -> list[int]:
-        """Return the places of the points that no anchor is good enough for."""
-        coefficients = np.array([point.coefficients() for point in points])
-        distances = self._distances(coefficients[:, None])
-        waiting = set(range(len(points)))
-        for _ in range(min(_TRIED, len(self.entries))):
-            for entry, places in self._nearest(distances, sorted(waiting)):
-                worst = self._worst(*entry.anchor.roots_at(coefficients[places]))
-                waiting.difference_update(
-                    place for place, off in zip(places, worst.tolist(), strict=True)
-                    if off <= self.settings.tolerance)
-            if not waiting:
-                break
-        return sorted(waiting)
+    def _enough(self, entry: Entry, coefficients: FloatArray) -> Iterator[bool | None]:
+        """Yield whether an anchor is within the tolerance at each point (P, 6), or None."""
+        worst = self._worst(*entry.anchor.roots_at(coefficients))
+        for off in worst.tolist():
+            yield off <= self.settings.tolerance or None
 
     def _found(self, entry: Entry, coefficients: FloatArray) -> Iterator[Found | None]:
         """Yield what an anchor has of each point (P, 6), where it is good enough."""
@@ -181,9 +182,9 @@ class AnchorTable:
         good = (worst <= self.settings.tolerance) & ~(
             undecided(roots, errors, self._tolerances).any(axis=-1))
         modes = iter(self._rows(entry.anchor, roots[good], errors[good]))
-        for off, enough in zip(worst.tolist(), good.tolist(), strict=True):
+        for enough in good.tolist():
             one = next(modes) if enough else None
-            yield Found(entry, one, off) if one is not None and self._complete(one) else None
+            yield Found(entry, one) if one is not None and self._complete(one) else None
 
     def _rows(self, anchor: Anchor, roots: ComplexArray, errors: FloatArray) -> list[ComplexModes]:
         zeros = np.broadcast_to(self._zeros, (len(roots), self._zeros.size))

@@ -107,13 +107,11 @@ class BlockLayout:
         remainder : (..., blocks) array
             Norm of what each block leaves out.
         """
-        shape = (*entries.shape[:-1], self.roots)
-        roots, errors = np.empty(shape, complex), np.empty(shape)
-        single = self.singles
-        roots[..., :single] = entries[..., :single]
-        errors[..., :single] = remainder[..., :single]
+        roots, quarters, s = self._small_blocks(entries)
+        errors = np.empty(roots.shape)
+        errors[..., :self.singles] = remainder[..., :self.singles]
         if self.pairs:
-            self._solve_pairs(entries, remainder, roots, errors)
+            self._note_errors_of_pairs(errors, remainder, quarters, s)
         for block, size, there, place in self.larger:
             found, condition = _eigenvalues(entries[..., there], size)
             roots[..., place] = found
@@ -122,31 +120,32 @@ class BlockLayout:
 
     def roots_of(self, entries: ComplexArray) -> ComplexArray:
         """Return the roots alone (..., n), as `solved` has them, for half of its time."""
-        roots = np.empty((*entries.shape[:-1], self.roots), complex)
-        single, end = self.singles, self.singles + 2 * self.pairs
-        roots[..., :single] = entries[..., :single]
-        mean, s = self._mean_and_distance(entries)
-        roots[..., single:end:2], roots[..., single + 1:end:2] = mean - s, mean + s
+        roots, _, _ = self._small_blocks(entries)
         for _, size, there, place in self.larger:
             roots[..., place] = np.linalg.eigvals(
                 entries[..., there].reshape(*entries.shape[:-1], size, size))
         return roots
 
-    def _mean_and_distance(self, entries: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Return what the roots of pairs are: mean +- s, s^2 = half^2 + upper lower."""
-        quarters = self._quarters(entries)
-        half = quarters[..., 1, :]
-        return quarters[..., 0, :], np.sqrt(
-            half * half + quarters[..., 2, :] * quarters[..., 3, :])
+    def _small_blocks(self, entries: ComplexArray
+                      ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Return the roots (..., n), those of larger blocks not yet among them, quarters and s.
 
-    def _solve_pairs(self, entries: ComplexArray, remainder: FloatArray, roots: ComplexArray,
-                     errors: FloatArray) -> None:
-        """Take over the roots of pairs and their errors."""
+        Those of pairs are mean +- s, s^2 = half^2 + upper lower.
+        """
+        roots = np.empty((*entries.shape[:-1], self.roots), complex)
         first, end = self.singles, self.singles + 2 * self.pairs
-        mean, s = self._mean_and_distance(entries)
+        roots[..., :first] = entries[..., :first]
+        quarters = self._quarters(entries)
+        mean, half = quarters[..., 0, :], quarters[..., 1, :]
+        s = np.sqrt(half * half + quarters[..., 2, :] * quarters[..., 3, :])
         roots[..., first:end:2], roots[..., first + 1:end:2] = mean - s, mean + s
+        return roots, quarters, s
+
+    def _note_errors_of_pairs(self, errors: FloatArray, remainder: FloatArray,
+                              quarters: ComplexArray, s: ComplexArray) -> None:
+        first, end = self.singles, self.singles + 2 * self.pairs
         left = remainder[..., first:first + self.pairs]
-        change = left * (_ALL_BUT_MEAN @ np.abs(self._quarters(entries)) + left)  # of s^2
+        change = left * (_ALL_BUT_MEAN @ np.abs(quarters) + left)  # of s^2
         off = left + np.minimum(np.sqrt(change), change / (np.abs(s) + _TINY))
         errors[..., first:end:2] = errors[..., first + 1:end:2] = off
 

@@ -33,8 +33,15 @@ class _Place:
 
     number: int
     at: Inputs
-    inputs: Triple
     modes: ComplexModes
+
+    @property
+    def inputs(self) -> Triple:
+        return abs(self.at.rotor_speed), self.at.pressure, self.at.friction
+
+    def wanted(self, deviations: Deviations) -> Wanted:
+        return Wanted(self.inputs, Spread(min(deviations.friction, 0.5 * self.at.friction),
+                                          deviations.pressure, deviations.rotor_speed))
 
 
 class RiskTable:
@@ -112,18 +119,15 @@ class RiskTable:
         """Return the probability of squeal of several brakes: those of one cell cost less."""
         if deviations.none:
             return [self._certain(modes) for _, modes in brakes]
-        wanted = [Wanted((abs(at.rotor_speed), at.pressure, at.friction), Spread(
-            min(deviations.friction, 0.5 * at.friction), deviations.pressure,
-            deviations.rotor_speed)) for at, _ in brakes]
+        every = [_Place(number, *brake) for number, brake in enumerate(brakes)]
+        wanted = [place.wanted(deviations) for place in every]
         cells = self._table.cells_for(wanted, deviations.contact_stiffness)
         found: dict[int, Risk] = {}
         inside: dict[tuple[int, Spread], tuple[Cell, list[_Place]]] = {}
         outside: dict[int, list[_Place]] = {}  # by the series of their modes
-        for number, ((at, modes), want, cell) in enumerate(zip(brakes, wanted, cells,
-                                                               strict=True)):
-            place = _Place(number, at, want.inputs, modes)
+        for place, want, cell in zip(every, wanted, cells, strict=True):
             if cell is None:
-                outside.setdefault(id(modes.series), []).append(place)
+                outside.setdefault(id(place.modes.series), []).append(place)
             else:
                 inside.setdefault((id(cell), want.spread), (cell, []))[1].append(place)
         for (_, spread), (cell, places) in inside.items():

@@ -150,11 +150,11 @@ class Tabulation:
         self._solves += 1
         self._adopt()
         limit = self.settings.tolerance
-        answer = self._table.best(point, limit)
+        answer = self._table.best(point)
         if answer.worst > limit:
             self._prepare(point, answer, company)
             if self.settings.delay == 0:
-                answer = self._table.best(point, limit)
+                answer = self._table.best(point)
         answer, source = self._refined(point, answer, refined)
         found = self._table.modes(answer, source)
         if found is None or answer.entry is None:
@@ -173,7 +173,7 @@ class Tabulation:
         missing = self._table.missing([point for company in there for point in company])
         if missing:
             company, place = there[missing[0] // len(points)], missing[0] % len(points)
-            answer = self._table.best(company[place], self.settings.tolerance)
+            answer = self._table.best(company[place])
             if answer.worst > self.settings.tolerance:
                 self._prepare(company[place], answer, company)
 
@@ -212,7 +212,7 @@ class Tabulation:
 
     def covers(self, point: OperatingPoint) -> bool:
         """Tell whether the table answers at a point, without any solve and any trace."""
-        return self._table.modes(self._table.best(point, self.settings.tolerance)) is not None
+        return self._table.modes(self._table.best(point)) is not None
 
     def add(self, anchor: Anchor) -> None:
         """Take an anchor into the table; the least recently used ones make room for it."""
@@ -230,12 +230,12 @@ class Tabulation:
         target = amid(point, company)
         if answer.entry is not None:
             target = ahead(target, answer.entry.anchor.point)
-        if target is not point and self._table.best(target, limit).worst <= limit:
+        if target is not point and self._table.best(target).worst <= limit:
             target = point
         self._ask(target, len(company))
         if self.settings.delay == 0:
             self._adopt()
-            if target is not point and self._table.best(point, limit).worst > limit:
+            if target is not point and self._table.best(point).worst > limit:
                 self._ask(point, 1)  # the table does not reach back to here
                 self._adopt()
 

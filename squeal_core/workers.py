@@ -36,7 +36,8 @@ class Worker:
         """Have a task done; its result, or what it raised, is in the future."""
         if beside:
             if self._pool is None:
-                self._pool = ThreadPoolExecutor(1, self._name, initializer=_give_way)
+                self._pool = ThreadPoolExecutor(
+                    1, self._name, initializer=_give_way, initargs=(self._urgent,))
             return self._pool.submit(self._do, task, *arguments, **options)
         done: Future[_Result] = Future()
         try:
@@ -69,11 +70,9 @@ class _Urgency:
     def felt(self) -> Iterator[None]:
         """Let others pause for as long as the context lasts."""
         self._add(1)
-        _here.urgent = True
         try:
             yield
         finally:
-            _here.urgent = False
             self._add(-1)
 
     def _add(self, change: int) -> None:
@@ -92,7 +91,7 @@ _urgency = _Urgency()
 
 def pause() -> None:
     """Wait, in a worker that is not urgent itself, while urgent work is under way."""
-    if gives_way() and not getattr(_here, 'urgent', False):
+    if getattr(_here, 'pauses', False):
         _urgency.wait()
 
 
@@ -101,7 +100,7 @@ def gives_way() -> bool:
     return getattr(_here, 'gives_way', False)
 
 
-def _give_way() -> None:
-    _here.gives_way = True
+def _give_way(urgent: bool) -> None:
+    _here.gives_way, _here.pauses = True, not urgent
     if sys.platform == 'linux':  # where a thread has a priority of its own
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)

@@ -3,6 +3,9 @@
 A timer on ROS time waits for the system clock to come back after a backward step (rclpy#1490), and
 for ever on a /clock that stopped. Here a timer on steady time leads to each tick; simulated time
 is heard of by a jump callback, and the steady timer looks whether it still moves.
+
+To rclpy's executor each callback means two waits, and each of them a look at every service and
+event there is. Where no one else needs its thread, the ticker keeps it for some ticks and sleeps.
 """
 
 from collections.abc import Callable
@@ -89,10 +92,8 @@ class Ticker:
             return
         end = time.monotonic_ns() + _KEPT
         try:
-            self._gather()
             self._look()
             while self._sleeps(end):
-                self._gather()
                 self._look()
         finally:
             if self._timer is not None:
@@ -102,7 +103,7 @@ class Ticker:
         """Sleep until the next beat and keep the thread, or return at once and leave it."""
         if not (self._alone and self._timer is not None and self._node.context.ok()):
             return False
-        if self._node.get_clock().ros_time_is_active:  # which only the executor hears of
+        if self._simulated:  # of which only the executor hears
             return False
         wait = self._grid.wait(self._now(), _LONGEST)
         if time.monotonic_ns() + wait > end:
@@ -111,8 +112,8 @@ class Ticker:
         return True
 
     def _look(self) -> None:
-        now, steady = self._now(), time.monotonic_ns()
-        simulated = bool(self._node.get_clock().ros_time_is_active)
+        self._gather()
+        now, steady, simulated = self._now(), time.monotonic_ns(), self._simulated
         if simulated:
             standstill = self._watch.standstill(now, steady)
             if standstill > self._timeout:
@@ -127,11 +128,15 @@ class Ticker:
 
     def _arm(self) -> None:
         """Wait for the next beat; with simulated time, for the next look at it."""
-        if self._node.get_clock().ros_time_is_active:
+        if self._simulated:
             self._timer.timer_period_ns = min(self._timeout // _LOOKS, _LONGEST)
         else:
             self._timer.timer_period_ns = max(self._grid.wait(self._now(), _LONGEST), 1)
         self._timer.reset()
+
+    @property
+    def _simulated(self) -> bool:
+        return bool(self._node.get_clock().ros_time_is_active)
 
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)

@@ -24,7 +24,7 @@ import processes  # noqa: E402
 from processes import linux, monitor, short_and_long  # noqa: E402
 
 SHARED = Path('/dev/shm')
-RATE = 20.0  # ticks a second, as `processes.monitor` has it
+RATE = 20.0  # ticks a second
 # as flooding.py names its topics, and the field of its wheel
 SIGNALS = {'fl__rotor_speed__topic': 'fl/rotor_speed', 'fl__pressure__topic': 'fl/pressure',
            'fl__rotor_speed__field': 'velocity[name=wheel]'}
@@ -67,7 +67,7 @@ def test_killed_and_started_again(count: int, transport: str,
         ear.silent = set(ear._publishers)
         for _ in range(count):
             start = time.monotonic()
-            with monitor(domain, transport=transport, **SIGNALS,
+            with monitor(domain, transport=transport, rate=RATE, **SIGNALS,
                          streams={'stderr': subprocess.PIPE, 'text': True}) as node:
                 answering(ear)
                 assert int(ear.figures['ticks_done']) < 2000
