@@ -2,34 +2,45 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any, NamedTuple
+from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from squeal_core.anchor import Anchor, DEGREE
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.block_recursion import Lower, Recursion
 from squeal_core.block_series import BlockLayout
 from squeal_core.brake_model import BrakeModel
 from squeal_core.encounters import encounters
 from squeal_core.monomials import Monomials
 from squeal_core.operating_point import Coefficients, OperatingPoint
 from squeal_core.stability import state_matrix
+from squeal_core.steps import completed, Steps
 from squeal_core.workers import pause
 
 _STEP = 0.1  # relative step of the parameters that blocks are chosen for
 _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
 _SLOPE_STEP = 0.01  # s/m; the slope may be zero
 _COUPLING = 0.07  # root of the second-order term from which on two modes share a block
-_COARSE = 2  # degree from which on single precision is enough: its terms are small corrections
 _DEFECTIVE = 10.0  # 1/s by which roots are off because their vectors are one
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
 def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
               coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP) -> Anchor:
+    """Return the series of the spectrum around a point; `anchor_steps`, all of them at once."""
+    return completed(anchor_steps(model, point, degree=degree, coupling=coupling,
+                                  stiffness_step=stiffness_step))
+
+
+def anchor_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+                 coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP
+                 ) -> 'Steps[Anchor]':
     """Return the series of the spectrum around a point, from one full solve with all vectors.
+
+    That solve is one of the steps; none takes much longer.
 
     Parameters
     ----------
@@ -47,35 +58,82 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
     numpy.linalg.LinAlgError
         Where the eigensolution fails or its vectors do not span the space.
     """
-    rows = np.array([i for i, name in enumerate(Coefficients._fields)
-                     if (array := getattr(model, name)) is not None and np.any(array)],
-                    dtype=np.intp)
-    centre = np.array(point.coefficients())[rows]
-    steps = [np.array(there.coefficients())[rows] - centre
-             for there in _neighbours(point, stiffness_step)]
-    scales = np.abs(steps).max(axis=0, initial=0.0)
-    scales[scales == 0.0] = 1.0
+    frame = _Frame.at(model, point, stiffness_step)
+    roots, right = yield partial(_eigensolution, model, point)
+    spectrum = yield partial(_Spectrum.of, model, point, frame, roots, right, coupling)
+    series = Recursion(spectrum.roots, spectrum.couplings, spectrum.blocks,
+                       _monomials(frame.rows.size, degree))
+    lower = yield series.lower_terms
+    anchor: Anchor = yield partial(_expanded, point, frame, spectrum, series, lower)
+    return anchor
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Rows of the coefficients that count (v,), centre and scales (v,) and the scaled steps."""
+
+    rows: IndexArray
+    centre: FloatArray
+    scales: FloatArray
+    steps: Sequence[FloatArray]
+
+    @classmethod
+    def at(cls, model: BrakeModel, point: OperatingPoint, stiffness_step: float) -> '_Frame':
+        rows = np.array([i for i, name in enumerate(Coefficients._fields)
+                         if (array := getattr(model, name)) is not None and np.any(array)],
+                        dtype=np.intp)
+        centre = np.array(point.coefficients())[rows]
+        steps = [np.array(there.coefficients())[rows] - centre
+                 for there in _neighbours(point, stiffness_step)]
+        scales = np.abs(steps).max(axis=0, initial=0.0)
+        scales[scales == 0.0] = 1.0
+        return cls(rows, centre, scales, [step / scales for step in steps])
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectrum:
+    """Roots (M,), couplings E_i (v, M, M), the roots' errors (M,), the roots of each block."""
+
+    roots: ComplexArray
+    couplings: ComplexArray
+    rounding: FloatArray
+    blocks: Sequence[IndexArray]
+
+    @classmethod
+    def of(cls, model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
+           right: ComplexArray, coupling: float) -> '_Spectrum':
+        """Look at the roots and vectors of a full solution."""
+        couplings, rounding = _projected(model, point, frame, roots, right)
+        return cls(roots, couplings, rounding, _blocks(roots, couplings, frame.steps, coupling))
+
+
+def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArray, ComplexArray]:
+    """Return all roots (M,) and their right vectors (M, M)."""
     pause()
-    roots, couplings, rounding = _projected(model, point, rows, scales)
-    scaled = [step / scales for step in steps]
-    blocks = _blocks(roots, couplings, scaled, coupling)
-    monomials = _monomials(rows.size, degree)
+    found = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
+    return found.eigenvalues, found.eigenvectors
+
+
+def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series: Recursion,
+              lower: Lower) -> Anchor:
+    """Return the series of the blocks of a spectrum, from its terms but those of last degree."""
+    roots, couplings, blocks = spectrum.roots, spectrum.couplings, spectrum.blocks
+    monomials = series.monomials
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
     layout = BlockLayout(readonly(sizes, np.intp))
-    terms = [layout.laid_out(rows_of) for rows_of in
-             _Series(roots, couplings, blocks, monomials).terms()]
+    terms = [layout.laid_out(rows_of) for rows_of in series.terms(lower)]
     kept = np.concatenate(blocks)
     own = np.repeat(np.arange(sizes.size), sizes)
     whole = np.array([abs(roots[block].imag.sum()) < 1e-9 * (1.0 + abs(roots[block]).sum())
                       for block in blocks])
     return Anchor(
-        point=point, rows=rows, centre=readonly(centre), scales=readonly(scales),
+        point=point, rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
         monomials=monomials, sizes=layout.sizes,
         series=readonly(np.concatenate(terms), complex),
         majorants=tuple(readonly(layout.norms(term.astype(complex)).T) for term in terms[-3:]),
         nearness=readonly(np.float32(_nearness(roots, couplings, blocks, monomials))),
-        encounters=encounters(roots, couplings, blocks, scaled, degree),
-        rounding=readonly([rounding[block].max() for block in blocks]),
+        encounters=encounters(roots, couplings, blocks, frame.steps, monomials.degree),
+        rounding=readonly([spectrum.rounding[block].max() for block in blocks]),
         mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
 
 
@@ -112,21 +170,20 @@ class _Pairs(NamedTuple):
         return cls(upper, lower, image)
 
 
-def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
-               scales: FloatArray) -> tuple[ComplexArray, ComplexArray, FloatArray]:
-    """Return roots (M,), couplings E_i (v, M, M) and the roots' errors (M,) at the anchor."""
+def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
+               right: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    """Return couplings E_i (v, M, M) and the roots' errors (M,) at the anchor."""
     damping, stiffness = model.damping(point), model.stiffness(point)
     state = state_matrix(model, damping, stiffness)
-    roots, right = np.linalg.eig(state)
     left = np.ascontiguousarray(np.linalg.inv(right), complex)
     held, moving = len(state) - model.size, np.logical_not(model.free_coordinates)
     pairs = _Pairs.of(roots)
     # real and imaginary parts in turn: real arrays are multiplied with them as they are
     displacements, velocities = np.split(
         np.ascontiguousarray(right[:, pairs.upper], complex).view(float), [held])
-    couplings = np.empty((rows.size, *state.shape), complex)
+    couplings = np.empty((frame.rows.size, *state.shape), complex)
     pushing = np.ascontiguousarray(left[:, held:])
-    for coupling, row, scale in zip(couplings, rows, scales, strict=True):
+    for coupling, row, scale in zip(couplings, frame.rows, frame.scales, strict=True):
         name = Coefficients._fields[row]
         array = -scale * getattr(model, name)
         felt = array @ velocities if name in _DAMPING else array[:, moving] @ displacements
@@ -141,7 +198,7 @@ def _projected(model: BrakeModel, point: OperatingPoint, rows: IndexArray,
     rounding = np.maximum(least, defect)
     if not rounding.max() < _DEFECTIVE:
         raise np.linalg.LinAlgError('Eigenvectors do not span the space')
-    return roots, couplings, rounding
+    return couplings, rounding
 
 
 def _defect(projected: ComplexArray, roots: ComplexArray, pairs: _Pairs) -> FloatArray:
@@ -170,103 +227,6 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatA
     size = np.abs(roots).max(initial=0.0)
     kept = [g for g in groups if roots[g].imag.sum() > -1e-9 * size]
     return sorted(kept, key=lambda g: (g.size, float(roots[g[0]].imag), float(roots[g[0]].real)))
-
-
-@dataclass(frozen=True)
-class _Series:
-    """The recursion over degrees; columns are the kept roots, block by block."""
-
-    roots: ComplexArray
-    couplings: ComplexArray
-    blocks: Sequence[IndexArray]
-    monomials: Monomials
-
-    def terms(self) -> list[ComplexArray]:
-        """Return the blocks' entries (terms of d, entries) of each degree d."""
-        kept = np.concatenate(self.blocks)
-        own = np.zeros((self.roots.size, kept.size), bool)
-        column = 0
-        for block in self.blocks:
-            own[block, column:column + block.size] = True
-            column += block.size
-        gap = self.roots[:, None] - self.roots[kept]
-        gap[own] = np.inf  # no component of X in its own block
-        scale = -1.0 / gap
-        start = np.zeros((1, self.roots.size, kept.size), complex)
-        start[0, kept, np.arange(kept.size)] = 1.0
-        couplings, subspace, found = self.couplings, [start], [self._entries(
-            start * self.roots[kept])]
-        if self.monomials.variables == 0:  # nothing depends on the operating point
-            return found + self.monomials.degree * [np.zeros((0, found[0].shape[1]), complex)]
-        for degree in range(1, self.monomials.degree):
-            pause()
-            if degree == _COARSE:
-                couplings, scale = couplings.astype(np.complex64), scale.astype(np.complex64)
-            product = (self.couplings[:, :, kept] if degree == 1 else self._product(
-                couplings, subspace[-1].astype(couplings.dtype), degree))
-            found.append(self._entries(product))
-            for i in range(1, degree):
-                self._subtract(product, subspace[i], found[degree - i], i, degree - i)
-            product *= scale  # in place: fresh memory costs as much as the product
-            subspace.append(product)
-        found.append(self._last_entries(couplings, subspace[-1]))
-        return found
-
-    def _product(self, couplings: Any, subspace: Any, degree: int) -> Any:
-        """Return E (U + X) of a degree, from the subspace of one degree less."""
-        count, size, columns = subspace.shape
-        side = np.ascontiguousarray(subspace.transpose(1, 0, 2)).reshape(size, -1)
-        product = np.zeros((len(self.monomials.terms[degree]), size, columns), subspace.dtype)
-        moved = np.empty_like(side)
-        for variable, coupling in enumerate(couplings):
-            places = np.matmul(coupling, side, out=moved).reshape(size, count, columns)
-            for term, _, rest in self.monomials.factors_of(degree, variable):
-                product[term] += places[:, rest]
-        return product
-
-    def _last_entries(self, couplings: Any, subspace: Any) -> Any:
-        """Return the entries of the last degree: rows of the block alone are needed."""
-        degree, parts, column = self.monomials.degree, [], 0
-        single = sum(block.size == 1 for block in self.blocks)
-        rows = np.concatenate(self.blocks[:single]) if single else np.zeros(0, np.intp)
-        groups = [(rows, slice(0, single), 'rm,tmr->tr')]
-        for block in self.blocks[single:]:
-            first = max(column, single)
-            column = first + block.size
-            groups.append((block, slice(first, column), 'rm,tmc->trc'))
-        for block, columns, formula in groups:
-            side = subspace[:, :, columns]
-            moved = [np.einsum(formula, e[block], side, optimize=formula[-1] == 'c')
-                     for e in couplings]
-            part = np.zeros((len(self.monomials.terms[degree]), *moved[0].shape[1:]), side.dtype)
-            for term, variable, rest in self.monomials.factors(degree):
-                part[term] += moved[variable][rest]
-            parts.append(part.reshape(len(part), -1))
-        return np.concatenate(parts, axis=1)
-
-    def _entries(self, product: Any) -> Any:
-        """Return the own-block entries (terms, entries) of (terms, M, kept)."""
-        parts, column = [], 0
-        for block in self.blocks:
-            part = product[:, block, column:column + block.size]
-            parts.append(part.reshape(len(product), -1))
-            column += block.size
-        return np.concatenate(parts, axis=1)
-
-    def _subtract(self, product: Any, subspace: Any, entries: ComplexArray,
-                  first: int, second: int) -> None:
-        """Take X B of two degrees from the product."""
-        sizes = np.array([block.size for block in self.blocks])
-        single = int(np.searchsorted(sizes, 2))
-        for term, i, j in self.monomials.products(first, second):
-            product[term, :, :single] -= subspace[i, :, :single] * entries[j, :single]
-        place, column = single, single
-        for size in sizes[single:]:
-            for term, i, j in self.monomials.products(first, second):
-                block = entries[j, place:place + size**2].reshape(size, size)
-                product[term, :, column:column + size] -= (
-                    subspace[i, :, column:column + size] @ block)
-            place, column = place + size**2, column + size
 
 
 def _nearness(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],

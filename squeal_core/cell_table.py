@@ -1,17 +1,18 @@
 """Cells laid out by place: made where the brakes are driven, beside the work, and kept."""
 
-from collections.abc import Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from squeal_core.risk_cell import box_around, Cell, Family, Spread
-from squeal_core.risk_cell_making import cell_at
+from squeal_core.risk_cell_making import cell_steps
 from squeal_core.risk_rule import Rule, rule_for
-from squeal_core.workers import Worker
+from squeal_core.steps import completed, Steps
+from squeal_core.workers import Allowance, Work, Worker
 
 Triple: TypeAlias = tuple[float, float, float]  # speed [rad/s], pressure [Pa], friction
 
@@ -36,8 +37,9 @@ class RiskSettings:
     memory : float
         Limit of the cells' size [bytes]; the least recently used go.
     delay : int
-        Assessments between asking for a cell and its first use; 0: made at once, while the caller
-        waits. A cell takes about a second of one core.
+        Assessments from asking for a cell until its steps, some hundred, are due: one for each
+        that the allowance grants; 0: made at once, while the caller waits. A cell takes about a
+        second of one core.
     """
 
     memory: float = 50e6
@@ -64,7 +66,7 @@ class _Entry:
 @dataclass
 class _Request:
     due: int
-    cell: 'Future[Cell]'
+    work: Work[Cell]
 
 
 class CellTable:
@@ -76,9 +78,12 @@ class CellTable:
     band : (2,) floats
         Of the angular frequencies that count [rad/s].
     settings : RiskSettings
+    allowance : Allowance
+        Steps that a call may be kept by.
     """
 
-    def __init__(self, family: Family, band: tuple[float, float], settings: RiskSettings) -> None:
+    def __init__(self, family: Family, band: tuple[float, float], settings: RiskSettings,
+                 allowance: Allowance) -> None:
         self.settings = settings
         self.statistics = RiskStatistics()
         self._family, self._band = family, band
@@ -86,7 +91,7 @@ class CellTable:
         self._entries: list[_Entry] = []
         self._index()
         self._request: _Request | None = None
-        self._worker = Worker('risk')
+        self._worker, self._allowance = Worker('risk'), allowance
         self._calls = 0
 
     @property
@@ -131,8 +136,7 @@ class CellTable:
             return nearest
         for place in dict.fromkeys((middle, want)):  # the one in the middle may turn out small
             if self._nearest([want])[0][0] is None:
-                self._ask(place)
-                self._adopt()
+                self._take(partial(completed, self._making(place)))
         return self._nearest([want])[0]
 
     def _used(self, entry: _Entry | None, depth: float) -> Cell | None:
@@ -175,22 +179,29 @@ class CellTable:
         self._middles, self._halves = 0.5 * (low + high), 0.5 * (high - low)
         self._spreads = np.array([_deviations(c.spread) for c in cells]).reshape(-1, 3).T
 
-    def _ask(self, want: Wanted) -> None:
-        """Have a cell made here."""
+    def _making(self, want: Wanted) -> 'Steps[Cell]':
         spread = want.spread
         wide = Spread(_next_step(spread.friction), spread.pressure, spread.rotor_speed)
-        future = self._worker.submit(self.settings.delay > 0, cell_at, self._family, want.inputs,
-                                     wide, self._rule, self._band)
-        self._request = _Request(self._calls + self.settings.delay, future)
+        return cell_steps(self._family, want.inputs, wide, self._rule, self._band)
+
+    def _ask(self, want: Wanted) -> None:
+        """Have a cell made here."""
+        self._request = _Request(self._calls + self.settings.delay,
+                                 self._worker.begin(self._making(want)))
 
     def _adopt(self) -> None:
         """Take the cell asked for into use, when its time has come."""
         request = self._request
-        if request is None or self._calls < request.due:
+        if request is None or self._calls < request.due or not self._worker.granted(
+                request.work, self._allowance):
             return
         self._request = None
+        self._take(request.work.result)
+
+    def _take(self, made: Callable[[], Cell]) -> None:
+        """Take a cell into use; the least recently used ones make room for it."""
         try:
-            cell = request.cell.result()
+            cell = made()
         except np.linalg.LinAlgError:  # no eigensolution: the vectors do not span the space
             self.statistics.failed += 1
             return

@@ -1,8 +1,7 @@
 """What the brakes of one vehicle share: modes, risks and margins of their model, each by table."""
 
-from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import replace
+from functools import partial
 import math
 from typing import TypeVar
 
@@ -12,9 +11,10 @@ from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings
 from squeal_core.stability import complex_modes, ComplexModes
+from squeal_core.steps import Steps
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
-from squeal_core.workers import Worker
+from squeal_core.workers import Work, Worker
 
 _Result = TypeVar('_Result')
 
@@ -43,7 +43,7 @@ class Engines:
         anchors = read_table(settings.table, model) if settings.table else ()
         self.modes = Tabulation(model, anchors=anchors)
         self.margins = Tabulation(model, anchors=anchors)
-        self.risks = RiskTable(model, band_of(settings))
+        self.risks = self._risk_table(settings)
         self._worker = Worker('margins')
         self.retune(settings)
 
@@ -51,7 +51,7 @@ class Engines:
         """Take other settings; tables stay, but cells of another squeal band."""
         if self.risks.band_hz != band_of(settings):
             self.risks.close()
-            self.risks = RiskTable(self.model, band_of(settings))
+            self.risks = self._risk_table(settings)
         self._beside = settings.anchor_delay > 0.0
         self.modes.settings = _table_settings(settings)
         self.margins.settings = replace(
@@ -62,17 +62,27 @@ class Engines:
             memory=1e6 * _SHARE * settings.table_memory,
             delay=_solves(settings, settings.risk_delay))
 
-    def confirm(self, point: OperatingPoint) -> ComplexModes:
-        """Return the modes with those next to the verdict as the full problem has them."""
-        found = self.margins.complex_modes(point, refined=_CLOSE)
-        return found if found.source != 'table' else complex_modes(self.model, point)
+    def _risk_table(self, settings: MonitorSettings) -> RiskTable:
+        """Return an empty one, which takes of a tick what the modes leave of it."""
+        return RiskTable(self.model, band_of(settings), allowance=self.modes.allowance)
 
-    def beside(self, task: Callable[[], _Result]) -> 'Future[_Result]':
-        """Have a task of the margins done beside the ticks, after those before it.
+    def confirming(self, point: OperatingPoint) -> 'Steps[ComplexModes]':
+        """Return the modes with those next to the verdict as the full problem has them."""
+        found = yield from self.margins.solving(point, refined=_CLOSE)
+        if found.source == 'table':
+            found = yield partial(complex_modes, self.model, point)
+        return found
+
+    def beside(self, steps: 'Steps[_Result]') -> 'Work[_Result]':
+        """Have a work of the margins done beside the ticks, after those before it.
 
         Done at once, while the caller waits, where anchors are too.
         """
-        return self._worker.submit(self._beside, task)
+        return self._worker.begin(steps, beside=self._beside)
+
+    def granted(self, work: 'Work[_Result]') -> bool:
+        """Grant it what modes and risks leave of a tick's steps; tell whether it is over."""
+        return self._worker.granted(work, self.modes.allowance)
 
     def close(self) -> None:
         """End the workers; the engines can be used on, and start others."""

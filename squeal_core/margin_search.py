@@ -13,7 +13,7 @@ is from: hardly ever more solves than by halves, and a third of them where growt
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 import math
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,8 +21,9 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.margin import Kind, Margin, MarginInputs, Margins, MarginSettings, Parameter
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, ComplexModes, Mode, Tolerances
+from squeal_core.steps import Call, completed, in_a_step, Steps
 
-Solve: TypeAlias = Callable[[OperatingPoint], ComplexModes]
+Solve: TypeAlias = Callable[[OperatingPoint], 'Steps[ComplexModes]']
 _TURNS: tuple[Parameter, ...] = ('friction', 'rotor_speed', 'friction', 'pressure')
 
 _NONE = Mode(0, complex(-math.inf, math.nan), 'stable')
@@ -30,8 +31,10 @@ _ASIDE = 0.2  # part of the first bracket by which a solve is off the straight l
 _THROUGH = 0.1  # part of the first step's change of growth that is left in a bracket through zero
 
 _End: TypeAlias = tuple[float, Mode]
-_Solving: TypeAlias = Generator[None, None, Mode]
-_Searching: TypeAlias = Generator[None, None, Margin]
+# a call that is to be made, or None where a solve is done
+_Solving: TypeAlias = Generator[Call | None, Any, Mode]
+_Searching: TypeAlias = Generator[Call | None, Any, Margin]
+_Round: TypeAlias = Generator[Call | None, Any, None]
 
 
 @dataclass
@@ -53,7 +56,7 @@ class MarginSearch:
     model : BrakeModel
         With a caliper.
     solve : callable
-        Complex modes at a point, as `Tabulation.complex_modes` of a table of its own.
+        Complex modes at a point, in steps, as `Tabulation.solving` of a table of its own.
     band_hz : (2,) floats
         The squeal band.
     settings : MarginSettings, optional
@@ -72,8 +75,8 @@ class MarginSearch:
         self.margins = Margins()
         self._solve = solve
         self._limits = tolerances or Tolerances()
-        self._confirm = confirm or self._in_full
-        self._work: Generator[None, None, None] | None = None
+        self._confirm = confirm or in_a_step(self._in_full)
+        self._work: _Round | None = None
         self._inputs: MarginInputs | None = None
         self._line: _Line | None = None
         self._time = 0
@@ -101,23 +104,32 @@ class MarginSearch:
         numpy.linalg.LinAlgError
             Where a solve fails; the next call begins a search anew.
         """
+        return completed(self.advancing(inputs, time))
+
+    def advancing(self, inputs: MarginInputs, time: int) -> 'Steps[Margins]':
+        """Return the same as `advance`, in steps; if they are left off a search begins anew."""
         self._inputs = replace(inputs, rotor_speed=abs(inputs.rotor_speed))
         self._time = time
-        if self._work is None or self._line is None or not self._inputs.near(
+        work, self._work = self._work, None  # it is lost if it is left in the middle of a solve
+        if work is None or self._line is None or not self._inputs.near(
                 self._line.inputs, self.settings.change):
-            self._work = self._round()
-        try:
-            next(self._work, None)
-        except np.linalg.LinAlgError:
-            self._work = None
-            raise
+            work = self._round()
+        call = next(work)
+        while call is not None:
+            try:
+                found = yield call
+            except np.linalg.LinAlgError as error:
+                call = work.throw(error)
+            else:
+                call = work.send(found)
+        self._work = work
         return self.margins
 
-    def _round(self) -> Generator[None, None, None]:
+    def _round(self) -> _Round:
         """Search over and over, friction every other time, each from the inputs then."""
         while True:
             if all(self._rests(parameter) for parameter in _TURNS):
-                yield
+                yield None
             for parameter in _TURNS:
                 if self._rests(parameter):
                     continue
@@ -207,11 +219,11 @@ class MarginSearch:
             point = self.model.operating_point(
                 rotor_speed=inputs.rotor_speed, pressure=inputs.pressure,
                 friction=inputs.friction)
-            modes = self._confirm(point) if full else self._solve(point)
+            modes = yield from (self._confirm if full else self._solve)(point)
             modes = replace(modes, series=None)  # what the table drops is not kept alive here
             line.known[value, full] = line.known[value, modes.source != 'table'] = modes
             line.solves += 1
-            yield
+            yield None
         low, high = self.band_hz
         if kind == 'squeal':
             found = modes.least_stable(low, high)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -9,11 +10,14 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from squeal_core.anchor import Anchor
-from squeal_core.anchor_solution import anchor_at
+from squeal_core.anchor_solution import anchor_steps
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.brake_model import BrakeModel
+from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk_cell import Blocks, Box, box_around, Cell, Family, inside, Spread, STIFFNESS
 from squeal_core.risk_rule import Rule
 from squeal_core.stability import eigenvalues
+from squeal_core.steps import completed, Steps
 
 _PARTS = (1.0, 0.6, 0.35, 0.2)  # of the greatest box, tried until the series hold
 _TOLERANCE = 1.0  # 1/s, mean error of growth rates near zero
@@ -32,7 +36,15 @@ _FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are
 
 def cell_at(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
             band: tuple[float, float]) -> Cell:
+    """Return a cell around (speed, pressure, friction); `cell_steps`, all of them at once."""
+    return completed(cell_steps(family, inputs, spread, rule, band))
+
+
+def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
+               band: tuple[float, float]) -> 'Steps[Cell]':
     """Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
+
+    None of the steps takes much longer than a full solve.
 
     Parameters
     ----------
@@ -50,27 +62,36 @@ def cell_at(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
         Where an eigensolution fails or its vectors do not span the space.
     """
     masses = rule.stiffness_masses.sum(axis=1)
-    anchors = _anchors(family, inputs, spread, rule, masses)
+    anchors = yield from _anchors(family, inputs, spread, rule, masses)
     for part in _PARTS:
         box = box_around(inputs, part)
-        errors = _measured(anchors, family, box.widened(spread, _CHECKED), rule, band)
+        errors = yield from _measured(anchors, family, box.widened(spread, _CHECKED), rule, band)
         if masses @ np.minimum(errors, _CAP) <= _TOLERANCE:
             break
     samples = _samples(family, box.widened(spread, _WIDE), rule)
-    seen = [_seen(anchor, factor, samples, band)
-            for anchor, factor in zip(anchors, rule.factors, strict=True)]
-    labels, middle = _labels(anchors, rule), anchors[rule.nodes // 2]
+    seen = []
+    for anchor, factor in zip(anchors, rule.factors, strict=True):
+        seen.append((yield partial(_seen, anchor, factor, samples, band)))
+    labels = yield from _labels(anchors, rule)
+    cell: Cell = yield partial(_gathered, inputs, box, spread, rule, anchors, seen, labels, errors)
+    return cell
+
+
+def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: Rule,
+              anchors: Sequence[Anchor], seen: Sequence['_Seen'], labels: Sequence[IndexArray],
+              errors: FloatArray) -> Cell:
+    middle = anchors[rule.nodes // 2]
     return Cell(
         inputs=readonly(inputs), box=box, spread=spread, rule=rule, rows=middle.rows,
         centre=middle.centre, scales=middle.scales, monomials=middle.monomials,
-        blocks=_gathered(anchors, seen, labels), others=readonly([s.others for s in seen]),
+        blocks=_blocks(anchors, seen, labels), others=readonly([s.others for s in seen]),
         growth=readonly(_growth(seen, labels)), roots=readonly(_roots(middle), complex),
         slopes=readonly(_slopes(middle), complex), at_edge=any(s.at_edge for s in seen),
         errors=readonly(errors))
 
 
 def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
-             masses: FloatArray) -> list[Anchor]:
+             masses: FloatArray) -> 'Steps[list[Anchor]]':
     """Return an anchor at each of the rule's contact stiffnesses, none with a large block."""
     speed, pressure, friction = inputs
     wide = _WIDE * spread.friction
@@ -80,7 +101,7 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule
         point = family.point(speed, pressure, friction, factor)
         coupling = min(least * max(1.0, _PROBABLE / mass), _LOOSE)
         while True:
-            anchor = anchor_at(
+            anchor = yield from anchor_steps(
                 family.model, point, degree=rule.friction_nodes - 1, coupling=coupling,
                 stiffness_step=0.5 * rule.spacing)
             if coupling >= _LOOSE or int(anchor.sizes.max(initial=0)) <= _LARGEST:
@@ -91,17 +112,22 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule
 
 
 def _measured(anchors: Sequence[Anchor], family: Family, box: Box, rule: Rule,
-              band: tuple[float, float]) -> FloatArray:
+              band: tuple[float, float]) -> 'Steps[FloatArray]':
     """Return the error of growth rates near zero (nodes,), each at another corner of the box."""
     found, corners = [], box.corners
     for node, anchor in enumerate(anchors):
         speed, pressure, friction = corners[(3 * node) % len(corners)]
         end = rule.factors[node] * np.exp((0.5 - node % 2) * rule.spacing)
         point = family.point(speed, pressure, max(friction, 1e-3), end)
-        truth = eigenvalues(family.model, point)
-        roots = anchor.roots(np.array(point.coefficients())[:, None])[0][:, 0]
-        found.append(max(_farthest(truth, roots, band), _farthest(roots, truth, band)))
+        found.append((yield partial(_error, anchor, family.model, point, band)))
     return np.array(found)
+
+
+def _error(anchor: Anchor, model: BrakeModel, point: OperatingPoint,
+           band: tuple[float, float]) -> float:
+    truth = eigenvalues(model, point)
+    roots = anchor.roots(np.array(point.coefficients())[:, None])[0][:, 0]
+    return max(_farthest(truth, roots, band), _farthest(roots, truth, band))
 
 
 def _farthest(some: ComplexArray, others: ComplexArray, band: tuple[float, float]) -> float:
@@ -148,7 +174,7 @@ def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float,
     return _Seen(matters, growth, others, bool((open_ & ~sure.all(axis=1)).any()))
 
 
-def _labels(anchors: Sequence[Anchor], rule: Rule) -> list[IndexArray]:
+def _labels(anchors: Sequence[Anchor], rule: Rule) -> 'Steps[list[IndexArray]]':
     """Return which mode each root of each anchor is: its place among those of the middle one.
 
     Halfway between two contact stiffnesses both anchors know the roots.
@@ -157,15 +183,21 @@ def _labels(anchors: Sequence[Anchor], rule: Rule) -> list[IndexArray]:
     found = {middle: np.arange(int(anchors[middle].sizes.sum()))}
     for way, end in ((1, len(anchors)), (-1, -1)):
         for node in range(middle + way, end, way):
-            here = anchors[node]
-            between = np.array(here.point.coefficients())[:, None]
-            between[STIFFNESS] *= np.exp(-0.5 * way * rule.spacing)
-            known = anchors[node - way].roots(between)[0]
-            old, new = linear_sum_assignment(np.abs(known - here.roots(between)[0].T))
-            labels = np.full(int(here.sizes.sum()), -1)
-            labels[new] = found[node - way][old]
-            found[node] = labels
+            found[node] = yield partial(
+                _continued, found[node - way], anchors[node - way], anchors[node],
+                np.exp(-0.5 * way * rule.spacing))
     return [readonly(found[node], np.intp) for node in range(len(anchors))]
+
+
+def _continued(labels: IndexArray, known: Anchor, anchor: Anchor, factor: float) -> IndexArray:
+    """Return the labels of an anchor's roots by those of one beside it that is known."""
+    between = np.array(anchor.point.coefficients())[:, None]
+    between[STIFFNESS] *= factor
+    old, new = linear_sum_assignment(
+        np.abs(known.roots(between)[0] - anchor.roots(between)[0].T))
+    found = np.full(int(anchor.sizes.sum()), -1)
+    found[new] = labels[old]
+    return found
 
 
 def _roots(anchor: Anchor) -> ComplexArray:
@@ -190,8 +222,8 @@ def _growth(seen: Sequence[_Seen], labels: Sequence[IndexArray]) -> FloatArray:
     return found
 
 
-def _gathered(anchors: Sequence[Anchor], seen: Sequence[_Seen],
-              labels: Sequence[IndexArray]) -> tuple[Blocks, ...]:
+def _blocks(anchors: Sequence[Anchor], seen: Sequence[_Seen],
+            labels: Sequence[IndexArray]) -> tuple[Blocks, ...]:
     """Collect the blocks that matter, by their size."""
     parts: dict[int, list[tuple[int, IndexArray, ComplexArray]]] = {}
     for node, (anchor, what, label) in enumerate(zip(anchors, seen, labels, strict=True)):

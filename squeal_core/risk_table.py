@@ -20,6 +20,7 @@ from squeal_core.risk import Deviations, first_order_risk, Inputs, ModeRisk, Ris
 from squeal_core.risk_cell import Cell, Family, Spread
 from squeal_core.risk_estimate import Estimate, estimate
 from squeal_core.stability import ComplexModes, Mode, Tolerances
+from squeal_core.workers import Allowance
 
 __all__ = ['RiskSettings', 'RiskStatistics', 'RiskTable']
 
@@ -58,17 +59,20 @@ class RiskTable:
     settings : RiskSettings, optional
     tolerances : Tolerances, optional
         What counts as oscillation and growth.
+    allowance : Allowance, optional
+        Steps of a cell's making that a call may be kept by; any, where it is None.
     """
 
     def __init__(self, model: BrakeModel, band_hz: tuple[float, float],
-                 settings: RiskSettings | None = None, *,
-                 tolerances: Tolerances | None = None) -> None:
+                 settings: RiskSettings | None = None, *, tolerances: Tolerances | None = None,
+                 allowance: Allowance | None = None) -> None:
         self.model, self.band_hz = model, band_hz
         self._tolerances = tolerances or Tolerances()
         self._family = Family(model)
         self._band = (max(2.0 * math.pi * band_hz[0], self._tolerances.oscillation),
                       2.0 * math.pi * band_hz[1])
-        self._table = CellTable(self._family, self._band, settings or RiskSettings())
+        self._table = CellTable(self._family, self._band, settings or RiskSettings(),
+                                allowance or Allowance())
 
     @property
     def settings(self) -> RiskSettings:

@@ -1,7 +1,6 @@
 """What is known of a brake that slides under load: its modes, its risk and its margins."""
 
 from collections.abc import Sequence
-from concurrent.futures import Future
 from dataclasses import dataclass
 import math
 
@@ -9,11 +8,13 @@ import numpy as np
 
 from squeal_core.engines import band_of, Engines, margin_settings
 from squeal_core.margin import MarginInputs, Margins
-from squeal_core.margin_search import MarginSearch, Solve
+from squeal_core.margin_search import MarginSearch
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk import Deviations, Inputs, Risk
 from squeal_core.settings import MonitorSettings
 from squeal_core.stability import ComplexModes, Mode
+from squeal_core.steps import Steps
+from squeal_core.workers import Work
 
 # of the search for margins at a time: the first one after a pause costs as much as the next three
 _FEWEST_SOLVES, _MOST_SOLVES = 4, 8.0
@@ -122,8 +123,8 @@ class MarginPace:
     """Advances the margins of one brake at their own rate, slowly where the table is made.
 
     Brakes take turns: at each tick one of them hands a part of its search to a worker, and some
-    turns later takes what came of it. So no tick waits for the solves of a search, and the same
-    ticks give the same margins.
+    turns later takes what came of it, once ticks have granted it its steps. So no tick waits for
+    more than a step of a search, and the same ticks give the same margins.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ class MarginPace:
                                     settings=margin_settings(engines.model, settings),
                                     confirm=self._confirm)
         self._found = Margins()
-        self._work: Future[Margins] | None = None
+        self._work: Work[Margins] | None = None
         self._credit, self._slow = 0.0, 0.0
         self._turns = len(settings.brakes)  # ticks from one turn of a brake to its next
         self._patience = max(1, math.ceil(
@@ -148,54 +149,53 @@ class MarginPace:
 
     def advance(self, inputs: MarginInputs, time: int) -> Margins:
         """Go on with the search by what an assessment's share of it is; return what is known."""
-        if time // self._settings.period % self._turns != self._place:
-            return self._found
-        share = self._settings.margin_rate / self._settings.rate * self._turns
-        self._credit = min(self._credit + share, _MOST_SOLVES)
-        self._wait = max(self._wait - 1, 0)
-        if self._wait == 0:
-            self._take()
+        turn = time // self._settings.period % self._turns == self._place
+        if turn:
+            share = self._settings.margin_rate / self._settings.rate * self._turns
+            self._credit = min(self._credit + share, _MOST_SOLVES)
+            self._wait = max(self._wait - 1, 0)
+        if self._wait == 0 and self._work is not None and self._engines.granted(self._work):
+            self._take(self._work)
         solves = math.floor(self._credit)
-        if self._wait == 0 and solves >= _FEWEST_SOLVES:
+        if turn and self._work is None and self._wait == 0 and solves >= _FEWEST_SOLVES:
             self._credit -= solves
             self._wait = self._patience
-            self._work = self._engines.beside(lambda: self._advance(inputs, time, solves))
+            self._work = self._engines.beside(self._advance(inputs, time, solves))
         return self._found
 
-    def _take(self) -> None:
+    def _take(self, work: Work[Margins]) -> None:
         """Take what the worker found; after a full solve or an anchor it has a pause."""
-        if self._work is None:
-            return
-        if not self._work.cancelled():  # by the end of the engines' workers
-            self._found = self._work.result()
         self._work = None
+        if not work.finished:  # and never will be: the engines' workers were ended
+            return
+        self._found = work.result()
         if self._slow:
             turns = self._slow * self._settings.rate / (
                 self._settings.margin_full_rate * self._turns)
             self._credit, self._wait = 0.0, max(0, math.ceil(turns) - self._patience)
 
-    def _advance(self, inputs: MarginInputs, time: int, solves: int) -> Margins:
+    def _advance(self, inputs: MarginInputs, time: int, solves: int) -> 'Steps[Margins]':
         """Do so many solves of the search, or the first slow one."""
         self._slow = 0.0
         for _ in range(solves):
             try:
-                self._search.advance(inputs, time)
+                yield from self._search.advancing(inputs, time)
             except np.linalg.LinAlgError:
                 self._slow = 1.0  # begins anew, later
             if self._slow:
                 break
         return self._search.margins
 
-    def _solve(self, point: OperatingPoint) -> ComplexModes:
-        return self._timed(self._engines.margins.complex_modes, point)
+    def _solve(self, point: OperatingPoint) -> 'Steps[ComplexModes]':
+        return self._timed(self._engines.margins.solving(point))
 
-    def _confirm(self, point: OperatingPoint) -> ComplexModes:
-        return self._timed(self._engines.confirm, point)
+    def _confirm(self, point: OperatingPoint) -> 'Steps[ComplexModes]':
+        return self._timed(self._engines.confirming(point))
 
-    def _timed(self, solve: Solve, point: OperatingPoint) -> ComplexModes:
+    def _timed(self, solving: 'Steps[ComplexModes]') -> 'Steps[ComplexModes]':
         """Solve; note what it costs, in full solves, if it is one or an anchor was made for it."""
         made = self._engines.margins.statistics.made
-        found = solve(point)
+        found = yield from solving
         self._slow += float(found.source == 'full')
         self._slow += _ANCHOR * (self._engines.margins.statistics.made - made)
         return found

@@ -3,27 +3,29 @@
 A point is answered from the series of an anchor near it when the error estimate of every root is
 within the tolerance and no verdict hangs on it, and by a full solve otherwise. Anchors are made
 beside the work, in a thread of their own, and taken into use a fixed number of solves after the
-one that asked for them: the same points in the same order give the same numbers, and no solve
-waits for more than one full solution.
+one that asked for them: the same points in the same order give the same numbers. Where the thread
+has not got far enough by then, a solve makes a step of them itself, which takes no longer than a
+full solution.
 
 S. B. Pope, Combust. Theory Model. 1 (1997) 41-63, is where in-situ adaptive tabulation is from.
 """
 
 from collections.abc import Sequence
-from concurrent.futures import Future
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from squeal_core.anchor import Anchor
-from squeal_core.anchor_solution import anchor_at
+from squeal_core.anchor_solution import anchor_steps
 from squeal_core.anchor_table import AnchorTable, Answer, Entry, TableSettings
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import refined_root
 from squeal_core.neighbours import ahead, alike, amid, Trail
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, ComplexModes, Source, Tolerances
-from squeal_core.workers import Worker
+from squeal_core.steps import completed, Steps
+from squeal_core.workers import Allowance, Work, Worker
 
 __all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 
@@ -31,6 +33,7 @@ _LOOK = 3  # calls from one look ahead to the next: it costs as much as some ans
 _HORIZONS = (1.2, 2.0)  # times what an anchor takes: how far ahead, so that no gap is passed over
 _PATIENCE = 6  # anchors nobody used before the next are asked for less often
 _COST = 5  # full solves that an anchor costs as much as
+_STEPS = 4  # in which it is made
 _BESIDE = 3  # times its cost that it takes beside full solves, which keep its thread from running
 _PENDING = 2  # anchors being made at a time: brakes of both axles ask
 _REFINED = 4  # roots of a point; for more of them a full solution is no dearer
@@ -54,9 +57,9 @@ class TableStatistics:
 @dataclass
 class _Request:
     point: OperatingPoint
-    due: int  # solve
-    full: int  # full solve, if that comes first
-    anchor: 'Future[Anchor]'
+    due: int  # solve from which on its steps are
+    full: int  # likewise full solve, if that comes first
+    work: Work[Anchor]
 
 
 class Tabulation:
@@ -70,12 +73,19 @@ class Tabulation:
         What counts as oscillation and growth.
     anchors : sequence of Anchor
         To start with, as `squeal tabulate` lays them down.
+
+    Attributes
+    ----------
+    allowance : Allowance
+        Steps that a call may still be kept by: one for each of its points; what it leaves is for
+        other works of the same tick.
     """
 
     def __init__(self, model: BrakeModel, settings: TableSettings | None = None, *,
                  tolerances: Tolerances | None = None, anchors: Sequence[Anchor] = ()) -> None:
         self.model = model
         self.statistics = TableStatistics()
+        self.allowance = Allowance()
         self._tolerances = tolerances or Tolerances()
         self._table = AnchorTable(model, settings or TableSettings(), self._tolerances, anchors)
         self._requests: list[_Request] = []  # in order of their due
@@ -122,7 +132,12 @@ class Tabulation:
             Where the settings let roots be solved for one by one: the growth rate [1/s], either
             way, up to which that is done though no verdict hangs on it.
         """
-        found = self._solved(point, [point], refined)
+        return completed(self.solving(point, refined=refined))
+
+    def solving(self, point: OperatingPoint, *, refined: float = 0.0) -> 'Steps[ComplexModes]':
+        """Return the same as `complex_modes`, in steps."""
+        self.allowance.renew(1)
+        found = yield from self._solved(point, [point], refined)
         self._look_ahead([point])
         return found
 
@@ -133,11 +148,12 @@ class Tabulation:
         """
         if len(points) == 1:
             return [self.complex_modes(points[0])]
+        self.allowance.renew(len(points))
         self._adopt()
         found = []
         for point, one in zip(points, self._table.together(points), strict=True):
             if one is None:
-                found.append(self._solved(point, points))
+                found.append(completed(self._solved(point, points)))
                 continue
             self._solves += 1
             found.append(self._used(point, one.modes, one.entry))
@@ -145,21 +161,24 @@ class Tabulation:
         return found
 
     def _solved(self, point: OperatingPoint, company: Sequence[OperatingPoint],
-                refined: float = 0.0) -> ComplexModes:
+                refined: float = 0.0) -> 'Steps[ComplexModes]':
         """Return the modes at one of several points, from the table or in full."""
         self._solves += 1
         self._adopt()
         limit = self.settings.tolerance
         answer = self._table.best(point)
         if answer.worst > limit:
-            self._prepare(point, answer, company)
-            if self.settings.delay == 0:
-                answer = self._table.best(point)
-        answer, source = self._refined(point, answer, refined)
+            target = self._target(point, answer, company)
+            if self.settings.delay:
+                self._ask(target, len(company))
+            else:
+                answer = yield from self._laid_down(point, target)
+        answer, source = yield from self._refined(point, answer, refined)
         found = self._table.modes(answer, source)
         if found is None or answer.entry is None:
             self.statistics.full += 1
-            full = complex_modes(self.model, point, tolerances=self._tolerances)
+            full: ComplexModes = yield partial(complex_modes, self.model, point,
+                                               tolerances=self._tolerances)
             return full if answer.entry is None else replace(full, series=answer.entry.anchor)
         return self._used(point, found, answer.entry)
 
@@ -175,10 +194,10 @@ class Tabulation:
             company, place = there[missing[0] // len(points)], missing[0] % len(points)
             answer = self._table.best(company[place])
             if answer.worst > self.settings.tolerance:
-                self._prepare(company[place], answer, company)
+                self._ask(self._target(company[place], answer, company), len(company))
 
     def _refined(self, point: OperatingPoint, answer: Answer,
-                 within: float) -> tuple[Answer, Source]:
+                 within: float) -> 'Steps[tuple[Answer, Source]]':
         """Solve for roots next to the verdict in the full problem, where the settings want it.
 
         Nothing comes of it where a root is elsewhere than the series has it, or two become one.
@@ -193,7 +212,7 @@ class Tabulation:
             return answer, 'table'
         roots, errors = answer.roots.copy(), answer.errors.copy()
         for place, root in zip(places.tolist(), roots[places].tolist(), strict=True):
-            roots[place], errors[place] = refined_root(self.model, point, root)
+            roots[place], errors[place] = yield partial(refined_root, self.model, point, root)
         wrong = np.abs(roots - answer.roots) > answer.errors + errors
         apart = np.abs(roots[places, None] - roots) > errors[places, None] + _APART
         if wrong.any() or np.count_nonzero(~apart) > places.size:
@@ -223,21 +242,30 @@ class Tabulation:
         self._worker.close()
         self._requests = []
 
-    def _prepare(self, point: OperatingPoint, answer: Answer,
-                 company: Sequence[OperatingPoint]) -> None:
-        """Have an anchor made for a point that none answers, and for what follows on the way."""
-        limit = self.settings.tolerance
+    def _target(self, point: OperatingPoint, answer: Answer,
+                company: Sequence[OperatingPoint]) -> OperatingPoint:
+        """Return where to make an anchor for a point that none answers, and for what follows."""
         target = amid(point, company)
         if answer.entry is not None:
             target = ahead(target, answer.entry.anchor.point)
-        if target is not point and self._table.best(target).worst <= limit:
-            target = point
-        self._ask(target, len(company))
-        if self.settings.delay == 0:
-            self._adopt()
-            if target is not point and self._table.best(point).worst > limit:
-                self._ask(point, 1)  # the table does not reach back to here
-                self._adopt()
+        reached = target is not point and self._table.best(target).worst <= self.settings.tolerance
+        return point if reached else target
+
+    def _laid_down(self, point: OperatingPoint, target: OperatingPoint) -> 'Steps[Answer]':
+        """Make an anchor now; another one, if it does not reach back to the point."""
+        for place in dict.fromkeys((target, point)):
+            try:
+                anchor = yield from self._making(place)
+            except np.linalg.LinAlgError:
+                anchor = None
+            self._take(anchor)
+            answer = self._table.best(point)
+            if answer.worst <= self.settings.tolerance:
+                break
+        return answer
+
+    def _making(self, point: OperatingPoint) -> 'Steps[Anchor]':
+        return anchor_steps(self.model, point, degree=self.settings.degree)
 
     def _ask(self, point: OperatingPoint, brakes: int) -> None:
         """Have an anchor made here, unless one is being made near here, or enough are.
@@ -248,24 +276,31 @@ class Tabulation:
         if self._solves < self._pause_until or len(self._requests) >= _PENDING or any(
                 alike(point, request.point) for request in self._requests):
             return
-        future = self._worker.submit(self.settings.delay > 0, anchor_at, self.model, point,
-                                     degree=self.settings.degree)
-        delay, before = self.settings.delay, len(self._requests)
+        before = len(self._requests)
+        lead = brakes * ((_STEPS - 1) // brakes)  # as a call is allowed one a brake
+        delay = self.settings.delay - lead
         due = max(self._solves, self._requests[-1].due - delay // 4) if before else self._solves
-        full = max(brakes, _BESIDE * (_COST - brakes))
-        self._requests.append(_Request(
-            point, due + delay, self.statistics.full + full * (before + 1), future))
+        full = max(brakes, _BESIDE * (_COST - brakes)) * (before + 1) - lead
+        self._requests.append(_Request(point, due + delay, self.statistics.full + full,
+                                       self._worker.begin(self._making(point))))
 
     def _adopt(self) -> None:
-        """Take the anchors asked for into use, when their time has come."""
+        """Take the anchors asked for into use, when their time has come, a step at a time."""
         while self._requests and (self._requests[0].due <= self._solves
                                   or self._requests[0].full <= self.statistics.full):
-            self._take(self._requests.pop(0).anchor)
+            work = self._requests[0].work
+            if not self._worker.granted(work, self.allowance):
+                break
+            self._requests.pop(0)
+            try:
+                self._take(work.result())
+            except np.linalg.LinAlgError:
+                self._take(None)
 
-    def _take(self, future: 'Future[Anchor]') -> None:
-        try:
-            anchor = future.result()
-        except np.linalg.LinAlgError:  # no eigensolution: the vectors do not span the space
+    def _take(self, anchor: Anchor | None) -> None:
+        """Take an anchor into use; none: no eigensolution, or vectors that do not span the space.
+        """
+        if anchor is None:
             self.statistics.failed += 1
             self._unused += 1
         else:

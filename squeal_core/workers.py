@@ -1,23 +1,120 @@
-"""Threads beside the work, which give way to it, and to those of them that are urgent."""
+"""Threads beside the work, which give way to it, and works that it never waits for at length."""
 
+from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+import math
 import os
 import sys
 import threading
-from typing import Any, TypeVar
+import time
+from typing import Any, Generic, TypeVar
+
+from squeal_core.steps import Call, Steps
 
 _NICE = 10
+_PATIENCE = 0.02  # s, that a tick waits for workers' steps before it makes them itself
 _here = threading.local()
 _Result = TypeVar('_Result')
 
 
-class Worker:
-    """Does tasks one after the other: beside the caller, or at once while it waits.
+class Allowance:
+    """How many steps of works a tick may be kept by, if need be; without end until renewed.
 
-    Its thread begins with the first task that asks for it; on Linux it has a lower priority than
-    the caller's.
+    It is used up whether a worker was quicker or not, so it does not depend on time what is done.
+    """
+
+    def __init__(self) -> None:
+        self._left = math.inf
+        self._patience = _PATIENCE
+
+    def renew(self, steps: int) -> None:
+        """Begin a tick, which may be kept by so many steps."""
+        self._left, self._patience = steps, _PATIENCE
+
+    def take(self) -> bool:
+        """Take one step of it; tell whether there was one."""
+        self._left -= 1
+        return self._left >= 0
+
+    def wait(self, changed: threading.Condition, kept_up: Callable[[], bool]) -> None:
+        """Wait for a worker to keep up, but in all of a tick no more than a little."""
+        begin = time.monotonic()
+        changed.wait_for(kept_up, max(self._patience, 0.0))
+        self._patience -= time.monotonic() - begin
+
+
+class Work(Generic[_Result]):
+    """Work in steps, each made by whoever gets done with it first, a worker or its owner.
+
+    Parameters
+    ----------
+    steps : Steps
+    """
+
+    def __init__(self, steps: 'Steps[_Result]') -> None:
+        self._steps = steps
+        self._changed = threading.Condition()
+        self._call: Call | None = _nothing
+        self._made, self._granted = 0, 1  # to begin is hardly a step
+        self._result: _Result
+        self._error: Exception | None = None
+
+    @property
+    def finished(self) -> bool:
+        return self._call is None
+
+    def result(self) -> _Result:
+        """Return what a finished work came to, or raise what it raised."""
+        if self._error is not None:
+            raise self._error
+        return self._result
+
+    def go_on(self) -> bool:
+        """Make a step, unless it is made elsewhere meanwhile; tell whether there are more."""
+        with self._changed:
+            call, number = self._call, self._made
+        if call is None:
+            return False
+        found, error = _made(call)
+        with self._changed:
+            if number == self._made:
+                self._send(found, error)
+                self._changed.notify_all()
+            return not self.finished
+
+    def _send(self, found: Any, error: Exception | None) -> None:
+        self._made += 1
+        try:
+            self._call = self._steps.send(found) if error is None else self._steps.throw(error)
+        except StopIteration as end:
+            self._call, self._result = None, end.value
+        except Exception as failure:
+            self._call, self._error = None, failure
+
+    def grant(self, allowance: Allowance) -> bool:
+        """Have made what is allowed; tell whether all of it is, by what was granted so far."""
+        while allowance.take():
+            self._granted += 1
+            with self._changed:
+                allowance.wait(self._changed, self._kept_up)
+            while not self._kept_up():
+                self.go_on()
+            if self.finished and self._made <= self._granted:
+                return True
+        return False
+
+    def _kept_up(self) -> bool:
+        """Tell whether all that is granted is made, or there is no more to make."""
+        with self._changed:
+            return self.finished or self._made >= self._granted
+
+
+class Worker:
+    """Does works one after the other beside the caller.
+
+    Its thread begins with the first of them; on Linux it has a lower priority than the caller's.
 
     Parameters
     ----------
@@ -30,32 +127,47 @@ class Worker:
     def __init__(self, name: str, *, urgent: bool = False) -> None:
         self._name, self._urgent = name, urgent
         self._pool: ThreadPoolExecutor | None = None
+        self._line: deque[Work[Any]] = deque()
+        self._ending = threading.Event()
 
-    def submit(self, beside: bool, task: Callable[..., _Result], *arguments: Any,
-               **options: Any) -> 'Future[_Result]':
-        """Have a task done; its result, or what it raised, is in the future."""
-        if beside:
-            if self._pool is None:
-                self._pool = ThreadPoolExecutor(
-                    1, self._name, initializer=_give_way, initargs=(self._urgent,))
-            return self._pool.submit(self._do, task, *arguments, **options)
-        done: Future[_Result] = Future()
-        try:
-            done.set_result(task(*arguments, **options))
-        except Exception as error:
-            done.set_exception(error)
-        return done
+    def begin(self, steps: 'Steps[_Result]', *, beside: bool = True) -> 'Work[_Result]':
+        """Have a work done after those before it: beside the caller, or at once while it waits."""
+        work = Work(steps)
+        self._line.append(work)
+        if not beside:
+            while work.go_on():
+                pass
+            return work
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(
+                1, self._name, initializer=_give_way, initargs=(self._urgent,))
+        self._pool.submit(self._do, work)
+        return work
 
-    def _do(self, task: Callable[..., _Result], *arguments: Any, **options: Any) -> _Result:
-        if not self._urgent:
-            return task(*arguments, **options)
-        with _urgency.felt():
-            return task(*arguments, **options)
+    def _do(self, work: Work[Any]) -> None:
+        with _urgency.felt(self._urgent):
+            while not self._ending.is_set() and work.go_on():
+                pause()
+
+    def granted(self, work: Work[Any], allowance: Allowance) -> bool:
+        """Grant steps to works in their order; tell whether one of them is finished by that.
+
+        What is granted and not made by then is made here. One that was never finished, as the
+        worker was closed, is so for good.
+        """
+        while work in self._line:
+            if not self._line[0].grant(allowance):
+                return False
+            self._line.popleft()
+        return True
 
     def close(self) -> None:
-        """End the thread after the task it is at, cancel the others; a new task begins another."""
+        """End the thread after the step it is at, forget the works; a new one begins another."""
+        self._line.clear()
         if self._pool is not None:
+            self._ending.set()
             self._pool.shutdown(wait=True, cancel_futures=True)
+            self._ending.clear()
             self._pool = None
 
 
@@ -67,13 +179,13 @@ class _Urgency:
         self._works = 0
 
     @contextmanager
-    def felt(self) -> Iterator[None]:
-        """Let others pause for as long as the context lasts."""
-        self._add(1)
+    def felt(self, urgent: bool) -> Iterator[None]:
+        """Let others pause for as long as the context of urgent work lasts."""
+        self._add(int(urgent))
         try:
             yield
         finally:
-            self._add(-1)
+            self._add(-int(urgent))
 
     def _add(self, change: int) -> None:
         with self._changed:
@@ -96,8 +208,24 @@ def pause() -> None:
 
 
 def gives_way() -> bool:
-    """Tell whether this thread is a worker's."""
+    """Tell whether this thread is a worker's, or does what is one's."""
     return getattr(_here, 'gives_way', False)
+
+
+def _nothing() -> None:
+    """Begin: what is before the first call is no call."""
+
+
+def _made(call: Call) -> tuple[Any, Exception | None]:
+    """Make a call as a worker does: the same numbers to the last bit, whoever makes it."""
+    before = gives_way()
+    _here.gives_way = True
+    try:
+        return call(), None
+    except Exception as error:
+        return None, error
+    finally:
+        _here.gives_way = before
 
 
 def _give_way(urgent: bool) -> None:

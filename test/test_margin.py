@@ -14,6 +14,7 @@ from squeal_core.critical import critical_value
 from squeal_core.margin import Margin, MarginInputs, Margins, MarginSettings
 from squeal_core.margin_search import MarginSearch
 from squeal_core.stability import complex_modes, ComplexModes, Source
+from squeal_core.steps import in_a_step
 from squeal_core.tabulation import TableSettings, Tabulation
 
 BAND = (1250.0, 16000.0)
@@ -37,7 +38,7 @@ class Solver:
 def searched(model: BrakeModel, inputs: MarginInputs = HERE, *, band: tuple[float, float] = BAND,
              settings: MarginSettings | None = None, solve: Any = None) -> Margins:
     """One round over all parameters."""
-    search = MarginSearch(model, solve or Solver(model), band, settings=settings)
+    search = MarginSearch(model, in_a_step(solve or Solver(model)), band, settings=settings)
     for call in range(1000):
         if search.advance(inputs, call).pressure is not None:
             return search.margins
@@ -191,7 +192,7 @@ def test_one_solve_a_call(source: Source, confirming: int) -> None:
     """What was solved in full needs no other solve to confirm it."""
     model = flutter(5e-4)
     solver = Solver(model, source)
-    search = MarginSearch(model, solver, BAND)
+    search = MarginSearch(model, in_a_step(solver), BAND)
     solved, found = 0, None
     for call in range(1, 200):
         margins = search.advance(HERE, call)
@@ -219,7 +220,7 @@ def test_few_solves_narrow_a_bracket(couple: float) -> None:
 
 def test_stamped_with_the_call_it_began_with() -> None:
     model = flutter(5e-4)
-    search = MarginSearch(model, Solver(model), BAND)
+    search = MarginSearch(model, in_a_step(Solver(model)), BAND)
     seen: list[Margin] = []
     for call in range(300):
         inputs = replace(HERE, friction=0.3 + 1e-4 * call)
@@ -238,7 +239,7 @@ def test_stamped_with_the_call_it_began_with() -> None:
 def test_same_calls_same_margins(kang: BrakeModel) -> None:
     def play() -> list[str]:
         table = Tabulation(kang, TableSettings(delay=5))
-        search = MarginSearch(kang, table.complex_modes, (6500.0, 8000.0))
+        search = MarginSearch(kang, table.solving, (6500.0, 8000.0))
         inputs = MarginInputs(rotor_speed=8.165, pressure=4.4e5, friction=0.425)
         found = [repr(search.advance(inputs, call)) for call in range(40)]
         table.close()
@@ -255,6 +256,10 @@ def test_backwards_as_forwards() -> None:
     assert repr(forwards) == repr(backwards)
 
 
+def search_with(solver: Solver, **changes: float) -> MarginSearch:
+    return MarginSearch(solver.model, in_a_step(solver), BAND, settings=MarginSettings(**changes))
+
+
 def rounds(search: MarginSearch, solver: Solver, begin: float, end: float,
            inputs: MarginInputs = HERE) -> int:
     """Call 50 times a second; how many solves that took."""
@@ -267,8 +272,7 @@ def rounds(search: MarginSearch, solver: Solver, begin: float, end: float,
 def test_margins_stand_where_inputs_rest() -> None:
     """They are looked for anew as they age, and where an input is another."""
     solver = Solver(flutter(5e-4))
-    settings = MarginSettings(rest=20.0)
-    search = MarginSearch(solver.model, solver, BAND, settings=settings)
+    search = search_with(solver, rest=20.0)
     assert rounds(search, solver, 0.0, 10.0) > 20
     known = search.margins
     noise = replace(HERE, friction=0.304, pressure=1.009e6, rotor_speed=-9.95)
@@ -283,7 +287,7 @@ def test_margins_stand_where_inputs_rest() -> None:
     replace(HERE, friction=0.306), replace(HERE, pressure=1.02e6), replace(HERE, rotor_speed=9.8)])
 def test_margins_are_looked_for_anew_at_other_inputs(changed: MarginInputs) -> None:
     solver = Solver(flutter(5e-4))
-    search = MarginSearch(solver.model, solver, BAND, settings=MarginSettings(rest=20.0))
+    search = search_with(solver, rest=20.0)
     rounds(search, solver, 0.0, 10.0)
     assert rounds(search, solver, 10.0, 15.0, changed) > 20
     assert search.margins.friction is not None
@@ -294,7 +298,7 @@ def test_margins_are_looked_for_anew_at_other_inputs(changed: MarginInputs) -> N
 def test_a_bracket_that_was_not_confirmed_is_looked_for_anew() -> None:
     """Though the inputs rest: the table said what the full problem does not."""
     solver = Solver(flutter(5e-4))
-    search = MarginSearch(solver.model, solver, BAND, settings=MarginSettings(rest=20.0))
+    search = search_with(solver, rest=20.0)
     rounds(search, solver, 0.0, 10.0)
     found = search.margins.friction
     assert found is not None
@@ -309,7 +313,7 @@ def test_a_bracket_that_was_not_confirmed_is_looked_for_anew() -> None:
 def test_a_search_from_inputs_left_behind_is_given_up(name: str) -> None:
     """Its margins would hold no more; friction's comes first again."""
     solver = Solver(flutter(5e-4))
-    search = MarginSearch(solver.model, solver, BAND, settings=MarginSettings(change=0.2))
+    search = search_with(solver, change=0.2)
     rounds(search, solver, 0.0, 0.5)
     assert search.margins.friction is not None
     assert search.margins.pressure is None

@@ -1,14 +1,15 @@
 """Brakes assessed together: what each of them gets by itself, and no more calls than needed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 import math
+from typing import Any
 
 from engine_models import point, random_model
 import numpy as np
 import pytest
 
-from squeal_core import BrakeModel, OperatingPoint
+from squeal_core import BrakeModel, OperatingPoint, workers
 from squeal_core.anchor_solution import anchor_at
 from squeal_core.brake import StiffnessTable
 from squeal_core.engines import Engines
@@ -21,7 +22,9 @@ from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings, read_settings, Signal
 from squeal_core.sliding import judge_together, SlidingBrake
 from squeal_core.stability import classify, classify_rows, complex_modes, Tolerances
+from squeal_core.steps import Call
 from squeal_core.tabulation import TableSettings, Tabulation
+from squeal_core.workers import Worker
 
 TICK = 1_000_000_000
 DEVIATIONS = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
@@ -264,19 +267,44 @@ def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
     assert all(math.isfinite(one.risk) for one in (found[0], *found[2:]))
 
 
-def test_the_same_ticks_give_the_same_bits(kang: BrakeModel) -> None:
-    """Together, with anchors and cells made by workers."""
-    runs = []
-    for _ in range(2):
-        at = settings(anchor_delay=0.1, risk_delay=0.2)
-        engines = Engines(kang, at)
-        brakes = [SlidingBrake(engines, at, brake.name) for brake in at.brakes]
-        runs.append([[
+def driven(kang: BrakeModel, begin: Callable[[], None] = lambda: None) -> str:
+    """What is known of four brakes over some ticks, to the last bit."""
+    at = settings(anchor_delay=0.1, risk_delay=0.2)
+    engines, found = Engines(kang, at), []
+    brakes = [SlidingBrake(engines, at, brake.name) for brake in at.brakes]
+    for i in range(100):
+        begin()
+        found.append([
             (known.modes.roots.tobytes(), known.risk.probability, known.friction_margin)
             for known in judge_together(list(zip(brakes, (
                 MarginInputs(rotor_speed=one.rotor_speed, pressure=one.pressure,
                              friction=one.friction)
                 for one in axles(kang, 30.0 * 0.996**i, 8e5, 0.4)), strict=True)),
-                i * at.period)] for i in range(50)])
-        engines.close()
-    assert repr(runs[0]) == repr(runs[1])
+                i * at.period)])
+    assert engines.modes.statistics.made > 1
+    assert engines.risks.statistics.made > 0
+    assert engines.margins.statistics.made > 0
+    engines.close()
+    return repr(found)
+
+
+def test_the_same_ticks_give_the_same_bits(kang: BrakeModel,
+                                           monkeypatch: pytest.MonkeyPatch) -> None:
+    """Anchors, cells and margins are made by workers, however slow these are.
+
+    Where they never get to run, ticks make the steps: at most one for each brake.
+    """
+    expected = driven(kang)
+    assert driven(kang) == expected
+    steps, make = [0], workers._made
+
+    def counted(call: Call) -> tuple[Any, Exception | None]:
+        steps[-1] += call is not workers._nothing
+        return make(call)
+
+    monkeypatch.setattr(workers, '_made', counted)
+    monkeypatch.setattr(workers, '_PATIENCE', 0.0)
+    monkeypatch.setattr(Worker, '_do', lambda worker, work: None)
+    assert driven(kang, lambda: steps.append(0)) == expected
+    assert max(steps) == 4
+    assert sum(steps) > 100  # a cell alone has as many
