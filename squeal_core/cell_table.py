@@ -18,6 +18,7 @@ Triple: TypeAlias = tuple[float, float, float]  # speed [rad/s], pressure [Pa], 
 
 _DEGREE = 3  # of the cells' series
 _EDGE = 0.75  # part of a cell from which on the next one is asked for
+_STEPS = 7  # of a cell's making, at each contact stiffness
 _LADDER = 1.5  # cells are made for deviations of friction in steps of this ratio
 
 
@@ -37,9 +38,9 @@ class RiskSettings:
     memory : float
         Limit of the cells' size [bytes]; the least recently used go.
     delay : int
-        Assessments from asking for a cell until its steps, some hundred, are due: one for each
-        that the allowance grants; 0: made at once, while the caller waits. A cell takes about a
-        second of one core.
+        Assessments between asking for a cell and its first use, or more where the allowance does
+        not grant its hundred steps sooner; 0: made at once, while the caller waits. A cell takes
+        about a second of one core.
     """
 
     memory: float = 50e6
@@ -65,7 +66,7 @@ class _Entry:
 
 @dataclass
 class _Request:
-    due: int
+    due: int  # call from which on its steps are
     work: Work[Cell]
 
 
@@ -186,8 +187,8 @@ class CellTable:
 
     def _ask(self, want: Wanted) -> None:
         """Have a cell made here."""
-        self._request = _Request(self._calls + self.settings.delay,
-                                 self._worker.begin(self._making(want)))
+        delay = max(self.settings.delay - _STEPS * self._rule.nodes, 0)
+        self._request = _Request(self._calls + delay, self._worker.begin(self._making(want)))
 
     def _adopt(self) -> None:
         """Take the cell asked for into use, when its time has come."""
