@@ -187,8 +187,9 @@ class CellTable:
 
     def _ask(self, want: Wanted) -> None:
         """Have a cell made here."""
-        delay = max(self.settings.delay - _STEPS * self._rule.nodes, 0)
-        self._request = _Request(self._calls + delay, self._worker.begin(self._making(want)))
+        lead = 0 if self._allowance.endless else _STEPS * self._rule.nodes
+        self._request = _Request(self._calls + max(self.settings.delay - lead, 0),
+                                 self._worker.begin(self._making(want)))
 
     def _adopt(self) -> None:
         """Take the cell asked for into use, when its time has come."""

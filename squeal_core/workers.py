@@ -29,6 +29,10 @@ class Allowance:
         self._left = math.inf
         self._patience = _PATIENCE
 
+    @property
+    def endless(self) -> bool:
+        return math.isinf(self._left)
+
     def renew(self, steps: int) -> None:
         """Begin a tick, which may be kept by so many steps."""
         self._left, self._patience = steps, _PATIENCE
