@@ -6,7 +6,7 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.resources import config_folder
-from squeal_core.vehicle import brake_signals, read_vehicle
+from squeal_core.vehicle import brake_signals, BrakeSignals, read_vehicle
 
 DRIVES = ('us06', 'wltc_3b', 'chicago_trip')
 RELEASED = 0.5e5  # Pa, below which a brake counts as released
@@ -23,14 +23,19 @@ class BrakingSample(NamedTuple):
     friction: float
 
 
+def drive_signals(model: BrakeModel, drive: str, rate: float) -> BrakeSignals:
+    """Return what the shipped vehicle's sensors would show."""
+    assert model.friction_table is not None
+    folder = config_folder()
+    return brake_signals(
+        read_drive_cycle(folder / 'drive_cycles' / f'{drive}.csv'),
+        read_vehicle(folder / 'vehicles' / 'midsize.yaml'), model.friction_table, rate=rate)
+
+
 def braking_samples(model: BrakeModel, drive: str, *, brakes: int = 1,
                     rate: float = 100.0) -> list[BrakingSample]:
     """Return what the first brakes see at each sample at which they brake, in order."""
-    assert model.friction_table is not None
-    folder = config_folder()
-    signals = brake_signals(
-        read_drive_cycle(folder / 'drive_cycles' / f'{drive}.csv'),
-        read_vehicle(folder / 'vehicles' / 'midsize.yaml'), model.friction_table, rate=rate)
+    signals = drive_signals(model, drive, rate)
     return [BrakingSample(round(1e9 * time), brake, float(signals.rotor_speed[i, brake]),
                           float(signals.pressure[i, brake]), float(signals.friction[i, brake]))
             for i, time in enumerate(signals.time) for brake in range(brakes)

@@ -1,7 +1,9 @@
-"""Load and lateness of the node: four brakes at 100 Hz, all braking all the time.
+"""Load and lateness of the node: four brakes at 100 Hz, all braking all the time, or in a drive.
 
 Run: python benchmark/node_load.py [--seconds 30] [--warm-up 300] [--rate 100] [--still]
-     [--table TABLE.npz]
+     [--drive us06] [--table TABLE.npz]
+
+With --drive the signals are those of the shipped vehicle in that drive, --seconds of it, once.
 
 The node is a process of its own, as on the vehicle; the CPU time of its threads is read from
 /proc. Workers are the threads that give way to the ticks, in the order in which they began; the
@@ -14,6 +16,7 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 import argparse
 from collections import Counter
+from collections.abc import Callable
 from contextlib import contextmanager
 from functools import partial
 import math
@@ -22,26 +25,48 @@ from pathlib import Path
 import subprocess
 import sys
 import time
-from typing import Any
+from typing import Any, TypeAlias
 
 from diagnostic_msgs.msg import DiagnosticArray
+from drives import drive_signals, DRIVES
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
+from squeal_core import BrakeModel
 from squeal_core.settings import NODE_NAME
 
+Inputs: TypeAlias = Callable[[float], tuple[Any, Any, Any]]
 BRAKES = ('front_left', 'front_right', 'rear_left', 'rear_right')
 TICKS = os.sysconf('SC_CLK_TCK')
 
 
-class Vehicle:
-    """Publishes three signals of four brakes that brake for ever, and hears what the node says."""
+def swept(time: float) -> tuple[Any, Any, Any]:
+    """Return rotor speeds, pressures and frictions (4,) of brakes that brake for ever."""
+    speed = 40.0 + 35.0 * math.sin(0.3 * time)  # a braking from 75 to 5 rad/s takes 10 s
+    pressure = 1.5e6 + 5e5 * math.sin(1.1 * time)
+    return (speed * (1.0 + 0.001 * np.arange(4)), pressure * np.array([1.0, 1.0, 0.8, 0.8]),
+            np.full(4, 0.42 + 0.02 * math.sin(0.2 * time)))
 
-    def __init__(self, node: Any, rate: float, *, still: bool = False) -> None:
-        self.node, self.period, self.still = node, round(1e9 / rate), still
+
+def driven(drive: str, rate: float) -> Inputs:
+    """Return these of a drive; its end lasts."""
+    signals = drive_signals(BrakeModel.load('kang2009'), drive, rate)
+
+    def inputs(time: float) -> tuple[Any, Any, Any]:
+        row = min(round(time * rate), len(signals.time) - 1)
+        return signals.rotor_speed[row], signals.pressure[row], signals.friction[row]
+
+    return inputs
+
+
+class Vehicle:
+    """Publishes three signals of four brakes, and hears what the node says."""
+
+    def __init__(self, node: Any, rate: float, inputs: Inputs) -> None:
+        self.node, self.period, self.inputs = node, round(1e9 / rate), inputs
         self.receipts: dict[str, list[int]] = {brake: [] for brake in BRAKES}
         self.figures: dict[str, str] = {}
         self.begin = time.monotonic()
@@ -73,17 +98,16 @@ class Vehicle:
         return int(self.figures.get('ticks_done', 0)), int(self.figures.get('ticks_lost', 0))
 
     def publish(self) -> None:
-        way = 0.0 if self.still else time.monotonic() - self.begin
+        speed, pressed, friction = self.inputs(time.monotonic() - self.begin)
         joints, pressure = JointState(), FluidPressure()
         joints.header.stamp = pressure.header.stamp = self.node.get_clock().now().to_msg()
-        speed = 40.0 + 35.0 * math.sin(0.3 * way)  # a braking from 75 to 5 rad/s takes 10 s
         joints.name = [f'{brake}_wheel_joint' for brake in BRAKES]
-        joints.velocity = [speed * (1.0 + 0.001 * i) for i in range(4)]
+        joints.velocity = speed.tolist()
         self.joints.publish(joints)
         for i, (pressures, frictions) in enumerate(self.publishers):
-            pressure.fluid_pressure = (1.5e6 + 5e5 * math.sin(1.1 * way)) * (1.0 - 0.2 * (i > 1))
+            pressure.fluid_pressure = float(pressed[i])
             pressures.publish(pressure)
-            frictions.publish(Float64(data=0.42 + 0.02 * math.sin(0.2 * way)))
+            frictions.publish(Float64(data=float(friction[i])))
 
 
 def late(receipts: np.ndarray, period: int) -> np.ndarray:
@@ -146,18 +170,23 @@ def main() -> None:
                         help='seconds between the cold and the warm figures')
     parser.add_argument('--rate', type=float, default=100.0)
     parser.add_argument('--still', action='store_true', help='inputs that do not change')
+    parser.add_argument('--drive', choices=DRIVES, help='inputs of a drive')
     parser.add_argument('--table', default='', help='of `squeal tabulate`, to start with')
     arguments = parser.parse_args()
     rclpy.init()
     node = rclpy.create_node('vehicle')
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    vehicle = Vehicle(node, arguments.rate, still=arguments.still)
+    inputs = (driven(arguments.drive, arguments.rate) if arguments.drive else
+              lambda time: swept(0.0 if arguments.still else time))
+    vehicle = Vehicle(node, arguments.rate, inputs)
     with monitor(arguments.rate, arguments.table) as process:
         while not any(vehicle.receipts.values()):
             executor.spin_once(timeout_sec=1.0)
-        for phase, seconds in (('cold', arguments.seconds), ('next', arguments.warm_up),
-                               ('warm', arguments.seconds)):
+        vehicle.begin = time.monotonic()
+        phases = [('drive', arguments.seconds)] if arguments.drive else [
+            ('cold', arguments.seconds), ('next', arguments.warm_up), ('warm', arguments.seconds)]
+        for phase, seconds in phases:
             measure(phase, vehicle, executor, process, seconds)
     executor.shutdown()
     node.destroy_node()

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.margin import MarginSettings
+from squeal_core.onset import Onset
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings
@@ -42,6 +43,7 @@ class Engines:
         self.model = model
         anchors = read_table(settings.table, model) if settings.table else ()
         self.modes = Tabulation(model, anchors=anchors)
+        self.onset = Onset(self.modes)
         self.margins = Tabulation(model, anchors=anchors)
         self.risks = self._risk_table(settings)
         self._worker = Worker('margins')

@@ -38,8 +38,8 @@ class BrakeMonitor:
                  engines: Engines | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._sliding = SlidingBrake(
-            engines or Engines(model, settings), settings, brake.name)
+        self._engines = engines or Engines(model, settings)
+        self._sliding = SlidingBrake(self._engines, settings, brake.name)
         self._adopt(brake, settings)
         self._inputs = {signal: Input(signal, limits, settings, self._validated[signal])
                         for signal, limits in brake.inputs.items()}
@@ -129,6 +129,12 @@ class BrakeMonitor:
                           detail=f'which gives friction {coefficient:.4g}, {validated}')
         return {**needed, 'temperature': outside}, '', math.nan
 
+    def _turns(self, found: Assessment) -> bool:
+        """Whether the disc turns fast enough to slide, and as the model was validated for."""
+        speed = abs(found.inputs['rotor_speed'].value)
+        validated = self._validated['rotor_speed']
+        return max(self._settings.minimum_rotor_speed, validated.low) <= speed <= validated.high
+
     def _without_sliding(self, begun: Begun) -> Assessment | None:
         """Assess from inputs that are all good a brake that is released or at rest."""
         speed, pressure = begun.inputs['rotor_speed'], begun.inputs['pressure']
@@ -148,10 +154,22 @@ class BrakeMonitor:
 def assess_together(monitors: Sequence[BrakeMonitor], time: int) -> tuple[Assessment, ...]:
     """Assess brakes of the same engines at a time [ns]: those that slide, all in one."""
     every = [monitor._begin(time) for monitor in monitors]
+    if not any(isinstance(one, Begun) for one in every):
+        _await_application(monitors, every)
     known = iter(_judged([(monitor._sliding, begun) for monitor, begun in zip(
         monitors, every, strict=True) if isinstance(begun, Begun)], time))
     return tuple(explained(concluded(one, next(known))) if isinstance(one, Begun) else one
                  for one in every)
+
+
+def _await_application(monitors: Sequence[BrakeMonitor],
+                       every: Sequence[Assessment | Begun]) -> None:
+    """Have made ready what brakes that are released while they turn will ask for."""
+    waiting = [(abs(one.inputs['rotor_speed'].value), one.friction)
+               for monitor, one in zip(monitors, every, strict=True)
+               if isinstance(one, Assessment) and one.state == 'released' and monitor._turns(one)]
+    if waiting:
+        monitors[0]._engines.onset.look(waiting, monitors[0]._settings.release_pressure)
 
 
 def _judged(brakes: Sequence[tuple[SlidingBrake, Begun]], time: int

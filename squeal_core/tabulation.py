@@ -17,25 +17,21 @@ from functools import partial
 import numpy as np
 
 from squeal_core.anchor import Anchor
+from squeal_core.anchor_requests import AnchorRequests, Count
 from squeal_core.anchor_solution import anchor_steps
 from squeal_core.anchor_table import AnchorTable, Answer, Entry, TableSettings
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import refined_root
-from squeal_core.neighbours import ahead, alike, amid, Trail
+from squeal_core.neighbours import ahead, amid, Trail
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, ComplexModes, Source, Tolerances
 from squeal_core.steps import completed, Steps
-from squeal_core.workers import Allowance, Work, Worker
+from squeal_core.workers import Allowance
 
 __all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 
 _LOOK = 3  # calls from one look ahead to the next: it costs as much as some answers
 _HORIZONS = (1.2, 2.0)  # times what an anchor takes: how far ahead, so that no gap is passed over
-_PATIENCE = 6  # anchors nobody used before the next are asked for less often
-_COST = 5  # full solves that an anchor costs as much as
-_STEPS = 4  # in which it is made
-_BESIDE = 3  # times its cost that it takes beside full solves, which keep its thread from running
-_PENDING = 2  # anchors being made at a time: brakes of both axles ask
 _REFINED = 4  # roots of a point; for more of them a full solution is no dearer
 _APART = 1e-6  # 1/s between roots that are two
 
@@ -52,14 +48,6 @@ class TableStatistics:
     made: int = 0
     dropped: int = 0
     failed: int = 0
-
-
-@dataclass
-class _Request:
-    point: OperatingPoint
-    due: int  # solve from which on its steps are
-    full: int  # likewise full solve, if that comes first
-    work: Work[Anchor]
 
 
 class Tabulation:
@@ -88,12 +76,9 @@ class Tabulation:
         self.allowance = Allowance()
         self._tolerances = tolerances or Tolerances()
         self._table = AnchorTable(model, settings or TableSettings(), self._tolerances, anchors)
-        self._requests: list[_Request] = []  # in order of their due
-        self._worker = Worker('anchors', urgent=True)
+        self._requests = AnchorRequests(self._making)
         self._solves = self._calls = 0
         self._trail = Trail()
-        self._unused = 0  # anchors in a row that were never used
-        self._pause_until = 0
 
     @property
     def settings(self) -> TableSettings:
@@ -159,6 +144,20 @@ class Tabulation:
             found.append(self._used(point, one.modes, one.entry))
         self._look_ahead(points)
         return found
+
+    def expect(self, point: OperatingPoint | None, count: int) -> bool:
+        """Count a call of so many points of which none is asked for.
+
+        An anchor is made beside the work for one that may be, where none in the table answers it;
+        tells whether it is begun with.
+        """
+        if not self.settings.delay:
+            return False
+        self.allowance.renew(count)
+        self._solves += count
+        self._adopt()
+        return (point is not None and self._table.best(point).worst > self.settings.tolerance
+                and self._ask(point, count, expected=True))
 
     def _solved(self, point: OperatingPoint, company: Sequence[OperatingPoint],
                 refined: float = 0.0) -> 'Steps[ComplexModes]':
@@ -239,8 +238,7 @@ class Tabulation:
 
     def close(self) -> None:
         """End the worker; the engine can be used on, and starts another."""
-        self._worker.close()
-        self._requests = []
+        self._requests.close()
 
     def _target(self, point: OperatingPoint, answer: Answer,
                 company: Sequence[OperatingPoint]) -> OperatingPoint:
@@ -267,49 +265,33 @@ class Tabulation:
     def _making(self, point: OperatingPoint) -> 'Steps[Anchor]':
         return anchor_steps(self.model, point, degree=self.settings.degree)
 
-    def _ask(self, point: OperatingPoint, brakes: int) -> None:
-        """Have an anchor made here, unless one is being made near here, or enough are.
+    @property
+    def _now(self) -> Count:
+        return Count(self._solves, self.statistics.full)
 
-        Where all is solved in full it is due earlier: when no more of it is left than all brakes'
-        full solves of a tick.
-        """
-        if self._solves < self._pause_until or len(self._requests) >= _PENDING or any(
-                alike(point, request.point) for request in self._requests):
-            return
-        before = len(self._requests)
-        lead = brakes * ((_STEPS - 1) // brakes)  # as a call is allowed one a brake
-        delay = self.settings.delay - lead
-        due = max(self._solves, self._requests[-1].due - delay // 4) if before else self._solves
-        full = max(brakes, _BESIDE * (_COST - brakes)) * (before + 1) - lead
-        self._requests.append(_Request(point, due + delay, self.statistics.full + full,
-                                       self._worker.begin(self._making(point))))
+    def _ask(self, point: OperatingPoint, brakes: int, *, expected: bool = False) -> bool:
+        return self._requests.ask(point, brakes, self._now, self.settings.delay,
+                                  expected=expected)
 
     def _adopt(self) -> None:
         """Take the anchors asked for into use, when their time has come, a step at a time."""
-        while self._requests and (self._requests[0].due <= self._solves
-                                  or self._requests[0].full <= self.statistics.full):
-            work = self._requests[0].work
-            if not self._worker.granted(work, self.allowance):
-                break
-            self._requests.pop(0)
+        while request := self._requests.over(self._now, self.allowance):
             try:
-                self._take(work.result())
+                self._take(request.work.result(), expected=request.expected)
             except np.linalg.LinAlgError:
-                self._take(None)
+                self._take(None, expected=request.expected)
 
-    def _take(self, anchor: Anchor | None) -> None:
+    def _take(self, anchor: Anchor | None, *, expected: bool = False) -> None:
         """Take an anchor into use; none: no eigensolution, or vectors that do not span the space.
         """
         if anchor is None:
             self.statistics.failed += 1
-            self._unused += 1
         else:
             self.statistics.made += 1
-            latest = self._table.entries[1 - _PATIENCE:]
-            self._unused = 0 if any(entry.hits for entry in latest) else self._unused + 1
             self.add(anchor)
-        pause = 2 ** min(max(self._unused - _PATIENCE, 0), _PATIENCE) - 1
-        self._pause_until = self._solves + pause * self.settings.delay
+        if not expected:
+            self._requests.note(None if anchor is None else self._table.entries[-1], self._now,
+                                self.settings.delay)
 
     def _audited(self, point: OperatingPoint, found: ComplexModes, entry: Entry) -> ComplexModes:
         """Compare an answer with the full solve; an anchor that was wrong goes."""
