@@ -29,7 +29,8 @@ def ahead(point: OperatingPoint, behind: OperatingPoint, part: float = _AHEAD) -
         ratio = here / before if before else 0.0
         if not 1.0 / _DRIFT < ratio < _DRIFT:
             return point
-        there[name] = here * min(max(ratio**part, 1.0 / _DRIFT), _DRIFT)
+        # as speed falls where a vehicle slows down, and pressure rises and falls
+        there[name] = here * min(max(1.0 + part * (1.0 - 1.0 / ratio), 1.0 / _DRIFT), _DRIFT)
     slope = point.friction_slope
     return replace(point, **there, friction_slope=slope + part * (slope - behind.friction_slope))
 

@@ -8,13 +8,12 @@ import math
 import os
 import sys
 import threading
-import time
 from typing import Any, Generic, TypeVar
 
 from squeal_core.steps import Call, Steps
 
 _NICE = 10
-_PATIENCE = 0.02  # s, that a tick waits for workers' steps before it makes them itself
+_PATIENCE = 0.02  # s that a tick waits for a worker's step, about what it takes to make it
 _here = threading.local()
 _Result = TypeVar('_Result')
 
@@ -43,10 +42,9 @@ class Allowance:
         return self._left >= 0
 
     def wait(self, changed: threading.Condition, kept_up: Callable[[], bool]) -> None:
-        """Wait for a worker to keep up, but in all of a tick no more than a little."""
-        begin = time.monotonic()
-        changed.wait_for(kept_up, max(self._patience, 0.0))
-        self._patience -= time.monotonic() - begin
+        """Wait for a worker's next step, but not again in a tick if it does not come soon."""
+        if not changed.wait_for(kept_up, self._patience):
+            self._patience = 0.0
 
 
 class Work(Generic[_Result]):

@@ -42,33 +42,34 @@ def test_a_jump_is_no_way(changes: dict[str, float]) -> None:
 # ---------------------------------------------------------------- foreseen
 
 def test_a_steady_way_is_foreseen() -> None:
-    """By ratios, as speed and pressure are on a way that slows down."""
+    """As a vehicle slows down."""
     trail = Trail()
     for now in range(0, 60, 3):
-        here = moved(0.99**now, friction_slope=-1e-3 * now)
+        here = moved(1.0 - 8e-3 * now, friction_slope=-1e-3 * now)
         (there,), = trail.foreseen([here], now, [20])
-    assert there.rotor_speed == pytest.approx(20.0 * 0.99**77)
-    assert there.contact_pressure == pytest.approx(point().contact_pressure * 0.99**77)
+    assert there.rotor_speed == pytest.approx(20.0 * (1.0 - 8e-3 * 77))
+    assert there.contact_pressure == pytest.approx(point().contact_pressure * (1.0 - 8e-3 * 77))
     assert there.friction_slope == pytest.approx(-1e-3 * 77)
     assert there.friction == here.friction
 
 
-def test_what_is_far_ahead_is_within_a_factor() -> None:
+@pytest.mark.parametrize(('before', 'now', 'factor'), [(1.0, 1.5, 2.0), (1.5, 1.0, 0.5)])
+def test_what_is_far_ahead_is_within_a_factor(before: float, now: float, factor: float) -> None:
     trail = Trail()
-    trail.foreseen([point()], 0, [400])
-    (there,), = trail.foreseen([moved(1.5)], 1, [400])
-    assert there.rotor_speed == 1.5 * 2.0 * point().rotor_speed
+    trail.foreseen([moved(before)], 0, [400])
+    (there,), = trail.foreseen([moved(now)], 1, [400])
+    assert there.rotor_speed == factor * moved(now).rotor_speed
 
 
 def test_a_turn_is_foreseen_from_what_came_after_it() -> None:
     """From a quarter of the horizon: no longer, as brakes turn; no less, as signals are noisy."""
     trail = Trail()
     for now in range(0, 100, 2):
-        trail.foreseen([moved(1.01**now)], now, [20, 40])
+        trail.foreseen([moved(1.0 + 0.01 * now)], now, [20, 40])
     for now in range(100, 112, 2):
-        (near,), (there,) = trail.foreseen([moved(1.01**(200 - now))], now, [20, 40])
-    assert near.rotor_speed == pytest.approx(20.0 * 1.01**(200 - 130))
-    assert there.rotor_speed == pytest.approx(20.0 * 1.01**(200 - 150))
+        (near,), (there,) = trail.foreseen([moved(1.0 + 0.01 * (200 - now))], now, [20, 40])
+    assert near.rotor_speed == pytest.approx(20.0 * (1.0 + 0.01 * (200 - 130)))
+    assert there.rotor_speed == pytest.approx(20.0 * (1.0 + 0.01 * (200 - 150)))
 
 
 def test_nothing_is_foreseen_of_the_unknown() -> None:
@@ -80,7 +81,7 @@ def test_nothing_is_foreseen_of_the_unknown() -> None:
     assert trail.foreseen([moved(0.9), here], 7, [10]) == [[moved(0.9), here]]
     (still, gone), = trail.foreseen([moved(0.9), moved(1.1)], 8, [10])
     assert still == moved(0.9)
-    assert gone.rotor_speed == 2.0 * 22.0
+    assert gone.rotor_speed == pytest.approx(22.0 * (1.0 + 10 * (1.0 - 1.0 / 1.1)))
 
 
 # ---------------------------------------------------------------- amid
