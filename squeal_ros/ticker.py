@@ -55,7 +55,7 @@ class Ticker:
     def start(self, period: int, clock_timeout: int) -> None:
         """Begin; both times in ns."""
         self.stop()
-        self._timeout = clock_timeout
+        self._timeout, self._begun = clock_timeout, False
         self._grid = TickGrid(period, self._now(), time.monotonic_ns())
         self._watch = StandstillWatch(time.monotonic_ns())
         self._guard = self._node.create_guard_condition(self._beat)
@@ -91,6 +91,9 @@ class Ticker:
         if self._timer is None:
             return
         end = time.monotonic_ns() + _KEPT
+        if not self._begun:  # who started it had other things to do since, which cost no tick
+            self._begun = True
+            self._grid = TickGrid(self._grid.period, self._now(), time.monotonic_ns())
         try:
             self._look()
             while self._sleeps(end):
