@@ -54,11 +54,24 @@ class AnchorRequests:
         self._pause_until = 0
 
     def ask(self, point: OperatingPoint, brakes: int, now: Count, delay: int, *,
-            expected: bool = False) -> bool:
+            lacking: int = 1, expected: bool = False) -> bool:
         """Have an anchor made here, unless one is being made near here, or enough are.
 
-        Where all is solved in full it is due earlier: when no more of it is left than all brakes'
-        full solves of a tick. Tells whether it is asked for.
+        Where points are solved in full it is due earlier: when no more of it is left than the full
+        solves of a tick. Tells whether it is asked for.
+
+        Parameters
+        ----------
+        point : OperatingPoint
+        brakes : int
+            Of a call, which is allowed as many steps.
+        now : Count
+        delay : int
+            Solves from now to its first use.
+        lacking : int
+            How many of the brakes lack an anchor.
+        expected : bool
+            Whether it is for points that may come.
         """
         if now.solves < self._pause_until or len(self._pending) >= _PENDING or any(
                 alike(point, request.point) for request in self._pending):
@@ -67,7 +80,7 @@ class AnchorRequests:
         lead = brakes * ((_STEPS - 1) // brakes)  # as a call is allowed one a brake
         delay -= lead
         solves = max(now.solves, self._pending[-1].due.solves - delay // 4 if before else 0)
-        full = max(brakes, _BESIDE * (_COST - brakes)) * (before + 1) - lead
+        full = max(lacking, _BESIDE * (_COST - lacking)) * (before + 1) - lead
         self._pending.append(Request(point, Count(solves + delay, now.full + full),
                                      self._worker.begin(self._making(point)), expected))
         return True

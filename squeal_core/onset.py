@@ -11,6 +11,7 @@ from squeal_core.tabulation import Tabulation
 _EVERY = 3  # calls from one look to the next: it costs as much as an answer
 _RUNGS, _RATIO = 6, 1.9  # of pressures, from one to the next: as far as an anchor reaches
 _FIRST = 1.5  # times the pressure at which a brake counts as released
+_LEAST = 2e4  # Pa, that is taken for that pressure where it is less
 _REMEMBERED = 64  # points, at which nothing is made again
 
 
@@ -43,7 +44,7 @@ class Onset:
             turn, rung = divmod(self._calls // _EVERY, _RUNGS)
             speed, friction = brakes[turn % len(brakes)]
             point = _point(self._table.model, speed, friction,
-                           _FIRST * release_pressure * _RATIO**rung)
+                           _FIRST * max(release_pressure, _LEAST) * _RATIO**rung)
             if any(alike(point, other) for other in self._asked):
                 point = None
         if self._table.expect(point, len(brakes)) and point is not None:

@@ -122,7 +122,7 @@ class Tabulation:
     def solving(self, point: OperatingPoint, *, refined: float = 0.0) -> 'Steps[ComplexModes]':
         """Return the same as `complex_modes`, in steps."""
         self.allowance.renew(1)
-        found = yield from self._solved(point, [point], refined)
+        found = yield from self._solved(point, [point], 1, refined)
         self._look_ahead([point])
         return found
 
@@ -136,9 +136,11 @@ class Tabulation:
         self.allowance.renew(len(points))
         self._adopt()
         found = []
-        for point, one in zip(points, self._table.together(points), strict=True):
+        together = self._table.together(points)
+        lacking = sum(one is None for one in together)
+        for point, one in zip(points, together, strict=True):
             if one is None:
-                found.append(completed(self._solved(point, points)))
+                found.append(completed(self._solved(point, points, lacking)))
                 continue
             self._solves += 1
             found.append(self._used(point, one.modes, one.entry))
@@ -159,7 +161,7 @@ class Tabulation:
         return (point is not None and self._table.best(point).worst > self.settings.tolerance
                 and self._ask(point, count, expected=True))
 
-    def _solved(self, point: OperatingPoint, company: Sequence[OperatingPoint],
+    def _solved(self, point: OperatingPoint, company: Sequence[OperatingPoint], lacking: int,
                 refined: float = 0.0) -> 'Steps[ComplexModes]':
         """Return the modes at one of several points, from the table or in full."""
         self._solves += 1
@@ -169,7 +171,7 @@ class Tabulation:
         if answer.worst > limit:
             target = self._target(point, answer, company)
             if self.settings.delay:
-                self._ask(target, len(company))
+                self._ask(target, len(company), lacking)
             else:
                 answer = yield from self._laid_down(point, target)
         answer, source = yield from self._refined(point, answer, refined)
@@ -269,8 +271,9 @@ class Tabulation:
     def _now(self) -> Count:
         return Count(self._solves, self.statistics.full)
 
-    def _ask(self, point: OperatingPoint, brakes: int, *, expected: bool = False) -> bool:
-        return self._requests.ask(point, brakes, self._now, self.settings.delay,
+    def _ask(self, point: OperatingPoint, brakes: int, lacking: int = 1, *,
+             expected: bool = False) -> bool:
+        return self._requests.ask(point, brakes, self._now, self.settings.delay, lacking=lacking,
                                   expected=expected)
 
     def _adopt(self) -> None:

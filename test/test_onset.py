@@ -109,6 +109,17 @@ def test_from_light_to_firm_pressure(kang: BrakeModel) -> None:
     table.close()
 
 
+@pytest.mark.parametrize('pressure', [0.0, 1e7])
+def test_any_pressure_of_release(kang: BrakeModel, pressure: float) -> None:
+    table = Tabulation(kang, TableSettings(delay=12))
+    onset = Onset(table)
+    for _ in range(120):
+        onset.look([(SPEED, FRICTION)], pressure)
+    assert table.statistics.failed == 0
+    assert covered(kang, table, max(1.5 * pressure, 3e4))
+    table.close()
+
+
 def test_what_no_anchor_answers_is_not_made_again_and_again(kang: BrakeModel) -> None:
     table = Tabulation(kang, TableSettings(delay=12, tolerance=1e-12))
     onset = Onset(table)
