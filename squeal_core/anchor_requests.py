@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+import math
 from typing import NamedTuple
 
 from squeal_core.anchor import Anchor
@@ -77,21 +78,25 @@ class AnchorRequests:
                 alike(point, request.point) for request in self._pending):
             return False
         before = len(self._pending)
-        lead = brakes * ((_STEPS - 1) // brakes)  # as a call is allowed one a brake
-        delay -= lead
+        delay -= brakes * (_STEPS - 1)  # a call grants one
         solves = max(now.solves, self._pending[-1].due.solves - delay // 4 if before else 0)
-        full = max(lacking, _BESIDE * (_COST - lacking)) * (before + 1) - lead
+        full = max(lacking, _BESIDE * (_COST - lacking)) * (before + 1) - (
+            brakes * ((_STEPS - 1) // brakes))  # a call grants one a brake
         self._pending.append(Request(point, Count(solves + delay, now.full + full),
                                      self._worker.begin(self._making(point)), expected))
         return True
 
     def over(self, now: Count, allowance: Allowance) -> Request | None:
-        """Grant steps to those that are due; return the first whose steps are all granted."""
+        """Grant steps to the first, if it is due; return it once all of its steps are granted.
+
+        One at a time, so that calls are kept little, but where all of them save full solves.
+        """
         if not self._pending:
             return None
         first = self._pending[0]
-        if (now.solves < first.due.solves and now.full < first.due.full
-                or not self._worker.granted(first.work, allowance)):
+        most = (math.inf if now.full >= first.due.full else
+                1 if now.solves >= first.due.solves else 0)
+        if not most or not self._worker.granted(first.work, allowance, most):
             return None
         return self._pending.pop(0)
 

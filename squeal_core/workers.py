@@ -95,9 +95,10 @@ class Work(Generic[_Result]):
         except Exception as failure:
             self._call, self._error = None, failure
 
-    def grant(self, allowance: Allowance) -> bool:
+    def grant(self, allowance: Allowance, most: float = math.inf) -> bool:
         """Have made what is allowed; tell whether all of it is, by what was granted so far."""
-        while allowance.take():
+        while most > 0 and allowance.take():
+            most -= 1
             self._granted += 1
             with self._changed:
                 allowance.wait(self._changed, self._kept_up)
@@ -151,14 +152,21 @@ class Worker:
             while not self._ending.is_set() and work.go_on():
                 pause()
 
-    def granted(self, work: Work[Any], allowance: Allowance) -> bool:
+    def granted(self, work: Work[Any], allowance: Allowance, most: float = math.inf) -> bool:
         """Grant steps to works in their order; tell whether one of them is finished by that.
 
         What is granted and not made by then is made here. One that was never finished, as the
         worker was closed, is so for good.
+
+        Parameters
+        ----------
+        work : Work
+        allowance : Allowance
+        most : float
+            Steps to grant to each, though more be allowed.
         """
         while work in self._line:
-            if not self._line[0].grant(allowance):
+            if not self._line[0].grant(allowance, most):
                 return False
             self._line.popleft()
         return True
