@@ -91,8 +91,8 @@ class Ticker:
         if self._timer is None:
             return
         end = time.monotonic_ns() + _KEPT
-        if not self._begun:  # who started it had other things to do since, which cost no tick
-            self._begun = True
+        if not self._begun and not self._simulated:
+            self._begun = True  # who started it had other things to do since, which cost no tick
             self._grid = TickGrid(self._grid.period, self._now(), time.monotonic_ns())
         try:
             self._look()
