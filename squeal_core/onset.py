@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Sequence
 
-from squeal_core.brake_model import BrakeModel
 from squeal_core.neighbours import alike
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.tabulation import Tabulation
@@ -43,13 +42,10 @@ class Onset:
         if self._calls % _EVERY == 0:
             turn, rung = divmod(self._calls // _EVERY, _RUNGS)
             speed, friction = brakes[turn % len(brakes)]
-            point = _point(self._table.model, speed, friction,
-                           _FIRST * max(release_pressure, _LEAST) * _RATIO**rung)
+            point = self._table.model.operating_point(
+                rotor_speed=speed, friction=friction,
+                pressure=_FIRST * max(release_pressure, _LEAST) * _RATIO**rung)
             if any(alike(point, other) for other in self._asked):
                 point = None
         if self._table.expect(point, len(brakes)) and point is not None:
             self._asked.append(point)
-
-
-def _point(model: BrakeModel, speed: float, friction: float, pressure: float) -> OperatingPoint:
-    return model.operating_point(rotor_speed=speed, pressure=pressure, friction=friction)

@@ -17,7 +17,7 @@ from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk_cell import Blocks, Box, box_around, Cell, Family, inside, Spread, STIFFNESS
 from squeal_core.risk_rule import Rule
 from squeal_core.stability import eigenvalues
-from squeal_core.steps import completed, Steps
+from squeal_core.steps import Steps
 
 _PARTS = (1.0, 0.6, 0.35, 0.2)  # of the greatest box, tried until the series hold
 _TOLERANCE = 1.0  # 1/s, mean error of growth rates near zero
@@ -32,12 +32,6 @@ _LOST = -1e3  # 1/s, of a mode that is not there
 _COUPLING, _PROBABLE, _LOOSE = 0.12, 0.1, 1.0
 _LARGEST = 4  # modes in a block; beyond it the coupling that counts is larger
 _FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are larger
-
-
-def cell_at(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
-            band: tuple[float, float]) -> Cell:
-    """Return a cell around (speed, pressure, friction); `cell_steps`, all of them at once."""
-    return completed(cell_steps(family, inputs, spread, rule, band))
 
 
 def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,

@@ -13,11 +13,12 @@ from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.friction import FrictionLaw
 from squeal_core.risk import Deviations, first_order_risk, Inputs, Risk
 from squeal_core.risk_cell import box_around, Family, inside, Spread
-from squeal_core.risk_cell_making import cell_at
+from squeal_core.risk_cell_making import cell_steps
 from squeal_core.risk_estimate import _roots, estimate
 from squeal_core.risk_rule import Rule, rule_for
 from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.stability import complex_modes, eigenvalues
+from squeal_core.steps import completed
 
 BAND = (1250.0, 16000.0)
 DEVIATIONS = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
@@ -217,7 +218,8 @@ def test_shipped_model_against_samples(kang: BrakeModel, speed: float, pressure:
     """Away from the middle of the cell, where it is the least exact."""
     family, spread, rule = Family(kang), Spread(0.02, 0.03, 0.01), rule_for(0.1, 3)
     angular = (2 * np.pi * band[0], 2 * np.pi * band[1])
-    cell = cell_at(family, (1.2 * speed, 1.2 * pressure, friction - 0.015), spread, rule, angular)
+    cell = completed(cell_steps(
+        family, (1.2 * speed, 1.2 * pressure, friction - 0.015), spread, rule, angular))
     inputs = (speed, pressure, friction)
     assert ((cell.box.low <= inputs) & (inputs <= cell.box.high)).all()
     found = estimate(cell, family, spread, [inputs], angular, 1e-2)
