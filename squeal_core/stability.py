@@ -8,8 +8,8 @@ import numpy as np
 
 from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.brake_model import BrakeModel
+from squeal_core.lapack import eigvals
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.workers import gives_way
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
 Source: TypeAlias = Literal['full', 'table', 'refined']
@@ -164,9 +164,7 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
     """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
     state = state_matrix(model, model.damping(point), model.stiffness(point))
-    # numpy's eigvals keeps all other threads from running, its eig does not
-    roots = np.linalg.eig(state)[0] if gives_way() else np.linalg.eigvals(state)
-    return np.concatenate([np.zeros(2 * model.size - len(state)), roots])
+    return np.concatenate([np.zeros(2 * model.size - len(state)), eigvals(state)])
 
 
 def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:

@@ -217,28 +217,18 @@ def pause() -> None:
         _urgency.wait()
 
 
-def gives_way() -> bool:
-    """Tell whether this thread is a worker's, or does what is one's."""
-    return getattr(_here, 'gives_way', False)
-
-
 def _nothing() -> None:
     """Begin: what is before the first call is no call."""
 
 
 def _made(call: Call) -> tuple[Any, Exception | None]:
-    """Make a call as a worker does: the same numbers to the last bit, whoever makes it."""
-    before = gives_way()
-    _here.gives_way = True
     try:
         return call(), None
     except Exception as error:
         return None, error
-    finally:
-        _here.gives_way = before
 
 
 def _give_way(urgent: bool) -> None:
-    _here.gives_way, _here.pauses = True, not urgent
+    _here.pauses = not urgent
     if sys.platform == 'linux':  # where a thread has a priority of its own
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)

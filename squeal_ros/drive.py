@@ -86,6 +86,9 @@ class BrakePlayer:
              record: Record = lambda *_: None) -> Iterator[list[Progress]]:
         """Publish all signals in step with time; yield after each what the monitor said since.
 
+        What the player is late by, be it kept by the machine or by its caller, it does not make
+        up for: a burst of times would be a jump of the clock to the monitor.
+
         Parameters
         ----------
         speed_up : float
@@ -107,6 +110,7 @@ class BrakePlayer:
             if simulated:
                 yield self._until(start + seconds / speed_up)
                 self._clock.publish(Clock(clock=_time(now)))
+            start = max(start, time.monotonic() - (seconds + 0.5 * step_time) / speed_up)
         yield self._until(time.monotonic() + 0.5)
 
     def _until(self, deadline: float) -> list[Progress]:

@@ -58,6 +58,7 @@ ORDER = (
     'squeal_core.operators',
     'squeal_core.brake_model',
     'squeal_core.model_file',
+    'squeal_core.lapack',
     'squeal_core.stability',
     'squeal_core.mode_vectors',
     'squeal_core.tracking',

@@ -10,7 +10,7 @@ import pytest
 
 from squeal_core import workers
 from squeal_core.steps import completed, in_a_step, Steps
-from squeal_core.workers import Allowance, gives_way, pause, Work, Worker
+from squeal_core.workers import Allowance, pause, Work, Worker
 
 SOON = 10.0  # s, for what comes at once
 
@@ -55,13 +55,6 @@ def test_steps_are_made_whoever_makes_them(worker: Worker) -> None:
     assert done(worker, worker.begin(adding(5))) == 10
     assert done(worker, worker.begin(adding(0))) == 0
     assert done(worker, worker.begin(in_a_step(max)(3, 7))) == 7
-
-
-def test_all_steps_are_made_as_a_worker_does(worker: Worker) -> None:
-    assert not gives_way()
-    assert done(worker, worker.begin(in_a_step(gives_way)()))
-    assert not completed(in_a_step(gives_way)())
-    assert not gives_way()
 
 
 @pytest.mark.parametrize('error', [ZeroDivisionError(), ValueError()])

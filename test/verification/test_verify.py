@@ -23,6 +23,7 @@ from squeal_core.verification.parts import parts_or_why
 from squeal_core.view.verification_figures import write_figures
 from squeal_core.view.verification_shapes import Picture
 
+pytestmark = pytest.mark.timeout(900)  # for a machine that others use; the whole takes one minute
 ROOT = Path(__file__).parents[2]
 DATA = json.loads((Path(__file__).parents[1] / 'data' / 'k09.json').read_text(encoding='utf-8'))
 KNOWN = {'2521 Hz: added by gyroscopic term', 'further pairs at 20 rad/s',
