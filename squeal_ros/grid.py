@@ -7,20 +7,29 @@ Jump: TypeAlias = Literal['', 'back', 'forward']
 
 _JUMP_PERIODS = 10
 _JUMP_TIME = 1_000_000_000
+_LATEST = 100_000_000  # ns: a tick that comes later is of no use to anyone, so it is passed over
 
 
 @dataclass(frozen=True)
 class Beat:
-    """A tick that is due: its time, how late it is and how many before it were passed over."""
+    """A tick that is due: its time, how late it is and how many before it were passed over.
+
+    Lateness in simulated time is that of the clock's steps, too.
+    """
 
     time: int
     late: int
     lost: int
     jump: Jump = ''
+    simulated: bool = False
 
 
 class TickGrid:
     """Says when a tick is due; a replay of the same samples then ticks at the same times.
+
+    Ticks that came while others were worked on are made up one after the other, and so are those
+    that a simulated clock with long steps leaps over. Where the oldest of them would come too
+    late all but the newest are passed over.
 
     Parameters
     ----------
@@ -37,8 +46,8 @@ class TickGrid:
     def wait(self, now: int, longest: int | None = None) -> int:
         """Return the time to the next tick, or to the next of the equal parts of a period.
 
-        None, where the next tick came while the last one was worked on: it is late then, not lost.
-        A period has as few parts as make none of them longer than `longest`.
+        None, where the next tick is there already. A period has as few parts as make none of them
+        longer than `longest`.
         """
         if self._last is not None and now // self.period > self._last:
             return 0
@@ -68,10 +77,13 @@ class TickGrid:
             return None
         tick = now // self.period
         jump, lost = self._step(tick, 0 if simulated else steady - self._last_steady)
+        if lost and now - (tick - lost) * self.period <= _LATEST:
+            tick, lost = tick - lost, 0
         self._last, self._last_steady = tick, steady
-        return Beat(tick * self.period, now - tick * self.period, lost, jump)
+        return Beat(tick * self.period, now - tick * self.period, lost, jump, simulated)
 
     def _step(self, tick: int, steady: int) -> tuple[Jump, int]:
+        """Return how time jumped, and how many ticks there are from the last one to this."""
         if self._last is None:
             return '', 0
         if tick < self._last:

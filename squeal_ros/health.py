@@ -45,13 +45,15 @@ class Health:
     def begin(self, beat: Beat, period: int) -> None:
         """Count a tick; one that comes more than a period late missed its deadline.
 
-        Its lateness counts from the first of those that were passed over for it [ns].
+        Its lateness counts from the first of those that were passed over for it [ns]. One that is
+        late by the steps of a simulated clock missed nothing.
         """
+        late = beat.late + beat.lost * period
         self.ticks_done += 1
         self.ticks_lost += beat.lost
-        self.deadline_misses += beat.lost > 0
+        self.deadline_misses += beat.lost > 0 or (late > period and not beat.simulated)
         self.clock_jumps += beat.jump != ''
-        self.lateness.add(beat.late + beat.lost * period)
+        self.lateness.add(late)
 
     def end(self, work: int, period: int) -> None:
         """Note how long a tick took [ns]; so does one that took longer than a period."""

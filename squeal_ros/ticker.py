@@ -84,7 +84,13 @@ class Ticker:
 
     def _moved(self, jump: Any) -> None:
         """Hear of a new simulated time; what is to be done is left to the executor."""
-        if self._guard is not None and self._grid.due(self._now()):
+        if self._guard is not None:
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """In simulated time, have a tick that is due made once the executor comes to it."""
+        now = self._now()
+        if now and self._grid.due(now):
             self._guard.trigger()
 
     def _beat(self) -> None:
@@ -133,6 +139,7 @@ class Ticker:
         """Wait for the next beat; with simulated time, for the next look at it."""
         if self._simulated:
             self._timer.timer_period_ns = min(self._timeout // _LOOKS, _LONGEST)
+            self._go_on()
         else:
             self._timer.timer_period_ns = max(self._grid.wait(self._now(), _LONGEST), 1)
         self._timer.reset()

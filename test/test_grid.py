@@ -49,7 +49,8 @@ def test_the_first_tick_is_the_one_that_comes_next() -> None:
 
 
 def test_without_a_time_the_first_tick_is_due_at_once() -> None:
-    assert TickGrid(PERIOD).beat(SECOND + 5, 0, simulated=True) == Beat(SECOND, 5, 0)
+    assert TickGrid(PERIOD).beat(SECOND + 5, 0, simulated=True) == Beat(
+        SECOND, 5, 0, simulated=True)
 
 
 def test_a_tick_that_came_during_the_last_one_is_late_and_not_lost() -> None:
@@ -62,6 +63,31 @@ def test_a_tick_that_came_during_the_last_one_is_late_and_not_lost() -> None:
     assert found.beat(over, 2 * PERIOD + 20 * MS, simulated=False) == Beat(
         start + 2 * PERIOD, 20 * MS, 0)
     assert found.wait(over + 5 * MS) == 75 * MS
+
+
+@pytest.mark.parametrize('simulated', [False, True])
+def test_ticks_that_came_meanwhile_are_made_up(simulated: bool) -> None:
+    """Of a node that is kept by one of them, or of a clock with steps of many periods."""
+    period, start = 10 * MS, 1000 * SECOND
+    found = TickGrid(period, start, 0)
+    assert found.beat(start + period, period, simulated=simulated)
+    made = []
+    for now in range(start + 100 * MS, start + 120 * MS, 2 * MS):
+        while (beat := found.beat(now, now - start, simulated=simulated)) is not None:
+            made.append(beat)
+    assert [beat.time - start for beat in made] == [n * period for n in range(2, 12)]
+    assert [beat.late for beat in made] == [n * period for n in range(8, -1, -1)] + [0]
+    assert {beat.lost for beat in made} == {0}
+    assert found.beat(start + 119 * MS, 119 * MS, simulated=simulated) is None
+
+
+def test_ticks_that_came_too_long_ago_are_passed_over() -> None:
+    period, start = 10 * MS, 1000 * SECOND
+    found = TickGrid(period, start, 0)
+    assert found.beat(start + period, period, simulated=False)
+    now = start + 123 * MS  # the next tick would be 103 ms late
+    assert found.beat(now, 123 * MS, simulated=False) == Beat(start + 12 * period, 3 * MS, 10)
+    assert not found.due(now)
 
 
 def test_ticks_passed_over_are_counted() -> None:
@@ -100,16 +126,20 @@ def test_a_step_forward_is_no_lost_hour_but_a_blocked_node_is(
     assert (found.jump, found.lost) == beat
 
 
-@given(st.lists(st.integers(-3 * SECOND, 3 * SECOND), max_size=60), st.booleans())
-def test_ticks_go_forward_unless_they_say_so(steps: list[int], simulated: bool) -> None:
-    now, last, found = 1000 * SECOND, 1000 * SECOND, grid()
+@given(st.lists(st.integers(-3 * SECOND, 3 * SECOND) | st.integers(0, SECOND // 4), max_size=60),
+       st.booleans(), st.sampled_from([MS, 10 * MS, PERIOD, SECOND]))
+def test_ticks_go_forward_unless_they_say_so(
+        steps: list[int], simulated: bool, period: int) -> None:
+    """And between two of them all are counted as lost."""
+    now, last, found = 1000 * SECOND, 1000 * SECOND, TickGrid(period, 1000 * SECOND, 0)
     for steady, step in enumerate(steps):
         now += step
         beat = found.beat(now, steady, simulated=simulated)
         if beat:
-            assert beat.time % PERIOD == 0
-            assert 0 <= beat.late < PERIOD
+            assert beat.time % period == 0
+            assert 0 <= beat.late == now - beat.time <= max(period, SECOND // 10)
             assert (beat.time > last) != (beat.jump == 'back')
+            assert beat.jump or beat.time - last == (beat.lost + 1) * period
             last = beat.time
 
 
@@ -139,6 +169,15 @@ def test_a_deadline_is_missed_by_work_or_by_delay() -> None:
     assert (values['ticks_done'], values['ticks_lost'], values['deadline_misses']) == (4, 4, 4)
     assert values['tick_lateness_max_s'] == pytest.approx(1e-3 + 2e-9 * PERIOD)
     assert values['tick_lateness_s'] == values['tick_lateness_max_s']
+
+
+def test_steps_of_a_simulated_clock_are_no_missed_deadline() -> None:
+    health = Health()
+    for simulated in (True, False):
+        health.begin(Beat(SECOND, 2 * PERIOD, 0, simulated=simulated), PERIOD)
+        assert health.deadline_misses == (0 if simulated else 1)
+    health.begin(Beat(SECOND, 2 * PERIOD, 1, simulated=True), PERIOD)
+    assert (health.deadline_misses, health.ticks_lost) == (2, 1)
 
 
 def test_rate_over_a_second_or_more() -> None:

@@ -62,6 +62,26 @@ def test_ticks_follow_simulated_time() -> None:
         assert car.monitor.health.clock_jumps == 0
 
 
+def test_a_clock_with_long_steps_costs_no_ticks() -> None:
+    """As when a bag is played with a /clock that is slower than the monitor."""
+    with simulated(rate=100.0, diagnostics_rate=100.0) as car:
+        car.simulated = START
+        go_on(car)
+
+        def caught_up() -> bool:
+            stamp = car.said['diagnostics'].header.stamp
+            return bool(stamp.sec * 10**9 + stamp.nanosec == car.simulated)
+
+        car.until(caught_up)
+        health = car.monitor.health
+        done, lost = health.ticks_done, health.ticks_lost
+        for _ in range(20):
+            car.advance(0.1, step=0.1)
+            car.until(caught_up)
+        assert (health.ticks_done - done, health.ticks_lost - lost) == (200, 0)
+        assert car.risk > 0.99
+
+
 def test_a_clock_that_never_starts_is_named() -> None:
     with simulated() as car:
         car.until(lambda: car.status is not None and car.status.level == STALE)
