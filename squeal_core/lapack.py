@@ -36,8 +36,10 @@ def eigvals(matrix: FloatArray) -> ComplexArray:
     Raises
     ------
     numpy.linalg.LinAlgError
-        Where entries are not finite, or the iteration does not converge.
+        Where it is not square, entries are not finite, or the iteration does not converge.
     """
+    if matrix.ndim != 2 or len(matrix) != len(matrix.T):
+        raise np.linalg.LinAlgError(f'a matrix of shape {matrix.shape} has no eigenvalues')
     if not np.isfinite(matrix).all():
         raise np.linalg.LinAlgError('a matrix with entries that are not finite has no eigenvalues')
     rows, leading, one, info = (c_int(i) for i in (len(matrix), max(1, len(matrix)), 1, 0))

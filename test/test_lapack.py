@@ -35,6 +35,12 @@ def test_no_eigenvalues_of_what_is_no_number(entry: float) -> None:
         eigvals(np.array([[1.0, entry], [0.0, 1.0]]))
 
 
+@pytest.mark.parametrize('shape', [(3,), (2, 3), (3, 2), (0, 2), (2, 3, 3)])
+def test_no_eigenvalues_of_what_is_not_square(shape: tuple[int, ...]) -> None:
+    with pytest.raises(np.linalg.LinAlgError, match='shape'):
+        eigvals(np.ones(shape))
+
+
 @pytest.fixture
 def turns() -> Iterator[list[int]]:
     """How often another thread had its turn, where it gets one only if it is let."""
