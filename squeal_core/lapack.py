@@ -15,15 +15,17 @@ from squeal_core.arrays import ComplexArray, FloatArray
 
 _WORK = 64  # numbers for each row: room for the largest blocks that LAPACK would take
 _NONE = c_char(b'N')  # no vectors
+# prototypes of our own: those of ctypes.pythonapi are everybody's
+_NAME = ctypes.PYFUNCTYPE(ctypes.c_char_p, ctypes.py_object)(
+    ('PyCapsule_GetName', ctypes.pythonapi))
+_POINTER = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(
+    ('PyCapsule_GetPointer', ctypes.pythonapi))
 
 
 def _routine(name: str, arguments: int) -> Any:
     """Return one of LAPACK's routines, given the addresses of its arguments."""
-    capsule, python = cython_lapack.__pyx_capi__[name], ctypes.pythonapi
-    python.PyCapsule_GetName.restype = ctypes.c_char_p
-    python.PyCapsule_GetPointer.restype = ctypes.c_void_p
-    signature = python.PyCapsule_GetName(ctypes.py_object(capsule))
-    address = python.PyCapsule_GetPointer(ctypes.py_object(capsule), ctypes.c_char_p(signature))
+    capsule = cython_lapack.__pyx_capi__[name]
+    address = _POINTER(capsule, _NAME(capsule))
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(address)
 
 

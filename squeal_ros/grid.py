@@ -46,7 +46,7 @@ class TickGrid:
     def wait(self, now: int, longest: int | None = None) -> int:
         """Return the time to the next tick, or to the next of the equal parts of a period.
 
-        None, where the next tick is there already. A period has as few parts as make none of them
+        Zero, where the next tick is there already. A period has as few parts as make none of them
         longer than `longest`.
         """
         if self._last is not None and now // self.period > self._last:
@@ -56,7 +56,9 @@ class TickGrid:
         return _ceil((passed * parts // self.period + 1) * self.period, parts) - passed
 
     def due(self, now: int) -> bool:
-        """Tell whether `beat` would give a tick."""
+        """Tell whether `beat` would give a tick; at a time of zero, which is none, it does not."""
+        if now == 0:
+            return False
         tick = now // self.period
         # a clock that was set back by less than a period does not tick twice, and forgets nothing
         return self._last is None or tick > self._last or tick < self._last - 1

@@ -83,14 +83,13 @@ class Ticker:
         self._timer = self._guard = self._jumps = None
 
     def _moved(self, jump: Any) -> None:
-        """Hear of a new simulated time; what is to be done is left to the executor."""
+        """Hear of a new simulated time."""
         if self._guard is not None:
             self._go_on()
 
     def _go_on(self) -> None:
         """In simulated time, have a tick that is due made once the executor comes to it."""
-        now = self._now()
-        if now and self._grid.due(now):
+        if self._grid.due(self._now()):
             self._guard.trigger()
 
     def _beat(self) -> None:
@@ -127,8 +126,6 @@ class Ticker:
             standstill = self._watch.standstill(now, steady)
             if standstill > self._timeout:
                 self._on_stop(_in_words(now, standstill))
-            if now == 0:  # not started
-                return
         else:
             self._watch = StandstillWatch(steady)
         beat = self._grid.beat(now, steady, simulated=simulated)

@@ -48,6 +48,13 @@ def test_the_first_tick_is_the_one_that_comes_next() -> None:
     assert not found.due(1000 * SECOND + PERIOD + 4 * MS)
 
 
+@pytest.mark.parametrize('found', [TickGrid(PERIOD), grid()])
+def test_a_time_of_zero_has_no_tick(found: TickGrid) -> None:
+    assert not found.due(0)
+    assert found.beat(0, 0, simulated=True) is None
+    assert found.beat(1001 * SECOND, 0, simulated=True) is not None
+
+
 def test_without_a_time_the_first_tick_is_due_at_once() -> None:
     assert TickGrid(PERIOD).beat(SECOND + 5, 0, simulated=True) == Beat(
         SECOND, 5, 0, simulated=True)

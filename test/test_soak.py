@@ -5,7 +5,6 @@ again and again; its signals have the noise of sensors. Time goes on when the no
 so that a busy machine takes longer over the same ticks.
 """
 
-from contextlib import closing
 from dataclasses import replace
 import time
 
@@ -15,12 +14,9 @@ import pytest
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 from domains import free_domain  # noqa: E402
+from harness import outside, Vehicle  # noqa: E402
 import processes  # noqa: E402
 from processes import cpu_seconds, Footprint, linux, short_and_long  # noqa: E402
-import rclpy  # noqa: E402
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from std_msgs.msg import Float64  # noqa: E402
 
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.drive_cycle import read_drive_cycle  # noqa: E402
@@ -40,30 +36,11 @@ NOISE = {'rotor_speed': 0.02, 'pressure': 2e3, 'temperature': 0.1, 'friction': 1
 TABLE = 4.0  # MB: the table is full early, so that nothing but a leak can grow
 
 
-class Answers:
-    """Hears what the node says of a brake, once a tick."""
-
-    def __init__(self, brake: str) -> None:
-        self._context, self._count = Context(), 0
-        rclpy.init(context=self._context)
-        node = rclpy.create_node('answers', context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(node)
-        node.create_subscription(Float64, f'squeal_monitor/{brake}/squeal_risk', self._hear, 100)
-
-    def _hear(self, message: Float64) -> None:
-        self._count += 1
-
-    def wait(self) -> None:
-        """Return when there is one more than at the last call."""
-        end = time.monotonic() + ANSWER
-        while not self._count and time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.1)
-        self._count = 0
-
-    def close(self) -> None:
-        self._executor.shutdown()
-        self._context.try_shutdown()
+def wait_for_answer(car: Vehicle) -> None:
+    """Return when the node has said something of a brake since the last call: once a tick."""
+    end = time.monotonic() + ANSWER
+    while car.said.pop('squeal_risk', None) is None and time.monotonic() < end:
+        car.executor.spin_once(timeout_sec=0.1)
 
 
 def hours(model: BrakeModel, seconds: float) -> BrakeSignals:
@@ -93,11 +70,11 @@ def test_driving(seconds: float, kang: BrakeModel, monkeypatch: pytest.MonkeyPat
         with processes.monitor(domain, brakes=list(signals.brakes), use_sim_time=True, rate=RATE,
                                diagnostics_rate=1.0, clock_timeout=60.0, table_memory=TABLE,
                                **parameters) as node, BrakePlayer(signals) as player, \
-                closing(Answers(signals.brakes[0])) as answers:
+                outside(domain, brake=signals.brakes[0]) as car:
             assert player.wait_for_listener(30.0, still_alive=lambda: node.poll() is None)
             for half, heard in enumerate(player.play(speed_up=SPEED_UP)):
                 if half % 2 == 0:  # the clock moved
-                    answers.wait()
+                    wait_for_answer(car)
                 if half % 40 == 0:
                     assert node.poll() is None, f'the node ended in step {half // 2}'
                     prints.append(Footprint.of(node.pid))
