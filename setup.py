@@ -2,11 +2,14 @@
 
 from glob import glob
 from pathlib import Path
+import re
 
 from setuptools import find_packages, setup
 
 HERE = Path(__file__).parent
 PACKAGE = 'squeal_ros'
+VERSION = re.search(r"__version__ = '(.+?)'",  # not imported: numpy may not be there yet
+                    (HERE / 'squeal_core' / '__init__.py').read_text(encoding='utf-8'))[1]
 SHARE = f'share/{PACKAGE}'
 CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'config/vehicles',
           'config/layouts', 'config/security')
@@ -22,7 +25,7 @@ TEST = ['pytest>=7', 'pytest-timeout', 'pytest-xdist', 'hypothesis', 'threadpool
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=VERSION,
     description='Online eigen-stability of disc brakes: squeal risk on ROS 2 topics',
     long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',

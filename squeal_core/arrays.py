@@ -1,5 +1,7 @@
-"""Array types, and the one way a record takes hold of an array."""
+"""Array types; how a record takes hold of an array, and how it is shown."""
 
+from dataclasses import fields
+import reprlib
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -9,9 +11,31 @@ FloatArray: TypeAlias = NDArray[np.float64]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 IndexArray: TypeAlias = NDArray[np.intp]
 
+_BRIEF = reprlib.Repr()
+_BRIEF.maxother = _BRIEF.maxstring = 60
+_BRIEF.maxtuple = _BRIEF.maxlist = 3
+
 
 def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     """Return a read-only copy of `values`, so that a frozen record stays frozen."""
     array = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array
+
+
+def short_repr(record: Any) -> str:
+    """Return a dataclass in one line, its arrays by shape and long values cut short.
+
+    Use it as the `__repr__` of a record of arrays.
+    """
+    parts = (f'{item.name}={_short(getattr(record, item.name))}'
+             for item in fields(record) if item.repr)
+    return f'{type(record).__name__}({", ".join(parts)})'
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f'<{"x".join(map(str, value.shape))} {value.dtype}>'
+    if isinstance(value, dict):
+        return f'{{{", ".join(f"{key!r}: {_short(item)}" for key, item in value.items())}}}'
+    return ' '.join(_BRIEF.repr(value).split())

@@ -105,6 +105,13 @@ class BrakeModel:
             raise ModelError(f'surface: shapes of {self.surface.shapes.shape[2]} modes for '
                              f'{w.size}; give them for each')
 
+    def __repr__(self) -> str:
+        hertz = self.angular_frequencies / (2.0 * np.pi)
+        arrays = [name for name in (*OPERATORS, *SUPPORTS) if getattr(self, name) is not None]
+        return (f'BrakeModel({self.provenance.get("brake", "")!r:.60}: {self.size} modes, '
+                f'{hertz.min():.0f} to {hertz.max():.0f} Hz, contact stiffness '
+                f'{self.nominal_contact_stiffness:.3g} N/m^3, {len(arrays)} arrays)')
+
     def _check_operator(self, name: str) -> None:
         if getattr(self, name) is None:
             return

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import math
 from typing import Any
 
-from squeal_core.errors import BrakeDescriptionError, quoted
+from squeal_core.errors import BrakeDescriptionError, did_you_mean, quoted
 
 UNITS: dict[str, dict[str, float]] = {
     'length': {'m': 1.0, 'mm': 1e-3},
@@ -129,7 +129,8 @@ class Section:
             if key not in self._used:
                 raise BrakeDescriptionError(
                     self.path(str(key)[:60]), f'unknown key (value {quoted(self.content[key])})',
-                    f'remove it, or use one of: {", ".join(sorted(self._used))}')
+                    f'remove it, or use one of: {", ".join(sorted(self._used))}'
+                    f'{did_you_mean(key, self._used)}')
 
     def _find(self, name: str, quantity: Quantity) -> tuple[str | None, float]:
         allowed = {f'{name}_{u}' if u else name: f for u, f in UNITS[quantity.dimension].items()}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal_core.arrays import FloatArray, readonly
+from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.errors import SquealError
 from squeal_core.resources import names
 
@@ -43,6 +43,8 @@ class DriveCycle:
     time: FloatArray
     speed: FloatArray
     source: str = ''
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'time', readonly(self.time))

@@ -1,5 +1,7 @@
 """One error class an area; each says in one line what, which value, where, and the remedy."""
 
+from collections.abc import Iterable
+import difflib
 import reprlib
 from typing import Any
 
@@ -14,6 +16,15 @@ def quoted(value: Any) -> str:
         return _REPR.repr(value)
     except ValueError:  # integers of thousands of digits
         return f'a {type(value).__name__} of great length'
+
+
+def did_you_mean(wrong: Any, known: Iterable[str]) -> str:
+    """Return ' (did you mean ...?)' with the known word nearest to a wrong one; '' without one."""
+    words = list(dict.fromkeys(known))
+    folded = {word.casefold(): word for word in reversed(words)}
+    text = str(wrong)[:80].casefold()
+    near = difflib.get_close_matches(text, folded, n=1, cutoff=0.6)
+    return f' (did you mean {folded[near[0]]}?)' if near else ''
 
 
 class SquealError(ValueError):

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from squeal_core.arrays import FloatArray, readonly
+from squeal_core.arrays import FloatArray, readonly, short_repr
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,8 @@ class Quadrature:
     angle: FloatArray
     height: FloatArray
     weight: FloatArray
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in ('radius', 'angle', 'height', 'weight'):
@@ -49,6 +51,8 @@ class SampledShapes:
     tangential_dtheta: FloatArray
     normal_dtheta: FloatArray
     points: Quadrature
+
+    __repr__ = short_repr
 
 
 class ModalBasis(Protocol):

@@ -20,7 +20,7 @@ from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
-from squeal_core.errors import ModelFileError, quoted, SquealError
+from squeal_core.errors import did_you_mean, ModelFileError, quoted, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
 from squeal_core.surface import SurfaceShapes
 
@@ -121,7 +121,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, FloatArray]]:
     except FileNotFoundError:
         raise ModelFileError(
             path, 'does not exist', 'give the path of a model file or the name of a shipped '
-            f'model ({", ".join(resources.names("models", ".npz"))})') from None
+            f'model ({", ".join(shipped := resources.names("models", ".npz"))})'
+            f'{did_you_mean(path, shipped)}') from None
     except OSError as error:
         raise ModelFileError(path, f'cannot be read ({error.strerror})',
                              'check path and rights') from None

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from squeal_core.arrays import FloatArray, readonly
+from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.errors import quoted, SquealError
 
 
@@ -26,6 +26,8 @@ class ElementBlock:
 
     kind: str
     nodes: FloatArray
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'nodes', readonly(self.nodes, np.int64))
@@ -62,6 +64,8 @@ class NodalModes:
     elements: tuple[ElementBlock, ...] = ()
     names: tuple[str, ...] = ()
     source: str = ''
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in ('coordinates', 'angular_frequencies', 'shapes'):

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from squeal_core.errors import ConfigurationError, quoted
+from squeal_core.errors import ConfigurationError, did_you_mean, quoted
 from squeal_core.yaml_file import read_yaml
 
 Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
@@ -39,7 +39,8 @@ class Key:
         if isinstance(self.default, bool | str):
             if isinstance(value, type(self.default)):
                 if self.choices and value not in self.choices:
-                    raise self.error(value, f'give one of {", ".join(self.choices)}')
+                    raise self.error(value, f'give one of {", ".join(self.choices)}'
+                                            f'{did_you_mean(value, self.choices)}')
                 return value
             raise self.error(value, f'give a {type(self.default).__name__}')
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -272,7 +273,7 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
         if name not in known:
             raise ConfigurationError(
                 name[:80], f'unknown key (value {quoted(value)})',
-                'see config/monitor.yaml for the keys')
+                f'see config/monitor.yaml for the keys{did_you_mean(name, known)}')
     for name, unit in (('squeal_band_{}_hz', 'Hz'), ('validated_rotor_speed_{}', 'rad/s'),
                        ('validated_preload_{}', 'N'), ('validated_friction_{}', '-')):
         low, high = top[name.format('low')], top[name.format('high')]

@@ -6,7 +6,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from squeal_core.arrays import ComplexArray, FloatArray, readonly
+from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
 from squeal_core.brake_model import BrakeModel
 from squeal_core.lapack import eigvals
 from squeal_core.operating_point import OperatingPoint
@@ -101,6 +101,8 @@ class ComplexModes:
     tolerances: Tolerances
     source: Source = 'full'
     series: Any = None
+
+    __repr__ = short_repr
 
     @cached_property
     def eigenvalues(self) -> ComplexArray:

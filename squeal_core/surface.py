@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal_core.arrays import ComplexArray, FloatArray, readonly
+from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
 from squeal_core.errors import ModelError
 from squeal_core.modal_basis import SampledShapes
 
@@ -58,6 +58,8 @@ class SurfaceShapes:
     points: FloatArray
     shapes: FloatArray
     patches: tuple[Patch, ...]
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in ('points', 'shapes'):

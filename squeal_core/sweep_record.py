@@ -12,7 +12,7 @@ import zipfile
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal_core.arrays import ComplexArray, FloatArray, readonly
+from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
 from squeal_core.errors import PlacedError, quoted
 from squeal_core.stability import Kind
 from squeal_core.tracking import PARAMETERS
@@ -21,11 +21,12 @@ FORMAT = 'squeal_ros sweep'
 SCHEMA = 1
 KINDS: tuple[Kind, ...] = get_args(Kind)
 UNITS = {'rotor_speed': 'rad/s', 'friction': '-', 'friction_slope': 's/m',
-         'contact_pressure': 'Pa', 'contact_stiffness': 'N/m^3', 'eigenvalues': '1/s'}
+         'contact_pressure': 'Pa', 'contact_stiffness': 'N/m^3', 'eigenvalues': '1/s',
+         'frequencies_hz': 'Hz'}
 _ARRAYS = {'points': 'f', 'growth_rates': 'f', 'angular_frequencies': 'f', 'kinds': 'U',
            'identities': 'U'}
 _COLUMNS = (*PARAMETERS, 'index', 'identity', 'kind', 'growth_rate_1_s',
-            'angular_frequency_rad_s')
+            'angular_frequency_rad_s', 'frequency_hz')
 
 
 class SweepFileError(PlacedError):
@@ -57,6 +58,8 @@ class Sweep:
     kinds: NDArray[np.str_]
     identities: NDArray[np.str_]
     about: dict[str, Any]
+
+    __repr__ = short_repr
 
     @property
     def done(self) -> NDArray[np.bool_]:
@@ -152,7 +155,7 @@ def save_sweep(record: Sweep, path: str | Path) -> None:
         _FORMATS[path.suffix][0](partial, header, {
             'points': record.points, 'growth_rates': record.eigenvalues.real,
             'angular_frequencies': record.eigenvalues.imag, 'kinds': record.kinds,
-            'identities': record.identities})
+            'identities': record.identities, 'frequencies_hz': record.frequencies_hz})
         partial.replace(path)
     except OSError as error:
         raise SweepFileError(path, f'cannot be written ({error.strerror})',
@@ -226,7 +229,7 @@ def _write_csv(path: Path, header: dict[str, Any], arrays: dict[str, Any]) -> No
         file.write(f'# {json.dumps(header)}\n')
         writer = csv.writer(file, lineterminator='\n')
         writer.writerow(_COLUMNS)
-        modes = ('identities', 'kinds', 'growth_rates', 'angular_frequencies')
+        modes = ('identities', 'kinds', 'growth_rates', 'angular_frequencies', 'frequencies_hz')
         for place, point in enumerate(arrays['points'].tolist()):
             columns = (arrays[name][place].tolist() for name in modes)
             writer.writerows((*point, i + 1, *values)
@@ -237,11 +240,12 @@ def _read_csv(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     with path.open(encoding='utf-8', newline='') as file:
         header = json.loads(file.readline().removeprefix('#'))
         reader = csv.reader(file)
-        if tuple(next(reader)) != _COLUMNS:
+        columns = tuple(next(reader))
+        if columns not in (_COLUMNS, _COLUMNS[:-1]):  # earlier versions wrote no column of Hz
             raise ValueError('other columns')
         rows = list(reader)
     size = max(int(row[5]) for row in rows)
-    table = np.array(rows).reshape(-1, size, len(_COLUMNS))
+    table = np.array(rows).reshape(-1, size, len(columns))
     return header, {
         'points': table[:, 0, :5].astype(float), 'identities': table[:, :, 6],
         'kinds': table[:, :, 7], 'growth_rates': table[:, :, 8].astype(float),

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal_core.arrays import FloatArray, readonly
+from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.drive_cycle import DriveCycle
-from squeal_core.errors import quoted, SquealError
+from squeal_core.errors import did_you_mean, quoted, SquealError
 from squeal_core.yaml_file import read_yaml
 
 _GRAVITY = 9.80665  # m/s^2, standard
@@ -153,6 +153,8 @@ class BrakeSignals:
     temperature: FloatArray
     friction: FloatArray
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         for item in fields(self):
             if item.name != 'brakes':
@@ -270,7 +272,8 @@ def _vehicle(content: dict[Any, Any]) -> Vehicle:
     for key, value in content.items():
         if key not in keys:
             raise VehicleError(
-                f'unknown key {quoted(key)} = {quoted(value)}; use: {", ".join(keys)}')
+                f'unknown key {quoted(key)} = {quoted(value)}; use: {", ".join(keys)}'
+                f'{did_you_mean(key, keys)}')
     values = {}
     for key, item in keys.items():
         if key not in content:

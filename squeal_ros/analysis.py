@@ -1,7 +1,7 @@
 """The commands that look at more than one point: maps, loci, critical values."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
 import json
@@ -22,6 +22,7 @@ from squeal_core.sweep import sweep
 from squeal_core.sweep_record import RECORDS, save_sweep, Sweep
 from squeal_core.tracking import Law, moved, PARAMETERS
 from squeal_ros.console import plain, ProgressBar, report_progress
+from squeal_ros.listing import sweep_lines, sweep_rows
 from squeal_ros.options import check_output, check_workers, operating_point
 
 MOST_POINTS = 100_000
@@ -65,7 +66,7 @@ def locus(options: argparse.Namespace) -> int:
             save_sweep(without, _beside(options.output))
     if draw and options.modes:
         draw = partial(draw, without=without)
-    return _report(record, options, draw)
+    return _report(record, options, draw, options.modes, without)
 
 
 def critical(options: argparse.Namespace) -> int:
@@ -200,8 +201,12 @@ def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
                      workers=options.workers, friction_law=options.law, progress=progress)
 
 
-def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None) -> int:
-    """Save what was asked for and say what there is; 1 where an interrupt cut it short."""
+def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
+            numbers: Sequence[int] = (), without: Sweep | None = None) -> int:
+    """Save what was asked for and say what there is; 1 where an interrupt cut it short.
+
+    Without a file the result itself is printed.
+    """
     if options.output:
         save_sweep(record, options.output)
     if draw and record.done.any():
@@ -212,9 +217,16 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None) -> i
                'complete': record.complete, 'points_with_flutter': flutter,
                'points_with_divergence': divergence, 'output': options.output,
                'plot': options.plot}
+    printed = not (options.output or options.plot)
     if options.json:
-        print(json.dumps(summary))
+        results = {name: list(sweep_rows(found, numbers)) for name, found in (
+            ('results', record), ('results_without_rotation', without)) if printed and found}
+        print(json.dumps(plain({**summary, **results})))
     else:
+        if printed:
+            print('\n'.join(sweep_lines(record, numbers)))
+        if printed and without:
+            print('\n'.join(['without rotation', *sweep_lines(without, numbers)]))
         files = [str(path) for path in (options.output, options.plot) if path]
         print('; '.join([f'{summary["done"]} of {summary["points"]} points, flutter at {flutter}'
                          f', divergence at {divergence}', *files]))

@@ -13,7 +13,7 @@ try:
     from rosbags.typesys import get_types_from_msg, get_typestore, Stores
     from rosbags.typesys.store import Typestore
 except ImportError as error:
-    raise ImportError("bags need rosbags: pip install 'squeal_ros[bags]'") from error
+    raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 import numpy as np
 
 from squeal_core.errors import SquealError

@@ -28,7 +28,8 @@ from squeal_core.stability import complex_modes, Mode
 from squeal_core.tracking import identities
 from squeal_core.vehicle import read_vehicle
 from squeal_ros.console import plain, report_progress
-from squeal_ros.options import check_output, operating_point, positive
+from squeal_ros.listing import counts_in_words, rank
+from squeal_ros.options import check_output, operating_point, positive, shipped
 
 
 def build(options: argparse.Namespace) -> int:
@@ -36,7 +37,7 @@ def build(options: argparse.Namespace) -> int:
     from squeal_core.build import build_model
 
     check_output('--output', options.output)
-    brake = read_brake(resources.find('brakes', options.brake, '.yaml'))
+    brake = read_brake(shipped('brakes', options.brake, '.yaml'))
     model = build_model(brake, progress=report_progress, follower=options.follower)
     model.save(options.output)
     for check in model.provenance['audit']:
@@ -114,8 +115,12 @@ def modes(options: argparse.Namespace) -> int:
     print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
           f'{point.friction_slope:.4g} s/m, contact pressure {point.contact_pressure / 1e5:.3f} '
           f'bar, contact stiffness {point.contact_stiffness:.4g} N/m^3')
-    print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable')
-    _print_modes(found.modes if options.all else found.unstable, numbers, why)
+    words = counts_in_words([(mode.kind, mode.frequency_hz) for mode in found.unstable])
+    print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable'
+          f'{f": {words}" if words else ""}')
+    shown = found.modes if options.all else sorted(
+        found.unstable, key=lambda mode: rank(mode.kind, mode.frequency_hz, mode.growth_rate))
+    _print_modes(shown, numbers, why)
     return 0
 
 
@@ -250,8 +255,8 @@ def _mechanism_json(model: BrakeModel, point: OperatingPoint,
 
 
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
-    return (read_drive_cycle(resources.find('drive_cycles', options.cycle, '.csv')),
-            read_vehicle(resources.find('vehicles', options.vehicle, '.yaml')))
+    return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv')),
+            read_vehicle(shipped('vehicles', options.vehicle, '.yaml')))
 
 
 def _report_replay(options: argparse.Namespace, rows: Sequence[Row], table: Path) -> int:

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import math
 from pathlib import Path
 
+from squeal_core import resources
 from squeal_core.brake_model import BrakeModel
-from squeal_core.errors import SquealError
+from squeal_core.errors import did_you_mean, quoted, SquealError
 from squeal_core.operating_point import OperatingPoint
 
 DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
@@ -62,3 +63,18 @@ def positive(name: str, value: float) -> float:
     if not (math.isfinite(value) and value > 0.0):
         raise SquealError(f'{name}: is {value}; give a positive number')
     return value
+
+
+def shipped(kind: str, name: str, suffix: str) -> Path:
+    """Return the path of a file that is there, or of the shipped one of that name."""
+    path = resources.find(kind, name, suffix)
+    try:
+        there = path.exists()
+    except (OSError, ValueError):  # a name too long, a NUL
+        there = False
+    if not there:
+        known = resources.names(kind, suffix)
+        raise SquealError(f'{quoted(name)}: there is no such file, and none of {kind} that are '
+                          f'shipped; give a path, or one of {", ".join(known)}'
+                          f'{did_you_mean(name, known)}')
+    return path

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal_core import resources
 from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.envelope import braking_points, covered, Envelope, lay_down, random_places, Range
@@ -19,7 +18,7 @@ from squeal_core.table_file import write_table
 from squeal_core.tabulation import TableSettings, Tabulation
 from squeal_core.vehicle import read_vehicle
 from squeal_ros.console import plain, ProgressBar
-from squeal_ros.options import check_output, positive
+from squeal_ros.options import check_output, positive, shipped
 
 _TESTS = 2000  # points at which coverage is measured
 _DRIVE_RATES = 20.0, 100.0  # points a second: of anchors, and of the test
@@ -94,8 +93,8 @@ def _envelope(model: BrakeModel, options: argparse.Namespace) -> Envelope:
 def _driven(model: BrakeModel, options: argparse.Namespace, rate: float) -> list[OperatingPoint]:
     """Return where the four brakes slide under load during a drive."""
     from squeal_ros.demo import signals_of
-    cycle = read_drive_cycle(resources.find('drive_cycles', options.drive, '.csv'))
-    vehicle = read_vehicle(resources.find('vehicles', options.vehicle, '.yaml'))
+    cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'))
+    vehicle = read_vehicle(shipped('vehicles', options.vehicle, '.yaml'))
     signals = signals_of(cycle, vehicle, model, rate=rate, duration=options.duration)
     limits = read_settings({})
     points = [point for brake in range(len(signals.brakes)) for point in braking_points(

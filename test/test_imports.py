@@ -146,6 +146,7 @@ ORDER = (
     'squeal_ros.agreement',
     'squeal_ros.demo',
     'squeal_ros.console',
+    'squeal_ros.listing',
     'squeal_ros.options',
     'squeal_ros.commands',
     'squeal_ros.tables',

@@ -76,4 +76,4 @@ def test_packages_that_are_not_there(package: str, name: str, form: str, extra: 
         monkeypatch.delitem(sys.modules, known)
     text = refusal(path, format=form)
     assert f'cannot be read without {package}' in text
-    assert text.endswith(f"; pip install 'squeal_ros[{extra}]'")
+    assert text.endswith(f"; pip install -e '.[{extra}]' in the checkout")

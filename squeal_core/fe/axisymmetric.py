@@ -20,7 +20,7 @@ try:
     from skfem.helpers import dot
 except ImportError as error:
     raise ImportError(
-        "finite element modes need scikit-fem: pip install 'squeal_ros[fe]'") from error
+        "finite element modes need scikit-fem: pip install -e '.[fe]' in the checkout") from error
 
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import HatDisc, Material

@@ -8,7 +8,7 @@ try:
     import skfem
 except ImportError as error:
     raise ImportError(
-        "finite element modes need scikit-fem: pip install 'squeal_ros[fe]'") from error
+        "finite element modes need scikit-fem: pip install -e '.[fe]' in the checkout") from error
 
 from squeal_core.arrays import FloatArray
 from squeal_core.fe.mass import reference_nodes

@@ -17,7 +17,7 @@ try:
     import skfem
 except ImportError as error:
     raise ImportError(
-        "finite element modes need scikit-fem: pip install 'squeal_ros[fe]'") from error
+        "finite element modes need scikit-fem: pip install -e '.[fe]' in the checkout") from error
 from scipy.sparse import coo_matrix
 
 from squeal_core.arrays import FloatArray

@@ -57,7 +57,7 @@ def read(path: Path) -> RawModes:
         raise ReaderError(path, f'cannot be read ({error.strerror})', 'check the path') from None
     if importlib.util.find_spec('h5py') is None:
         raise ReaderError(path, 'cannot be read without h5py',
-                          "pip install 'squeal_ros[readers]'")
+                          "pip install -e '.[readers]' in the checkout")
     with tempfile.TemporaryDirectory() as folder:
         tables = _tables(path, Path(folder) / 'tables.npz')
     return _modes_of(path, tables)

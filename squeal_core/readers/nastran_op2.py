@@ -48,7 +48,7 @@ def _load(path: Path) -> Any:
         from pyNastran.op2.op2_geom import read_op2_geom
     except Exception as error:  # with numpy 2 it fails by an AttributeError
         raise ReaderError(path, f'cannot be read without pyNastran ({_one_line(error)})',
-                          "pip install 'squeal_ros[nastran]'") from None
+                          "pip install -e '.[nastran]' in the checkout") from None
     try:
         return read_op2_geom(str(path), combine=False, xref=False, debug=None)
     except (Exception, SystemExit) as error:  # whatever it says of a damaged file

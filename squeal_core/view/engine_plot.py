@@ -6,7 +6,7 @@ from pathlib import Path
 try:
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 
 from squeal_core.arrays import FloatArray
 

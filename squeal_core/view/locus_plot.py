@@ -8,7 +8,7 @@ try:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from numpy.typing import NDArray
 

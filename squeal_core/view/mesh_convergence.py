@@ -9,7 +9,7 @@ try:
     import matplotlib
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 
 _MARKERS = 'os^vDP'

@@ -11,7 +11,7 @@ try:
     from rich.live import Live
     from rich.table import Table
 except ImportError as error:
-    raise ImportError("tables need rich: pip install 'squeal_ros[view]'") from error
+    raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
 from squeal_core.history import Row, SquealEvent
 

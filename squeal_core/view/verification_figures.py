@@ -8,7 +8,7 @@ try:
     from matplotlib.figure import Figure
     from PIL import Image
 except ImportError as error:
-    raise ImportError("plots need matplotlib: pip install 'squeal_ros[view]'") from error
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 
 from squeal_core.friction import FrictionLaw

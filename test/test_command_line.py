@@ -1,0 +1,134 @@
+"""The command line as users meet it: versions, words that are nearly right, what is printed."""
+
+import dataclasses
+import json
+from pathlib import Path
+import re
+from typing import Any
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+
+import squeal_core
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.drive_cycle import read_drive_cycle
+from squeal_core.stability import complex_modes
+from squeal_core.sweep import sweep
+from squeal_core.sweep_record import load_sweep, save_sweep
+from squeal_ros.cli import main
+
+ROOT = Path(__file__).parents[1]
+POINT = OperatingPoint(rotor_speed=5.0, friction=0.4, contact_pressure=3.6e5,
+                       contact_stiffness=0.35e11)
+
+
+def squeal(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    try:
+        code = main(arguments)
+    except SystemExit as end:  # argparse
+        code = int(end.code or 0)
+    shown = capsys.readouterr()
+    return code, shown.out, shown.err
+
+
+def test_one_version_everywhere() -> None:
+    package = ElementTree.parse(ROOT / 'package.xml').getroot().findtext('version')
+    assert squeal_core.__version__ == package
+    for name in ('setup.py', 'pyproject.toml'):  # neither states a number of its own
+        assert not re.search(r'^\s*version\s*=\s*[\'"]\d',
+                             (ROOT / name).read_text(encoding='utf-8'), re.MULTILINE)
+
+
+def test_records_of_arrays_are_shown_in_a_line(kang: BrakeModel) -> None:
+    records = [kang, kang.surface, complex_modes(kang, POINT),
+               sweep(kang, POINT, {'friction': [0.1, 0.2]}),
+               read_drive_cycle(ROOT / 'config' / 'drive_cycles' / 'us06.csv')]
+    for record in records:
+        text = repr(record)
+        assert len(text) < 500
+        assert '\n' not in text
+        assert 'array' not in text or '5 arrays' in text
+    assert repr(kang).startswith("BrakeModel('kang2009': 92 modes, 0 to 32283 Hz")
+    assert 'eigenvalues=<2x92 complex128>' in repr(records[3])
+    assert len(repr(dataclasses.replace(kang, provenance={'brake': 'b' * 10**5}))) < 300
+
+
+@pytest.mark.parametrize(('arguments', 'near'), [
+    (['modes', 'kang200', '--rotor-speed', '5'], 'kang2009'),
+    (['build', 'kang09', '-o', 'x.npz'], 'kang2009'),
+    (['tabulate', 'kang2009', '--drive', 'uso6', '-o', 'x.npz'], 'us06'),
+    (['tabulate', 'kang2009', '--drive', 'us06', '--vehicle', 'midsise', '-o', 'x.npz'],
+     'midsize')])
+def test_a_shipped_name_that_is_nearly_right(arguments: list[str], near: str,
+                                             capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = squeal(capsys, *arguments)
+    assert (code, out, len(err.splitlines())) == (2, '', 1)
+    assert f'did you mean {near}?' in err
+
+
+def test_squeal_is_listed_before_divergence(capsys: pytest.CaptureFixture[str]) -> None:
+    """Under the friction law K09's brake has both; a divergence grows fastest."""
+    _, out, _ = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5')
+    assert '5 of 92 modes are unstable: 3 squeal' in out
+    rows = [line.split() for line in out.splitlines()[3:]]
+    kinds, growth = [row[2] for row in rows], [float(row[4]) for row in rows]
+    assert kinds == ['flutter'] * 3 + ['divergence'] * 2
+    assert growth[:3] == sorted(growth[:3], reverse=True)
+    assert growth[3] > growth[0]
+
+
+@pytest.mark.parametrize('command', ['map', 'locus'])
+def test_sweeps_without_a_file_print_their_result(command: str, kang: BrakeModel,
+                                                  capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = (command, 'kang2009', '--over', 'friction=0.3:0.6:2')
+    _, out, _ = squeal(capsys, *arguments)
+    lines = out.splitlines()
+    assert len(lines) == 4  # headings, a line a point, the summary
+    point = dataclasses.replace(POINT, friction=0.6, contact_pressure=2000.0 / kang.contact_area)
+    unstable = complex_modes(kang, point).unstable
+    assert lines[2].split()[:2] == ['0.6', str(len(unstable))]
+    assert f'{unstable[0].frequency_hz:.1f} ({unstable[0].growth_rate:+.3f})' in lines[2]
+    _, out, _ = squeal(capsys, *arguments, '--json')
+    (_, last) = json.loads(out)['results']
+    assert last['friction'] == 0.6
+    assert [m['frequency_hz'] for m in last['unstable']] == pytest.approx(
+        [m.frequency_hz for m in unstable], rel=1e-9)
+
+
+def test_a_locus_prints_the_modes_that_it_follows(capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = squeal(capsys, 'locus', 'kang2009', '--modes', '13,14', '--without-rotation',
+                       '--over', 'friction=0:0.5:2')
+    lines = out.splitlines()
+    assert lines.index('without rotation') == 3
+    assert '13: 1657.4 (-17.593), 14: ' in lines[1]
+
+
+@pytest.mark.parametrize('suffix', ['.csv', '.json', '.npz'])
+def test_records_have_frequencies_in_hz(suffix: str, tmp_path: Path, kang: BrakeModel) -> None:
+    record = sweep(kang, POINT, {'friction': [0.1, 0.2]})
+    path = tmp_path / f'r{suffix}'
+    save_sweep(record, path)
+    assert load_sweep(path).frequencies_hz == pytest.approx(record.frequencies_hz)
+    written: Any
+    if suffix == '.csv':
+        header, *rows = path.read_text().splitlines()[1:]
+        written = [float(row.split(',')[header.split(',').index('frequency_hz')]) for row in rows]
+        older = [line.rpartition(',')[0] for line in (header, *rows)]  # of an earlier version
+        path.write_text('\n'.join([path.read_text().splitlines()[0], *older]))
+        assert load_sweep(path).frequencies_hz == pytest.approx(record.frequencies_hz)
+    elif suffix == '.json':
+        written = json.loads(path.read_text())['frequencies_hz']
+    else:
+        written = np.load(path)['frequencies_hz']
+    assert np.ravel(written) == pytest.approx(record.frequencies_hz.ravel())
+
+
+def test_remedies_name_no_package_that_a_stranger_could_publish() -> None:
+    """This project is on no package index: its extras are installed from the checkout."""
+    texts = [path.read_text(encoding='utf-8') for folder in ('squeal_core', 'squeal_ros', 'docs')
+             for path in (ROOT / folder).rglob('*') if path.suffix in ('.py', '.md')]
+    texts.append((ROOT / 'README.md').read_text(encoding='utf-8'))
+    commands = [found for text in texts for found in re.findall(r'pip install ([^`\n]+)', text)]
+    assert len(commands) > 10
+    assert [c for c in commands if not re.match(r"-e '\.\[\w+\]'", c)] == []
