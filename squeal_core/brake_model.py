@@ -222,10 +222,10 @@ class BrakeModel:
             return self.nominal_contact_stiffness
         return float(self.stiffness_table(contact_pressure))
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: str | Path, *, overwrite: bool = True) -> None:
         """Write the model to a file; see `squeal_core.model_file`."""
         from squeal_core.model_file import save_model
-        save_model(self, path)
+        save_model(self, path, overwrite=overwrite)
 
     @staticmethod
     def load(path: str | Path) -> 'BrakeModel':

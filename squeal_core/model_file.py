@@ -6,15 +6,8 @@ file that is truncated, altered, of a future schema or not finite is refused in 
 
 from collections.abc import Mapping
 import dataclasses
-import hashlib
-import json
-import math
-import os
 from pathlib import Path
 from typing import Any
-import zipfile
-
-import numpy as np
 
 from squeal_core import resources
 from squeal_core.arrays import FloatArray
@@ -22,11 +15,17 @@ from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
 from squeal_core.errors import did_you_mean, ModelFileError, quoted, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
+from squeal_core.npz_archive import (
+    ArchiveKind,
+    Arrays,
+    Header,
+    read_archive,
+    write_archive,
+)
 from squeal_core.surface import SurfaceShapes
 
 FORMAT = 'squeal_ros brake model'
 SCHEMA = 2  # of files with a stiffness table; without one they are of schema 1
-MAX_BYTES = 8 * MAX_MODES**2  # of one array
 
 UNITS = {
     'angular_frequencies': 'rad/s', 'damping_ratios': '-', 'gyroscopic': '-',
@@ -40,15 +39,33 @@ _ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
 _SURFACE = ('surface_points', 'surface_shapes')
 _SCALARS = ('contact_area', 'contact_radius', 'nominal_contact_stiffness')
 
+KIND = ArchiveKind(
+    noun='model file', contents='model', format=FORMAT, schemas=range(1, SCHEMA + 1),
+    error=ModelFileError,
+    again='copy it again or build it with `squeal build`',
+    renew='update squeal_ros or build the model again',
+    missing=lambda path: 'give the path of a model file or the name of a shipped model '
+    f'({", ".join(shipped := resources.names("models", ".npz"))}){did_you_mean(path, shipped)}',
+    most_bytes=8 * MAX_MODES**2)
+_WANTED = {'angular_frequencies': '<f8', **{
+    f'{name}?': '<f8' for name in (*_ARRAYS[1:], *_SURFACE)}}
 
-def save_model(model: BrakeModel, path: str | Path) -> None:
-    """Write a model; an existing file is replaced only by a whole one."""
-    path = Path(path)
+
+def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -> None:
+    """Write a model; an existing file is replaced, if it may be, by a whole one only.
+
+    Raises
+    ------
+    ModelFileError
+        For a provenance that no file can hold.
+    OutputError
+        Where the file cannot be written.
+    """
     arrays = {name: getattr(model, name) for name in _ARRAYS if getattr(model, name) is not None}
     if model.surface:
         arrays.update(surface_points=model.surface.points, surface_shapes=model.surface.shapes)
-    header: dict[str, Any] = {
-        'format': FORMAT, 'schema': 1, 'units': UNITS, 'names': list(model.names),
+    header: Header = {
+        'schema': 1, 'units': UNITS, 'names': list(model.names),
         'provenance': model.provenance, **{name: getattr(model, name) for name in _SCALARS},
         'caliper': dataclasses.asdict(model.caliper) if model.caliper else None,
         'friction_law': dataclasses.asdict(model.friction_law) if model.friction_law else None,
@@ -58,21 +75,7 @@ def save_model(model: BrakeModel, path: str | Path) -> None:
     if model.stiffness_table:
         # a reader of schema 1 would pass over it and answer for another brake
         header.update(schema=2, stiffness_table=dataclasses.asdict(model.stiffness_table))
-    try:
-        header['hash'] = content_hash(header, arrays)
-    except TypeError as error:
-        raise ModelFileError(path, f'cannot hold this provenance ({error})',
-                             'give texts, numbers, lists and mappings') from None
-    partial = path.with_name(f'{path.name}.{os.getpid()}.part')
-    try:
-        with partial.open('wb') as file:
-            np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
-        partial.replace(path)
-    except OSError as error:
-        raise ModelFileError(path, f'cannot be written ({error.strerror})',
-                             'check folder and rights') from None
-    finally:
-        partial.unlink(missing_ok=True)
+    write_archive(path, KIND, header, arrays, overwrite=overwrite)
 
 
 def load_model(path: str | Path) -> BrakeModel:
@@ -83,87 +86,38 @@ def load_model(path: str | Path) -> BrakeModel:
     ModelFileError
         One line: which file, what is wrong with it, and what to do.
     """
+    return load_with_header(path)[1]
+
+
+def load_with_header(path: str | Path) -> tuple[Header, BrakeModel]:
+    """Read a model and the header of its file, as `load_model`."""
     path = resources.find('models', str(path), '.npz')
     header, arrays = _read(path)
     try:
-        return _model(header, arrays)
+        return header, _model(header, arrays)
     except (SquealError, KeyError, TypeError, ValueError, OverflowError) as error:
-        raise ModelFileError(path, f'holds no usable model ({error})', _BUILD_AGAIN) from None
+        raise ModelFileError(path, f'holds no usable model ({error})', KIND.again) from None
 
 
-def read_header(path: str | Path) -> dict[str, Any]:
+def read_header(path: str | Path) -> Header:
     """Return the header of a model file, checked against its contents."""
     return _read(resources.find('models', str(path), '.npz'))[0]
 
 
-def content_hash(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> str:
-    """Return SHA-256 over the header without its hash, and over every array."""
-    digest = hashlib.sha256()
-    plain = {key: value for key, value in header.items() if key != 'hash'}
-    digest.update(json.dumps(plain, sort_keys=True).encode())
-    for name in sorted(arrays):
-        array = np.ascontiguousarray(arrays[name], dtype='<f8')
-        digest.update(f'{name}{array.shape}'.encode() + array.tobytes())
-    return digest.hexdigest()
+def _read(path: Path) -> tuple[Header, Arrays]:
+    return read_archive(path, KIND, lambda _: _WANTED, _check_shapes)
 
 
-_BUILD_AGAIN = 'copy it again or build it with `squeal build`'
-
-
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, FloatArray]]:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            header = json.loads(str(_read_array(path, archive, 'header', 'U')))
-            _check_header(path, header)
-            there = {name.removesuffix('.npy') for name in archive.namelist()}
-            arrays = {name: _read_array(path, archive, name, 'f')
-                      for name in (*_ARRAYS, *_SURFACE) if name in there}
-    except FileNotFoundError:
-        raise ModelFileError(
-            path, 'does not exist', 'give the path of a model file or the name of a shipped '
-            f'model ({", ".join(shipped := resources.names("models", ".npz"))})'
-            f'{did_you_mean(path, shipped)}') from None
-    except OSError as error:
-        raise ModelFileError(path, f'cannot be read ({error.strerror})',
-                             'check path and rights') from None
-    except ModelFileError:
-        raise
-    except Exception as error:  # whatever a damaged archive makes zipfile, zlib or numpy say
-        raise ModelFileError(
-            path, f'is damaged or no model file ({type(error).__name__}: {str(error)[:120]})',
-            _BUILD_AGAIN) from None
-    if content_hash(header, arrays) != header['hash']:
-        raise ModelFileError(path, 'was altered: its contents do not match its hash', _BUILD_AGAIN)
-    return header, arrays
-
-
-def _read_array(path: Path, archive: zipfile.ZipFile, name: str, kind: str) -> Any:
-    """Read one array after its own header was checked: nothing large is allocated unchecked."""
-    if f'{name}.npy' not in archive.namelist():
-        raise ModelFileError(path, f'has no {name}, so it is no model file', _BUILD_AGAIN)
-    with archive.open(f'{name}.npy') as file:
-        version = np.lib.format.read_magic(file)
-        read = (np.lib.format.read_array_header_1_0 if version == (1, 0)
-                else np.lib.format.read_array_header_2_0)
-        shape, _, dtype = read(file)
-    size = math.prod(shape) * dtype.itemsize
-    if dtype.kind != kind or (kind == 'f' and dtype.itemsize != 8) or size > MAX_BYTES:
-        raise ModelFileError(path, f'{name} is an array of {dtype} and {size / 1e6:.1f} MB',
-                             f'a model has at most {MAX_MODES} modes in double precision')
-    with archive.open(f'{name}.npy') as file:
-        return np.lib.format.read_array(file, allow_pickle=False)
-
-
-def _check_header(path: Path, header: Any) -> None:
-    if not isinstance(header, dict) or header.get('format') != FORMAT:
-        raise ModelFileError(path, 'is not a brake model', _BUILD_AGAIN)
-    schema = header.get('schema')
-    if type(schema) is not int or not 1 <= schema <= SCHEMA:
-        raise ModelFileError(
-            path, f'has schema {quoted(schema)}; this version reads up to {SCHEMA}',
-            'update squeal_ros or build the model again')
-    if not isinstance(header.get('hash'), str):
-        raise ModelFileError(path, 'has no hash', _BUILD_AGAIN)
+def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that are not of one number of modes, before they are read."""
+    size = shapes['angular_frequencies']
+    if len(size) != 1 or not 1 <= size[0] <= MAX_MODES:
+        raise SquealError(f'angular_frequencies: shape {quoted(size)}')
+    for name, shape in shapes.items():
+        right = (name in _SURFACE or (name == 'damping_ratios' and shape == size)
+                 or shape == (size * 2 if name in (*OPERATORS, *SUPPORTS) else size))
+        if not right:
+            raise SquealError(f'{name}: shape {quoted(shape)} with {size[0]} modes')
 
 
 def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:

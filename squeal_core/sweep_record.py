@@ -1,19 +1,31 @@
 """The record of a sweep, and its files: .npz, .json or .csv, plain and never a pickle."""
 
+from array import array
 from collections.abc import Mapping
 import csv
 from dataclasses import dataclass
+import io
 import json
-import os
+import math
 from pathlib import Path
+import sys
 from typing import Any, get_args
-import zipfile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
-from squeal_core.errors import PlacedError, quoted
+from squeal_core.bounded_reader import read_bounded
+from squeal_core.errors import PlacedError, quoted, SquealError
+from squeal_core.npz_archive import (
+    ArchiveKind,
+    Arrays,
+    Header,
+    MAX_BYTES,
+    read_archive,
+    write_archive,
+)
+from squeal_core.output import output_file
 from squeal_core.stability import Kind
 from squeal_core.tracking import PARAMETERS
 
@@ -23,14 +35,24 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 UNITS = {'rotor_speed': 'rad/s', 'friction': '-', 'friction_slope': 's/m',
          'contact_pressure': 'Pa', 'contact_stiffness': 'N/m^3', 'eigenvalues': '1/s',
          'frequencies_hz': 'Hz'}
-_ARRAYS = {'points': 'f', 'growth_rates': 'f', 'angular_frequencies': 'f', 'kinds': 'U',
+_WANTED = {'points': '<f8', 'growth_rates': '<f8', 'angular_frequencies': '<f8', 'kinds': 'U',
            'identities': 'U'}
+_MODES = ('identities', 'kinds', 'growth_rates', 'angular_frequencies')
+MAX_TEXT_BYTES = 50_000_000  # of a .json or .csv
 _COLUMNS = (*PARAMETERS, 'index', 'identity', 'kind', 'growth_rate_1_s',
             'angular_frequency_rad_s', 'frequency_hz')
 
 
 class SweepFileError(PlacedError):
     """A file of a sweep that cannot be read or written."""
+
+
+KIND = ArchiveKind(
+    noun='sweep', contents='sweep', format=FORMAT, schemas=range(1, SCHEMA + 1),
+    error=SweepFileError,
+    again='copy it again or sweep again', renew='update squeal_ros or sweep again',
+    missing=lambda _: 'check the path', hashed=False)
+_MODE_BYTES = 100  # of one mode at one point in an archive: two numbers and two texts
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -143,25 +165,30 @@ def make_sweep(*, axes: Mapping[str, ArrayLike], points: ArrayLike, growth_rates
                  identities=texts[1], about=dict(about))
 
 
-def save_sweep(record: Sweep, path: str | Path) -> None:
+def check_size(points: int, modes: int) -> None:
+    """Refuse a sweep whose record could not be stored, before it is computed."""
+    if points * modes * _MODE_BYTES > MAX_BYTES:
+        raise SquealError(f'{points} points of {modes} modes are more than a record holds; give '
+                          f'at most {MAX_BYTES // _MODE_BYTES // modes} points')
+
+
+def save_sweep(record: Sweep, path: str | Path, *, overwrite: bool = True) -> None:
     """Write a record to .npz, .json or .csv, by the suffix; whole or not at all."""
     path = Path(path)
-    if path.suffix not in _FORMATS:
+    if path.suffix not in RECORDS:
         raise SweepFileError(path, 'is of no kind that is known', 'end it in .npz, .json or .csv')
-    partial = path.with_name(f'{path.name}.{os.getpid()}.part')
-    header = {'format': FORMAT, 'schema': SCHEMA, 'units': UNITS, 'about': record.about,
-              'axes': {name: values.tolist() for name, values in record.axes.items()}}
-    try:
-        _FORMATS[path.suffix][0](partial, header, {
-            'points': record.points, 'growth_rates': record.eigenvalues.real,
-            'angular_frequencies': record.eigenvalues.imag, 'kinds': record.kinds,
-            'identities': record.identities, 'frequencies_hz': record.frequencies_hz})
-        partial.replace(path)
-    except OSError as error:
-        raise SweepFileError(path, f'cannot be written ({error.strerror})',
-                             'check folder and rights') from None
-    finally:
-        partial.unlink(missing_ok=True)
+    header: Header = {'schema': SCHEMA, 'units': UNITS, 'about': record.about,
+                      'axes': {name: values.tolist() for name, values in record.axes.items()}}
+    arrays: Arrays = {
+        'points': record.points, 'growth_rates': record.eigenvalues.real,
+        'angular_frequencies': record.eigenvalues.imag, 'kinds': record.kinds,
+        'identities': record.identities, 'frequencies_hz': record.frequencies_hz}
+    if path.suffix == '.npz':
+        write_archive(path, KIND, header, arrays, overwrite=overwrite)
+        return
+    with output_file(path, overwrite=overwrite) as partial:
+        write = _write_json if path.suffix == '.json' else _write_csv
+        write(partial, {'format': FORMAT, **header}, arrays)
 
 
 def load_sweep(path: str | Path) -> Sweep:
@@ -173,86 +200,88 @@ def load_sweep(path: str | Path) -> Sweep:
         One line: which file, what is wrong with it, and what to do.
     """
     path = Path(path)
-    if path.suffix not in _FORMATS:
+    if path.suffix not in RECORDS:
         raise SweepFileError(path, 'is of no kind that is known', 'give a .npz, .json or .csv')
     try:
-        header, arrays = _FORMATS[path.suffix][1](path)
-        if header.get('format') != FORMAT:
-            raise ValueError('no record of a sweep')
-        schema = header['schema']
-        if type(schema) is not int or not 1 <= schema <= SCHEMA:
-            raise SweepFileError(
-                path, f'has schema {quoted(schema)}; this version reads up to {SCHEMA}',
-                'update squeal_ros or sweep again')
+        if path.suffix == '.npz':
+            header, arrays = read_archive(path, KIND, lambda _: _WANTED, _check_shapes)
+        else:
+            text = read_bounded(path, MAX_TEXT_BYTES, SweepFileError).decode()
+            header, arrays = (_read_json if path.suffix == '.json' else _read_csv)(path, text)
         return make_sweep(axes=header['axes'], about=header['about'], **arrays)
-    except OSError as error:
-        raise SweepFileError(path, f'cannot be read ({error.strerror})',
-                             'check path and rights') from None
     except SweepFileError:
         raise
-    except Exception as error:  # whatever a damaged file makes zipfile, json or csv say
+    except Exception as error:  # whatever a damaged file makes json, csv or numpy say
         raise SweepFileError(
             path, f'is damaged or no sweep ({type(error).__name__}: {str(error)[:120]})',
-            'copy it again or sweep again') from None
+            KIND.again) from None
 
 
-def _write_npz(path: Path, header: dict[str, Any], arrays: dict[str, Any]) -> None:
-    with path.open('wb') as file:
-        np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+def _check_shapes(header: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that are not those of a grid, before they are read."""
+    count = math.prod(len(values) for values in header['axes'].values())
+    modes = shapes['kinds']
+    if shapes['points'] != (count, len(PARAMETERS)) or len(modes) != 2 or modes[0] != count or any(
+            shapes[name] != modes for name in _MODES):
+        raise SquealError(f'{count} points by the axes, arrays of shapes '
+                          f'{", ".join(quoted(shape) for shape in shapes.values())}')
 
 
-def _read_npz(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    if not zipfile.is_zipfile(path):
-        path.open('rb').close()  # says why, where it is not there
-        raise ValueError('no archive')
-    with np.load(path, allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in _ARRAYS}
-        if any(arrays[name].dtype.kind != kind for name, kind in _ARRAYS.items()):
-            raise ValueError('arrays of other types')
-        return json.loads(str(archive['header'])), arrays
+def _check_header(path: Path, header: Any) -> None:
+    if not isinstance(header, dict) or header.get('format') != FORMAT:
+        raise ValueError('no record of a sweep')
+    schema = header['schema']
+    if type(schema) is not int or schema not in KIND.schemas:
+        raise SweepFileError(path, f'has schema {quoted(schema)}; this version reads up to '
+                             f'{SCHEMA}', KIND.renew)
 
 
-def _write_json(path: Path, header: dict[str, Any], arrays: dict[str, Any]) -> None:
+def _write_json(path: Path, header: Header, arrays: Arrays) -> None:
     plain = {name: np.asarray(np.where(values == values, values, None)).tolist()  # None for NaN
              for name, values in arrays.items()}
     path.write_text(json.dumps({**header, **plain}, allow_nan=False), encoding='utf-8')
 
 
-def _read_json(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    whole = json.loads(path.read_text(encoding='utf-8'))
-    return whole, {name: np.array(whole[name], float if kind == 'f' else str)
-                   for name, kind in _ARRAYS.items()}
+def _read_json(path: Path, text: str) -> tuple[Header, Arrays]:
+    whole = json.loads(text)
+    _check_header(path, whole)
+    return whole, {name: np.array(whole[name], float if kind == '<f8' else str)
+                   for name, kind in _WANTED.items()}
 
 
-def _write_csv(path: Path, header: dict[str, Any], arrays: dict[str, Any]) -> None:
+def _write_csv(path: Path, header: Header, arrays: Arrays) -> None:
     with path.open('w', encoding='utf-8', newline='') as file:
         file.write(f'# {json.dumps(header)}\n')
         writer = csv.writer(file, lineterminator='\n')
         writer.writerow(_COLUMNS)
-        modes = ('identities', 'kinds', 'growth_rates', 'angular_frequencies', 'frequencies_hz')
         for place, point in enumerate(arrays['points'].tolist()):
-            columns = (arrays[name][place].tolist() for name in modes)
+            columns = (arrays[name][place].tolist() for name in (*_MODES, 'frequencies_hz'))
             writer.writerows((*point, i + 1, *values)
                              for i, values in enumerate(zip(*columns, strict=True)))
 
 
-def _read_csv(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    with path.open(encoding='utf-8', newline='') as file:
-        header = json.loads(file.readline().removeprefix('#'))
-        reader = csv.reader(file)
-        columns = tuple(next(reader))
-        if columns not in (_COLUMNS, _COLUMNS[:-1]):  # earlier versions wrote no column of Hz
-            raise ValueError('other columns')
-        rows = list(reader)
-    size = max(int(row[5]) for row in rows)
-    table = np.array(rows).reshape(-1, size, len(columns))
+def _read_csv(path: Path, text: str) -> tuple[Header, Arrays]:
+    """Read line by line, so that the first bad one ends it."""
+    lines = io.StringIO(text, newline='')
+    header = json.loads(lines.readline().removeprefix('#'))
+    _check_header(path, header)
+    reader = csv.reader(lines)
+    columns = tuple(next(reader))
+    if columns not in (_COLUMNS, _COLUMNS[:-1]):  # earlier versions wrote no column of Hz
+        raise ValueError('other columns')
+    numbers, texts = array('d'), []
+    for row in reader:
+        if len(row) != len(columns):
+            raise ValueError(f'line {reader.line_num + 1} has {len(row)} columns')
+        numbers.extend(map(float, (*row[:6], *row[8:10])))
+        texts.append((sys.intern(row[6]), sys.intern(row[7])))
+    size = int(max(numbers[5::8]))
+    table = np.frombuffer(numbers).reshape(-1, size, 8)
+    identities, kinds = (np.array(column).reshape(-1, size) for column in zip(*texts, strict=True))
     return header, {
-        'points': table[:, 0, :5].astype(float), 'identities': table[:, :, 6],
-        'kinds': table[:, :, 7], 'growth_rates': table[:, :, 8].astype(float),
-        'angular_frequencies': table[:, :, 9].astype(float)}
+        'points': table[:, 0, :5], 'identities': identities, 'kinds': kinds,
+        'growth_rates': table[:, :, 6], 'angular_frequencies': table[:, :, 7]}
 
 
-_FORMATS = {'.npz': (_write_npz, _read_npz), '.json': (_write_json, _read_json),
-            '.csv': (_write_csv, _read_csv)}
-RECORDS = tuple(_FORMATS)
+RECORDS = ('.npz', '.json', '.csv')
 """Suffixes of the files that hold a record."""

@@ -7,12 +7,9 @@ written. A file that is truncated, altered or of another model is refused in one
 
 from collections.abc import Iterator, Mapping, Sequence
 import dataclasses
-import json
 import math
-import os
 from pathlib import Path
 from typing import Any
-import zipfile
 
 import numpy as np
 
@@ -22,26 +19,37 @@ from squeal_core.block_series import BlockLayout
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.encounters import Encounters
 from squeal_core.errors import quoted, SquealError, TableFileError
-from squeal_core.model_file import content_hash
 from squeal_core.monomials import Monomials
+from squeal_core.npz_archive import (
+    ArchiveKind,
+    Arrays,
+    content_hash,
+    Header,
+    read_archive,
+    write_archive,
+)
 from squeal_core.operating_point import Coefficients, OperatingPoint
 
 FORMAT = 'squeal_ros table of anchors'
 SCHEMA = 2  # 1, of unreleased versions, had the entries of pairs as they are
 MAX_ANCHORS = 100_000
-MAX_BYTES = 1_000_000_000  # of one array
 
-_LAY_AGAIN = 'copy it again or lay it down with `squeal tabulate`'
 _FINE = 2  # degree from which on terms may be of single precision
 _POINT = tuple(item.name for item in dataclasses.fields(OperatingPoint))
 _KINDS = {  # of each array: all anchors' values one after the other
     'points': '<f8', 'scales': '<f8', 'blocks': '<i4', 'sizes': '<i4', 'first_terms': '<f8',
     'terms': '<f4', 'fine_terms': '<f8', 'nearness': '<f4', 'rounding': '<f8', 'mirrored': '|u1',
     'pairs': '<i4', 'rates': '<f4', 'weights': '<f4', 'order': '<i4', 'owners': '<i4'}
+KIND = ArchiveKind(
+    noun='table file', contents='anchors', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
+    error=TableFileError,
+    again='copy it again or lay it down with `squeal tabulate`',
+    renew='update squeal_ros or lay the table down again',
+    missing=lambda _: 'give the path of a table file, or lay one down with `squeal tabulate`')
 
 
 def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, *,
-                about: Mapping[str, Any] | None = None) -> None:
+                about: Mapping[str, Any] | None = None, overwrite: bool = True) -> None:
     """Write anchors of a model; an existing file is replaced only by a whole one.
 
     Parameters
@@ -52,32 +60,24 @@ def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, 
     path : str or Path
     about : mapping, optional
         How they were laid down: texts and numbers, for the header.
+    overwrite : bool
+        Whether an existing file may be replaced.
 
     Raises
     ------
     TableFileError
-        For no anchors, too many, or of several degrees, and where the file cannot be written.
+        For no anchors, too many, or of several degrees.
+    OutputError
+        Where the file cannot be written.
     """
-    path = Path(path)
     degrees = {anchor.monomials.degree for anchor in anchors}
     if len(degrees) != 1 or len(anchors) > MAX_ANCHORS:
         raise TableFileError(path, f'cannot hold {len(anchors)} anchors of {len(degrees)} degrees',
                              f'give 1 to {MAX_ANCHORS} of one degree')
-    arrays = _packed(anchors)
-    header = {'format': FORMAT, 'schema': SCHEMA, 'model': model_hash(model),
-              'rows': anchors[0].rows.tolist(), 'degree': degrees.pop(),
-              'anchors': len(anchors), 'about': dict(about or {})}
-    header['hash'] = content_hash(header, arrays)
-    partial = path.with_name(f'{path.name}.{os.getpid()}.part')
-    try:
-        with partial.open('wb') as file:
-            np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
-        partial.replace(path)
-    except OSError as error:
-        raise TableFileError(path, f'cannot be written ({error.strerror})',
-                             'check folder and rights') from None
-    finally:
-        partial.unlink(missing_ok=True)
+    header: Header = {'schema': SCHEMA, 'model': model_hash(model),
+                      'rows': anchors[0].rows.tolist(), 'degree': degrees.pop(),
+                      'anchors': len(anchors), 'about': dict(about or {})}
+    write_archive(path, KIND, header, _packed(anchors), overwrite=overwrite)
 
 
 def read_table(path: str | Path, model: BrakeModel) -> tuple[Anchor, ...]:
@@ -88,7 +88,6 @@ def read_table(path: str | Path, model: BrakeModel) -> tuple[Anchor, ...]:
     TableFileError
         One line: which file, what is wrong with it, and what to do.
     """
-    path = Path(path)
     header, arrays = _read(path)
     if header.get('model') != model_hash(model):
         raise TableFileError(path, 'is the table of another model', 'lay one down for this model '
@@ -96,13 +95,13 @@ def read_table(path: str | Path, model: BrakeModel) -> tuple[Anchor, ...]:
     try:
         return tuple(_unpacked(header, arrays, model))
     except (SquealError, KeyError, IndexError, TypeError, ValueError, OverflowError) as error:
-        raise TableFileError(path, f'holds no usable anchors ({quoted(str(error))})', _LAY_AGAIN
+        raise TableFileError(path, f'holds no usable anchors ({quoted(str(error))})', KIND.again
                              ) from None
 
 
 def read_table_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a table file, checked against its contents."""
-    return _read(Path(path))[0]
+    return _read(path)[0]
 
 
 def model_hash(model: BrakeModel) -> str:
@@ -134,60 +133,18 @@ def _packed(anchors: Sequence[Anchor]) -> dict[str, Any]:
     return {name: np.concatenate(parts).astype(_KINDS[name]) for name, parts in columns.items()}
 
 
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    try:
-        with zipfile.ZipFile(path) as archive:
-            header = json.loads(str(_read_array(path, archive, 'header', 'U')))
-            _check_header(path, header)
-            arrays = {name: _read_array(path, archive, name, kind)
-                      for name, kind in _KINDS.items()}
-    except FileNotFoundError:
-        raise TableFileError(path, 'does not exist', 'give the path of a table file, or lay one '
-                             'down with `squeal tabulate`') from None
-    except OSError as error:
-        raise TableFileError(path, f'cannot be read ({error.strerror})', 'check path and rights'
-                             ) from None
-    except TableFileError:
-        raise
-    except Exception as error:  # whatever a damaged archive makes zipfile, zlib or numpy say
-        raise TableFileError(
-            path, f'is damaged or no table file ({type(error).__name__}: {str(error)[:120]})',
-            _LAY_AGAIN) from None
-    if content_hash(header, arrays) != header['hash']:
-        raise TableFileError(path, 'was altered: its contents do not match its hash', _LAY_AGAIN)
-    return header, arrays
+def _read(path: str | Path) -> tuple[Header, Arrays]:
+    return read_archive(path, KIND, lambda _: _KINDS, _check_shapes)
 
 
-def _read_array(path: Path, archive: zipfile.ZipFile, name: str, kind: str) -> Any:
-    """Read one array after its own header was checked: nothing large is allocated unchecked."""
-    if f'{name}.npy' not in archive.namelist():
-        raise TableFileError(path, f'has no {name}, so it is no table file', _LAY_AGAIN)
-    with archive.open(f'{name}.npy') as file:
-        version = np.lib.format.read_magic(file)
-        read = (np.lib.format.read_array_header_1_0 if version == (1, 0)
-                else np.lib.format.read_array_header_2_0)
-        shape, _, dtype = read(file)
-    size = math.prod(shape) * dtype.itemsize
-    # what is stored compressed is not a thousandth of what it was: zlib's best
-    most = min(MAX_BYTES, 1100 * archive.getinfo(f'{name}.npy').compress_size)
-    right = (dtype.kind == 'U' and shape == ()) if kind == 'U' else (
-        dtype == np.dtype(kind) and len(shape) == 1)
-    if not right or size > most:
-        raise TableFileError(path, f'{name} is an array {shape} of {dtype} and '
-                             f'{size / 1e6:.1f} MB, which no table has', _LAY_AGAIN)
-    with archive.open(f'{name}.npy') as file:
-        return np.lib.format.read_array(file, allow_pickle=False)
-
-
-def _check_header(path: Path, header: Any) -> None:
-    if not isinstance(header, dict) or header.get('format') != FORMAT:
-        raise TableFileError(path, 'is no table of anchors', _LAY_AGAIN)
-    schema = header.get('schema')
-    if type(schema) is not int or schema != SCHEMA:
-        raise TableFileError(path, f'has schema {quoted(schema)}; this version reads '
-                             f'{SCHEMA}', 'update squeal_ros or lay the table down again')
-    if not isinstance(header.get('hash'), str):
-        raise TableFileError(path, 'has no hash', _LAY_AGAIN)
+def _check_shapes(header: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that cannot be those of so many anchors, before they are read."""
+    for name, shape in shapes.items():
+        if len(shape) != 1:
+            raise SquealError(f'{name}: shape {quoted(shape)}')
+    count = header.get('anchors')
+    if type(count) is int and shapes['points'] != (len(_POINT) * count,):
+        raise SquealError(f'points: shape {quoted(shapes["points"])} of {quoted(count)} anchors')
 
 
 class _Reader:

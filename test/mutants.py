@@ -16,7 +16,7 @@ import zipfile
 import numpy as np
 import yaml
 
-from squeal_core.model_file import content_hash
+from squeal_core.npz_archive import content_hash
 
 NASTY: list[Any] = [
     None, True, '', 'x', 'nan', '1e9', math.nan, math.inf, -math.inf, 0, -1, 0.0, 1e-300, 1e300,

@@ -15,6 +15,9 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     'squeal_core.arrays',
     'squeal_core.errors',
+    'squeal_core.output',
+    'squeal_core.bounded_reader',
+    'squeal_core.npz_archive',
     'squeal_core.resources',
     'squeal_core.steps',
     'squeal_core.workers',

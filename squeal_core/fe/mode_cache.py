@@ -8,21 +8,21 @@ from collections.abc import Callable
 import hashlib
 import os
 from pathlib import Path
-import tempfile
 from typing import TypeAlias
 import warnings
-import zipfile
-import zlib
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal_core.arrays import FloatArray
+from squeal_core.errors import ModelFileError
+from squeal_core.npz_archive import npz_reader
+from squeal_core.output import output_file, OutputError
 
 Solution: TypeAlias = tuple[FloatArray, FloatArray]
 
 _SCHEME = 1  # raise it when the same inputs come to give other modes
-_UNREADABLE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
+_ARRAYS = ('angular_frequencies', 'shapes')
 
 
 def default_folder() -> Path:
@@ -64,32 +64,30 @@ def remembered(folder: str | Path | None, key: str, shape: tuple[int, int],
         found = compute()
         try:
             _write(path, key, found)
-        except OSError as error:
+        except (OSError, OutputError) as error:
             warnings.warn(f'modes are not cached: {error}', RuntimeWarning, stacklevel=2)
     return found
 
 
 def _read(path: Path, key: str, shape: tuple[int, int]) -> Solution | None:
+    size = 8 * shape[0] * (shape[1] + 1)
     try:
-        with np.load(path, allow_pickle=False) as entry:
-            same = str(entry['key']) == key
-            frequencies, shapes = entry['angular_frequencies'], entry['shapes']
-    except _UNREADABLE:
+        with npz_reader(path, ModelFileError, size + 10_000) as entry:
+            layouts = [entry.layout(name) for name in _ARRAYS]
+            if ([layout.shape for layout in layouts] != [shape[:1], shape]
+                    or any(layout.dtype != np.float64 for layout in layouts)
+                    or entry.layout('key').nbytes > 4 * len(key)
+                    or str(entry.array('key')) != key):
+                return None
+            frequencies, shapes = (entry.array(name) for name in _ARRAYS)
+    except Exception:  # not there, or damaged in whatever way: it is computed anew
         return None
-    sound = (same and frequencies.shape == shape[:1] and shapes.shape == shape
-             and frequencies.dtype == shapes.dtype == np.float64
-             and bool(np.isfinite(frequencies).all() and np.isfinite(shapes).all()))
-    return (frequencies, shapes) if sound else None
+    finite = np.isfinite(frequencies).all() and np.isfinite(shapes).all()
+    return (frequencies, shapes) if finite else None
 
 
 def _write(path: Path, key: str, solution: Solution) -> None:
-    """Write beside the entry and rename: whoever reads at the same time sees all or nothing."""
+    """Write the entry so that whoever reads at the same time sees all or nothing."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(suffix='.tmp', dir=path.parent)
-    try:
-        with os.fdopen(handle, 'wb') as file:
-            np.savez(file, key=np.array(key), angular_frequencies=solution[0], shapes=solution[1])
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    with output_file(path, overwrite=True) as partial, partial.open('wb') as file:
+        np.savez(file, key=np.array(key), angular_frequencies=solution[0], shapes=solution[1])
