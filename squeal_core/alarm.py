@@ -1,5 +1,7 @@
 """An alarm that does not chatter: hysteresis and a hold over a risk that flickers."""
 
+from squeal_core.settings import MonitorSettings
+
 _SECOND = 1_000_000_000
 
 
@@ -23,6 +25,11 @@ class Alarm:
         self._up = False
         self._last = 0  # tick at which the risk last kept the alarm up
         self.retune(warning, hysteresis, hold)
+
+    @classmethod
+    def of(cls, settings: MonitorSettings) -> 'Alarm':
+        """Return the alarm that these settings ask for."""
+        return cls(settings.risk_warning, settings.risk_hysteresis, settings.risk_hold)
 
     def retune(self, warning: float, hysteresis: float, hold: float) -> None:
         """Take other settings; an alarm that is up stays up by the new ones."""

@@ -1,14 +1,16 @@
 """Assessments over time as a table: rows to and from CSV, and the squeal events in them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 from typing import IO
 
+from squeal_core.alarm import Alarm
 from squeal_core.errors import SquealError
 from squeal_core.monitor import Assessment
+from squeal_core.settings import MonitorSettings
 
 
 class HistoryError(SquealError):
@@ -98,16 +100,17 @@ def _parse(path: str | Path, line: int, values: dict[str, str]) -> Row:
 
 @dataclass(frozen=True)
 class SquealEvent:
-    """An unbroken stretch in which a brake's squeal was probable.
+    """An unbroken stretch of ticks at which a brake's alarm was up.
 
     Parameters
     ----------
     brake : str
     start, end : float
-        First and last such assessment [s].
+        First and last such tick [s].
     peak_risk : float
+        Largest squeal risk in the event [-].
     growth_rate : float
-        Largest in the event [1/s].
+        Largest growth rate in the event [1/s].
     frequency_hz : float
         Of the mode with that growth rate.
     """
@@ -119,25 +122,55 @@ class SquealEvent:
     growth_rate: float
     frequency_hz: float
 
-
-def squeal_events(rows: Iterable[Row], *, risk: float = 0.5) -> list[SquealEvent]:
-    """Return the events in which the risk stays at or above a level, by time of start."""
-    events: list[SquealEvent] = []
-    open_rows: dict[str, list[Row]] = {}
-    for row in rows:
-        if row.squeal_risk >= risk:
-            open_rows.setdefault(row.brake, []).append(row)
-        elif row.brake in open_rows:
-            events.append(_event(open_rows.pop(row.brake)))
-    events.extend(_event(rest) for rest in open_rows.values())
-    return sorted(events, key=lambda event: (event.start, event.brake))
+    def extended(self, row: Row) -> 'SquealEvent':
+        """Return the event with one more tick."""
+        peak = max(self.peak_risk, row.squeal_risk)  # the first stays where the second is NaN
+        longer = replace(self, end=row.time_s, peak_risk=peak)
+        if math.isnan(self.growth_rate) or row.growth_rate_1_s > self.growth_rate:
+            return replace(longer, growth_rate=row.growth_rate_1_s,
+                           frequency_hz=row.worst_frequency_hz)
+        return longer
 
 
-def _event(rows: Sequence[Row]) -> SquealEvent:
-    def growth(row: Row) -> float:
-        return -math.inf if math.isnan(row.growth_rate_1_s) else row.growth_rate_1_s
+class EventDetector:
+    """Squeal events by the alarm of the node, tick after tick; holds the events, no rows.
 
-    worst = max(rows, key=growth)
-    return SquealEvent(rows[0].brake, rows[0].time_s, rows[-1].time_s,
-                       max(row.squeal_risk for row in rows), worst.growth_rate_1_s,
-                       worst.worst_frequency_hz)
+    Parameters
+    ----------
+    settings : MonitorSettings
+        `risk_warning`, `risk_hysteresis` and `risk_hold` decide, as in the node's diagnostics.
+    """
+
+    def __init__(self, settings: MonitorSettings) -> None:
+        self._settings = settings
+        self._alarms: dict[str, Alarm] = {}
+        self._open: dict[str, SquealEvent] = {}
+        self._ended: list[SquealEvent] = []
+
+    def update(self, row: Row, time_ns: int) -> None:
+        """Take the next row of a brake, of the tick at `time_ns` [ns]."""
+        if row.brake not in self._alarms:
+            self._alarms[row.brake] = Alarm.of(self._settings)
+        present = self._open.pop(row.brake, None)
+        up = self._alarms[row.brake].update(time_ns, row.squeal_risk)
+        if present is not None and (not up or row.time_s < present.end):  # or time went back
+            self._ended.append(present)
+            present = None
+        if up:
+            self._open[row.brake] = present.extended(row) if present else SquealEvent(
+                row.brake, row.time_s, row.time_s, row.squeal_risk, row.growth_rate_1_s,
+                row.worst_frequency_hz)
+
+    @property
+    def events(self) -> list[SquealEvent]:
+        """The events up to now, by time of start."""
+        return sorted([*self._ended, *self._open.values()],
+                      key=lambda event: (event.start, event.brake))
+
+
+def squeal_events(rows: Iterable[Row], settings: MonitorSettings) -> list[SquealEvent]:
+    """Return the events in the rows of a table, by time of start."""
+    detector = EventDetector(settings)
+    for row in rows:  # a time in s has a microsecond of precision, ten years after 1970 and later
+        detector.update(row, round(row.time_s * 1e6) * 1000)
+    return detector.events

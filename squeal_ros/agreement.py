@@ -1,8 +1,11 @@
 """Live against replayed assessments of the same drive."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+import heapq
+from itertools import groupby
 import math
+from operator import itemgetter
 
 from squeal_core.history import Row
 
@@ -47,21 +50,46 @@ class Agreement:
                 f'a neighbouring sample; largest difference of risk {self.largest_difference:.2g}')
 
 
-def agreement(live: Sequence[Row], replayed: Sequence[Row]) -> Agreement:
-    """Compare row by row. Inputs may differ by one sample where a message came late."""
-    first, second = ({(round(row.time_s, 6), row.brake): row for row in rows}
-                     for rows in (live, replayed))
-    pairs = [(first[key], second[key]) for key in first if key in second]
-    same = [(a, b) for a, b in pairs if _inputs(a) == _inputs(b)]
-    equal = [a for a, b in same if _numbers(a) == _numbers(b)]
-    parted_at = min((time for time, brake in first.keys() | second.keys()
-                     if _parted(first.get((time, brake)), second.get((time, brake)))),
-                    default=math.inf)
-    return Agreement(
-        len(pairs), len(same), len(equal), parted_at,
-        sum(a.time_s < parted_at for a, _ in same), sum(a.time_s < parted_at for a in equal),
-        max((abs(a.squeal_risk - b.squeal_risk) for a, b in pairs
-             if a.state == b.state and not math.isnan(a.squeal_risk)), default=0.0))
+def agreement(live: Iterable[Row], replayed: Iterable[Row]) -> Agreement:
+    """Compare tick by tick; holds no rows but those of a tick.
+
+    Inputs may differ by one sample where a message came late.
+
+    Parameters
+    ----------
+    live, replayed : iterables of Row
+        In order of time.
+    """
+    compared = same = equal = before = equal_before = 0
+    parted_at, largest = math.inf, 0.0
+    for time, first, second in _ticks(live, replayed):
+        if math.isinf(parted_at) and any(_parted(first.get(brake), second.get(brake))
+                                         for brake in first.keys() | second.keys()):
+            parted_at = time
+        for brake in first.keys() & second.keys():
+            a, b = first[brake], second[brake]
+            compared += 1
+            if a.state == b.state and not math.isnan(a.squeal_risk):
+                largest = max(largest, abs(a.squeal_risk - b.squeal_risk))
+            if _inputs(a) == _inputs(b):
+                agrees = _numbers(a) == _numbers(b)
+                same, equal = same + 1, equal + agrees
+                if math.isinf(parted_at):
+                    before, equal_before = before + 1, equal_before + agrees
+    return Agreement(compared, same, equal, parted_at, before, equal_before, largest)
+
+
+def _ticks(live: Iterable[Row], replayed: Iterable[Row]
+           ) -> Iterator[tuple[float, dict[str, Row], dict[str, Row]]]:
+    """Yield time and rows by brake of each tick of either record; a tick's last row counts."""
+    both = heapq.merge(((round(row.time_s, 6), 0, row) for row in live),
+                       ((round(row.time_s, 6), 1, row) for row in replayed),
+                       key=itemgetter(0))
+    for time, entries in groupby(both, key=itemgetter(0)):
+        found: tuple[dict[str, Row], dict[str, Row]] = {}, {}
+        for _, which, row in entries:
+            found[which][row.brake] = row
+        yield time, *found
 
 
 def _parted(a: Row | None, b: Row | None) -> bool:

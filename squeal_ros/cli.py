@@ -49,7 +49,11 @@ def parser() -> argparse.ArgumentParser:
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
-    _replay(sub.add_parser('replay', help='the monitor over a recorded bag'))
+    _replay(sub.add_parser(
+        'replay', help='the monitor over a recorded bag',
+        description='Run the monitor over a recorded bag. Exit code 0: every brake that braked '
+        'was assessed; 1: a brake was never assessed though it slid under load, or nothing is '
+        'known of it; 2: bag, settings or output cannot be used.'))
     _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
     _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
     return top
@@ -223,6 +227,9 @@ def _replay(p: argparse.ArgumentParser) -> None:
     p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
     p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
     p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
+    p.add_argument('--types', metavar='FOLDER',
+                   help='.msg files of message types that the bag does not define')
+    p.add_argument('--force', action='store_true', help='replace existing outputs')
     p.add_argument('--json', action='store_true')
 
 

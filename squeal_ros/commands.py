@@ -16,7 +16,6 @@ from squeal_core import resources
 from squeal_core.brake_file import read_brake
 from squeal_core.brake_model import BrakeModel, OPERATORS
 from squeal_core.drive_cycle import read_drive_cycle
-from squeal_core.history import Row, squeal_events
 from squeal_core.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.mode_vectors import Trust, trust
 from squeal_core.model_file import read_header
@@ -151,20 +150,29 @@ def policy(options: argparse.Namespace) -> int:
 def replay(options: argparse.Namespace) -> int:
     """Run the monitor over a recorded bag."""
     from squeal_ros import replay as replaying
-    from squeal_ros.signals import Router
+    from squeal_ros.bag_reader import Bag
+    from squeal_ros.message_definitions import MessageDefinitions
+    from squeal_ros.replay_report import ReplayReport
 
     chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
     if options.model:
         chosen = replace(chosen, model=options.model)
     if options.rate is not None:
         chosen = replace(chosen, rate=positive('--rate', options.rate))
-    model, router = BrakeModel.load(chosen.model), Router.of(chosen)
-    outputs = replaying.Outputs(Path(options.output), chosen)
-    outputs.write(replaying.replay(
-        options.bag, chosen, model, namespace=options.namespace, router=router))
-    for problem, count in router.problems.items():
-        print(f'squeal: {count} messages unread: {problem}', file=sys.stderr)
-    return _report_replay(options, outputs.rows, outputs.csv_path)
+    outputs = replaying.Outputs(Path(options.output), chosen, overwrite=options.force)
+    outputs.check()
+    model = BrakeModel.load(chosen.model)
+    bag = Bag(options.bag, MessageDefinitions(options.types))
+    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
+    outputs.write(iter(ticks))
+    report = ReplayReport(outputs.summary, outputs.events, ticks.findings, bag.notes)
+    if options.json:
+        print(json.dumps(plain({**report.as_json(), 'output': options.output,
+                                'table': str(outputs.csv_path)})))
+    else:
+        print('\n'.join([*report.lines(), *report.event_lines()]))
+        print(f'written: {options.output}, {outputs.csv_path}')
+    return 0 if report.good else 1
 
 
 def drive(options: argparse.Namespace) -> int:
@@ -194,7 +202,6 @@ def demo(options: argparse.Namespace) -> int:
     from squeal_core.view.drive_plot import plot_drive
     from squeal_core.view.table import drive_console, DriveDisplay, events_table
     from squeal_ros import demo as demos
-    from squeal_ros.agreement import agreement
 
     rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
     cycle, vehicle = _cycle_and_vehicle(options)
@@ -208,20 +215,23 @@ def demo(options: argparse.Namespace) -> int:
     console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
                   f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
                   'its own process')
-    live = demos.run_live(signals, config, files.inputs, DriveDisplay(console, cycle.name),
-                          settings=chosen, speed_up=speed_up)
+    with demos.own_domain() as domain:
+        console.print(demos.how_to_listen(domain))
+        live = demos.run_live(
+            signals, config, files, DriveDisplay(console, cycle.name, warning=chosen.risk_warning),
+            settings=chosen, speed_up=speed_up, domain=domain)
+    report, events = demos.replay_inputs(files, chosen, model)
+    for line in report.lines():
+        console.print(line, markup=False)
     console.print(f'ticks done {live.ticks_done}, lost {live.ticks_lost}')
-    rows = [demos.on_drive_time(row) for row in demos.replay_inputs(files, chosen, model)]
-    console.print(agreement([demos.on_drive_time(row) for row in live.rows], rows).in_words)
-    console.print(events_table(squeal_events(rows, risk=chosen.risk_warning)))
-    plot_drive(rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
+    console.print(demos.compare(files).in_words)
+    console.print(events_table(events))
+    plot_drive(files.replayed_rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
                wheel_radius=vehicle.wheel_radius, squeal_band_hz=(
                    chosen.squeal_band_low_hz, chosen.squeal_band_high_hz))
-    for what, path in (('picture of the drive', files.picture), ('recorded inputs', files.inputs),
-                       ('replayed outputs', files.outputs),
-                       ('table', files.outputs.with_suffix('.csv'))):
+    for what, path in files.described():
         console.print(f'{what}: {path}')
-    return 0 if live.ticks_done else 1
+    return 0 if live.ticks_done and report.good else 1
 
 
 def _in_brief(why: Mechanism | None) -> str:
@@ -257,14 +267,3 @@ def _mechanism_json(model: BrakeModel, point: OperatingPoint,
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
     return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv')),
             read_vehicle(shipped('vehicles', options.vehicle, '.yaml')))
-
-
-def _report_replay(options: argparse.Namespace, rows: Sequence[Row], table: Path) -> int:
-    events = squeal_events(rows)
-    ticks = len({row.time_s for row in rows})
-    if options.json:
-        print(json.dumps({'ticks': ticks, 'output': options.output, 'table': str(table),
-                          'events': [event.__dict__ for event in events]}))
-    else:
-        print(f'{ticks} ticks, {len(events)} squeal events; {options.output}, {table}')
-    return 0

@@ -3,7 +3,10 @@
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+import math
+import os
 import time
 from types import TracebackType
 from typing import Any
@@ -20,11 +23,13 @@ from sensor_msgs.msg import FluidPressure, JointState, Temperature
 from std_msgs.msg import Float64, Header
 
 from squeal_core.history import Row
+from squeal_core.settings import NODE_NAME
 from squeal_core.vehicle import BrakeSignals
 
 # simulated time at which a drive starts: zero would mean "no clock yet" to ROS
 ORIGIN = 1_000_000_000
 ZERO_CELSIUS = 273.15
+_LONGEST_WAIT = 5.0  # s, for an answer of the monitor
 Record = Callable[[str, str, int, bytes], None]
 
 
@@ -41,18 +46,31 @@ class BrakePlayer:
     """Publishes the signals of four wheels and collects the diagnostics of a monitor.
 
     A context manager, with a ROS context of its own.
+
+    Parameters
+    ----------
+    signals : BrakeSignals
+    namespace : str
+        Of the topics, and of the monitor that is heard; others are not.
+    domain : int, optional
+        ROS domain, in which only this machine is then heard; by default the one that
+        ROS_DOMAIN_ID gives.
     """
 
-    def __init__(self, signals: BrakeSignals, *, namespace: str = '') -> None:
+    def __init__(self, signals: BrakeSignals, *, namespace: str = '',
+                 domain: int | None = None) -> None:
         self._signals = signals
+        self._heard_names = f'{namespace.strip("/")}/{NODE_NAME}: '.lstrip('/')
         self._context = Context()
-        rclpy.init(context=self._context)
+        with _discovery(None if domain is None else 'LOCALHOST'):
+            rclpy.init(context=self._context, domain_id=domain)
         self._node: Node = rclpy.create_node(
             'brake_player', context=self._context, namespace=namespace)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._publishers: dict[str, Any] = {}
         self._heard: list[Progress] = []
+        self._answered: int | None = None  # time of the monitor's last answer [ns]
         self._add('joint_states', JointState)
         for brake in signals.brakes:
             self._add(f'{brake}/brake_pressure', FluidPressure)
@@ -82,7 +100,7 @@ class BrakePlayer:
             self._executor.spin_once(timeout_sec=0.05)
         return True
 
-    def play(self, *, speed_up: float = 1.0, simulated: bool = True,
+    def play(self, *, speed_up: float = 1.0, simulated: bool = True, lag: float = math.inf,
              record: Record = lambda *_: None) -> Iterator[list[Progress]]:
         """Publish all signals in step with time; yield after each what the monitor said since.
 
@@ -95,6 +113,9 @@ class BrakePlayer:
             Seconds of the drive in one second.
         simulated : bool
             Publish /clock and stamp with the drive's time; otherwise stamp with the system's.
+        lag : float
+            The simulated clock waits for a monitor whose last answer is older than this [s], for
+            some seconds at most: a slow or busy machine then loses no tick.
         record : callable
             Given topic, type, time [ns] and CDR bytes of each message.
         """
@@ -108,10 +129,19 @@ class BrakePlayer:
                 self._publishers[topic].publish(message)
                 record(f'/{topic}', _type_name(message), now, serialize_message(message))
             if simulated:
+                self._await_answer(now - lag * 1e9)
                 yield self._until(start + seconds / speed_up)
                 self._clock.publish(Clock(clock=_time(now)))
             start = max(start, time.monotonic() - (seconds + 0.5 * step_time) / speed_up)
         yield self._until(time.monotonic() + 0.5)
+
+    def _await_answer(self, since: float) -> None:
+        """Wait for an answer of the monitor at or after a time [ns], once it has answered."""
+        end = time.monotonic() + _LONGEST_WAIT
+        while self._answered is not None and self._answered < since:
+            if time.monotonic() > end:
+                return
+            self._executor.spin_once(timeout_sec=0.05)
 
     def _until(self, deadline: float) -> list[Progress]:
         rest = 1.0
@@ -141,14 +171,30 @@ class BrakePlayer:
         seconds = (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec) * 1e-9
         rows, node = [], {}
         for status in message.status:
+            if not status.name.startswith(self._heard_names):
+                continue  # another monitor's
             values = {item.key: item.value for item in status.values}
             if 'ticks_done' in values:
                 node = values
             elif 'squeal_risk' in values:
                 rows.append(_row(seconds, status.hardware_id, status.message, values))
         if node:
+            self._answered = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
             self._heard.append(Progress(
                 tuple(rows), int(node['ticks_done']), int(node['ticks_lost'])))
+
+
+@contextmanager
+def _discovery(reach: str | None) -> Iterator[None]:
+    """Set how far participants look for each other; it is read as a context begins."""
+    name, before = 'ROS_AUTOMATIC_DISCOVERY_RANGE', os.environ.copy()
+    if reach is not None:
+        os.environ[name] = reach
+    try:
+        yield
+    finally:
+        os.environ.pop(name, None)
+        os.environ.update({name: before[name]} if name in before else {})
 
 
 def _row(seconds: float, brake: str, reason: str, values: dict[str, str]) -> Row:

@@ -49,9 +49,10 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     assert compared > 4 * 35  # 40 s, a tick a second, four brakes, less start and end
     folder = tmp_path / 'demo_output'
     assert {p.name for p in folder.iterdir()} == {
-        'inputs.mcap', 'outputs.mcap', 'outputs.csv', 'drive.png'}
+        'inputs.mcap', 'live.csv', 'outputs.mcap', 'outputs.csv', 'drive.png'}
     assert (folder / 'drive.png').read_bytes().startswith(b'\x89PNG')
     assert 'Squeal events' in output
+    assert 'of the braking time' in output.partition('Squeal events')[0]
 
 
 def demo_of_40_seconds(folder: Path) -> tuple[int, int, int, str]:

@@ -1,6 +1,6 @@
 """The picture of a drive: speed, pressure, risk and unstable frequencies over time."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +11,18 @@ except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 
+from squeal_core.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.history import Row
 
 
-def plot_drive(rows: Sequence[Row], path: str | Path, *, title: str, wheel_radius: float,
-               squeal_band_hz: tuple[float, float]) -> None:
-    """Draw a drive to a PNG file.
+def plot_drive(rows: Callable[[], Iterable[Row]], path: str | Path, *, title: str,
+               wheel_radius: float, squeal_band_hz: tuple[float, float]) -> None:
+    """Draw a drive to a PNG file; of a long one the extremes in each pixel or so.
 
     Parameters
     ----------
-    rows : sequence of Row
+    rows : callable
+        Gives the rows anew at each call, in order of time.
     path : path
     title : str
     wheel_radius : float
@@ -28,25 +30,25 @@ def plot_drive(rows: Sequence[Row], path: str | Path, *, title: str, wheel_radiu
     squeal_band_hz : (2,) floats
         Shaded in the frequency panel.
     """
+    envelope = drive_envelope(rows)
     matplotlib.rcParams['font.size'] = 9
     figure = Figure(figsize=(11.0, 8.5), layout='constrained')
     speed, pressure, risk, frequency = figure.subplots(
         4, 1, sharex=True, height_ratios=(1, 1, 1, 2.2))
-    brakes = list(dict.fromkeys(row.brake for row in rows))
-    for number, brake in enumerate(brakes):
-        own = [row for row in rows if row.brake == brake]
-        time = [row.time_s for row in own]
+    for number, (brake, own) in enumerate(envelope.brakes.items()):
         if number == 0:
-            rotor = np.array([row.rotor_speed_rad_s for row in own])
+            time, rotor = outline(envelope, own.rotor_speed)
             speed.plot(time, rotor * wheel_radius * 3.6, color='0.3', linewidth=1.2)
-        pressure.plot(time, [row.pressure_pa / 1e5 for row in own], color=f'C{number}',
-                      linewidth=1.0, linestyle='-' if number % 2 == 0 else ':', label=brake)
-    _risk_strips(figure, risk, rows, brakes)
-    _frequencies(figure, frequency, rows)
+        time, pascal = outline(envelope, own.pressure)
+        right = number % 2 == 1  # mostly the same as the left one: a thin line over a wide one
+        pressure.plot(time, pascal / 1e5, color=f'C{number}', linewidth=1.0 if right else 3.0,
+                      alpha=1.0 if right else 0.5, linestyle='--' if right else '-', label=brake)
+    _risk_strips(figure, risk, envelope)
+    _frequencies(figure, frequency, envelope, squeal_band_hz)
     frequency.axhspan(*(f / 1e3 for f in squeal_band_hz), color='0.95', zorder=0)
     speed.set(ylabel='vehicle speed\nkm/h', title=title)
     pressure.set(ylabel='brake pressure\nbar')
-    pressure.legend(loc='lower right', bbox_to_anchor=(1.0, 0.97), ncols=len(brakes),
+    pressure.legend(loc='lower right', bbox_to_anchor=(1.0, 0.97), ncols=len(envelope.brakes),
                     frameon=False)
     frequency.set(xlabel='time  s', ylabel='unstable modes  kHz\n(shaded: squeal band)')
     for panel in (speed, pressure, frequency):
@@ -55,32 +57,30 @@ def plot_drive(rows: Sequence[Row], path: str | Path, *, title: str, wheel_radiu
     figure.savefig(path, dpi=110)
 
 
-def _risk_strips(figure: Any, axes: Any, rows: Sequence[Row], brakes: Sequence[str]) -> None:
-    """Draw one strip a brake, coloured by its risk, grey where it is not known."""
-    times = np.unique([row.time_s for row in rows])
-    risk = np.full((len(brakes), times.size), np.nan)
-    for row in rows:
-        risk[brakes.index(row.brake), np.searchsorted(times, row.time_s)] = row.squeal_risk
-    step = np.diff(times).min(initial=np.inf) if times.size > 1 else 1.0
+def _risk_strips(figure: Any, axes: Any, envelope: DriveEnvelope) -> None:
+    """Draw one strip a brake, coloured by its largest risk, grey where none is known."""
+    brakes = list(envelope.brakes)
+    risk = np.array([own.risk for own in envelope.brakes.values()])
     axes.set_facecolor('0.8')
-    strips = axes.pcolormesh(
-        np.append(times, times[-1] + step), np.arange(len(brakes) + 1) - 0.5, risk,
-        cmap='Reds', vmin=0.0, vmax=1.0)
+    strips = axes.pcolormesh(envelope.edges, np.arange(len(brakes) + 1) - 0.5, risk,
+                             cmap='Reds', vmin=0.0, vmax=1.0)
     axes.set_yticks(range(len(brakes)), brakes)
     axes.set_ylabel('squeal risk\n(grey: not known)')
-    axes.hlines(np.arange(1, len(brakes)) - 0.5, times[0], times[-1] + step, color='1.0')
+    axes.hlines(np.arange(1, len(brakes)) - 0.5, envelope.edges[0], envelope.edges[-1],
+                color='1.0')
     axes.invert_yaxis()
     figure.colorbar(strips, ax=axes, pad=0.01, aspect=8)
 
 
-def _frequencies(figure: Any, axes: Any, rows: Sequence[Row]) -> None:
+def _frequencies(figure: Any, axes: Any, envelope: DriveEnvelope,
+                 squeal_band_hz: tuple[float, float]) -> None:
     """Mark every unstable mode, coloured by its growth rate."""
-    points = [(row.time_s, frequency / 1e3, growth) for row in rows for frequency, growth in
-              zip(row.unstable_frequencies_hz, row.unstable_growth_rates_1_s, strict=True)]
-    if not points:
+    time, frequency, growth = envelope.marks.T
+    if not time.size:
         axes.text(0.5, 0.5, 'no unstable mode', transform=axes.transAxes, ha='center')
+        axes.set_ylim(0.0, squeal_band_hz[1] / 1e3)
         return
-    time, frequency, growth = np.array(points).T
-    marks = axes.scatter(time, frequency, c=growth, s=4, cmap='viridis_r', vmin=0.0, zorder=2)
-    axes.set_ylim(0.0, 1.1 * frequency.max())
+    marks = axes.scatter(time, frequency / 1e3, c=growth, s=4, cmap='viridis_r', vmin=0.0,
+                         zorder=2)
+    axes.set_ylim(0.0, 1.1 * frequency.max() / 1e3)
     figure.colorbar(marks, ax=axes, label='growth rate  1/s', pad=0.01, aspect=25)

@@ -7,9 +7,11 @@ import sys
 from typing import Any
 
 try:
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.live import Live
     from rich.table import Table
+    from rich.text import Text
 except ImportError as error:
     raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
@@ -30,13 +32,17 @@ class DriveDisplay:
     ----------
     console : rich.console.Console
     title : str
+    warning : float
+        Risk from which a row is red [-].
     block_period : float
         Time of the drive between two blocks where there is no terminal [s].
     """
 
-    def __init__(self, console: Console, title: str, *, block_period: float = 30.0) -> None:
+    def __init__(self, console: Console, title: str, *, warning: float = 0.5,
+                 block_period: float = 30.0) -> None:
         self._console = console
         self._title = title
+        self._warning = warning
         self._block_period = block_period
         self._next_block = -math.inf
         self._live: Live | None = None
@@ -63,14 +69,16 @@ class DriveDisplay:
 
     def _table(self, time: float, vehicle_speed: float, rows: Sequence[Row],
                caption: str) -> Table:
-        table = Table(title=f'{self._title}   t = {time:6.1f} s   {vehicle_speed * 3.6:5.1f} km/h',
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True,
+                      title=f'{self._title}   t = {time:6.1f} s   {vehicle_speed * 3.6:5.1f} km/h',
                       title_justify='left', caption=caption, caption_justify='left')
-        table.add_column('brake', min_width=11)
-        for name in ('pressure bar', 'mu', 'risk', 'worst mode Hz', 'growth 1/s'):
-            table.add_column(name, justify='right', min_width=len(name))
+        table.add_column('brake', no_wrap=True)
+        for name in ('pressure\nbar', 'mu', 'squeal\nrisk', 'mode\nHz', 'growth\n1/s'):
+            table.add_column(name, justify='right', no_wrap=True, min_width=5)
         table.add_column('state', min_width=11)
+        table.add_column('reason', overflow='fold')
         for row in rows:
-            table.add_row(*_cells(row), style=_style(row))
+            table.add_row(*_cells(row), style=_style(row, self._warning))
         return table
 
 
@@ -89,17 +97,22 @@ def events_table(events: Sequence[SquealEvent], *, most: int = 12) -> Table:
     return table
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: Row) -> tuple[str | Text, ...]:
     return (row.brake, _number(row.pressure_pa / 1e5, '.1f'), _number(row.friction, '.3f'),
             _number(row.squeal_risk, '.2f'), _number(row.worst_frequency_hz, '.0f'),
-            _number(row.growth_rate_1_s, '+.1f'), row.state)
+            _number(row.growth_rate_1_s, '+.1f'), row.state, Text(_reason(row)))
+
+
+def _reason(row: Row) -> str:
+    """Return what the other columns do not say of a row."""
+    return row.reason.partition('; ')[2] if row.state == 'steady' else row.reason
 
 
 def _number(value: float, form: str) -> str:
     return _UNKNOWN if math.isnan(value) else format(value, form)
 
 
-def _style(row: Row) -> Any:
+def _style(row: Row, warning: float) -> Any:
     if row.state in ('stale', 'invalid', 'outside validated range'):
         return 'magenta'
-    return 'bold red' if row.squeal_risk >= 0.5 else ''
+    return 'bold red' if row.squeal_risk >= warning else ''

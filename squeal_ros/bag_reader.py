@@ -1,0 +1,261 @@
+"""Recorded bags, MCAP and sqlite3, read lazily; what is missing in one is said."""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+try:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys.store import Typestore
+except ImportError as error:
+    raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
+
+from squeal_core.errors import SquealError
+from squeal_core.output import kind_of
+from squeal_core.yaml_file import read_yaml
+from squeal_ros.findings import same_type_name
+from squeal_ros.message_definitions import DefinitionError, MessageDefinitions
+
+_SUFFIXES = ('.mcap', '.db3')
+_ZSTD = b'\x28\xb5\x2f\xfd'
+_GIVE_BAG = 'give a rosbag2 folder or an .mcap or .db3 file'
+
+
+class BagError(SquealError):
+    """A bag that cannot be read or written."""
+
+    def __init__(self, path: object, what: str, remedy: str) -> None:
+        super().__init__(f'{path}: {what}; {remedy}')
+
+
+class Bag:
+    """A recorded bag: its topics, and their messages in order of recording.
+
+    The storage files are read themselves: where metadata.yaml does not fit them, the messages are
+    there all the same, and the difference is noted.
+
+    Parameters
+    ----------
+    path : path
+        A rosbag2 folder, or an .mcap or .db3 file.
+    definitions : MessageDefinitions, optional
+        For messages whose definition the bag does not hold.
+
+    Attributes
+    ----------
+    types : dict
+        Message types of each topic, with their counts.
+    notes : list of str
+        What a user should know of the bag.
+    undecodable : Counter
+        Messages of each topic that are none of their type, or are damaged.
+    """
+
+    def __init__(self, path: str | Path, definitions: MessageDefinitions | None = None) -> None:
+        self.path = Path(path)
+        self.notes: list[str] = []
+        self.types: dict[str, Counter[str]] = defaultdict(Counter)
+        self.undecodable: Counter[str] = Counter()
+        self._definitions = definitions or MessageDefinitions()
+        self._stores: dict[tuple[str, str], Typestore] = {}
+        self._expected: Counter[str] = Counter()  # by metadata.yaml
+        self._hashes: dict[str, str] = {}  # of types, likewise
+        if not self.path.exists():
+            raise BagError(self.path, 'does not exist', 'check the path')
+        self._files = self._storage_files()
+        self._counts: Counter[str] = Counter()  # by the storage files
+        for file in self._files:
+            with _opened(file) as reader:
+                for connection in reader.connections:
+                    self.types[connection.topic][connection.msgtype] += connection.msgcount
+                    self._counts[connection.topic] += connection.msgcount
+        self.types = dict(self.types)
+
+    def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any]]:
+        """Yield (topic, time of recording [ns], message) in order of recording.
+
+        Parameters
+        ----------
+        wanted : mapping
+            Type of each topic; messages of another type on it are passed over.
+
+        Raises
+        ------
+        BagError
+            For what is damaged, or has no message that is wanted.
+        DefinitionError
+            For a type that no definition is found for.
+        """
+        count: Counter[str] = Counter()
+        for file in self._files:
+            with _opened(file) as reader:
+                chosen = [c for c in reader.connections
+                          if same_type_name(wanted.get(c.topic, ''), c.msgtype)]
+                stores = {c.id: self._store(c) for c in chosen if c.msgcount}
+                self.notes.extend(text for text in self._definitions.notes.values()
+                                  if text not in self.notes)
+                if not chosen:
+                    continue
+                for connection, time, data in _read(reader, chosen, file):
+                    if connection.id not in stores:  # one that the file's own counts leave out
+                        stores[connection.id] = self._store(connection)
+                    count[connection.topic] += 1
+                    try:
+                        message = decode(stores[connection.id], data, connection.msgtype)[0]
+                    except Exception as error:  # whatever bytes can do to a decoder
+                        self._count_undecodable(connection.topic, data, error)
+                        continue
+                    yield connection.topic, time, message
+        self._compare(wanted, count)
+
+    def _store(self, connection: Connection) -> Typestore:
+        key = connection.msgtype, connection.msgdef.data
+        if key not in self._stores:
+            self._stores[key] = self._definitions.store_for(
+                connection, self._hashes.get(connection.msgtype, connection.digest), self.path)
+        return self._stores[key]
+
+    def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
+        self.undecodable[topic] += 1
+        if self.undecodable[topic] == 1:
+            packed = bytes(data[:4]) == _ZSTD
+            what = 'it is compressed: give the folder with its metadata.yaml' if packed else (
+                f'{type(error).__name__}: {" ".join(str(error).split())[:120]}')
+            self.notes.append(f'{topic}: a message cannot be decoded ({what})')
+
+    def _compare(self, wanted: Mapping[str, str], count: Counter[str]) -> None:
+        """Compare the messages that were read with those that should be there."""
+        for topic in sorted(wanted):
+            there = sum(n for name, n in self.types.get(topic, Counter()).items()
+                        if same_type_name(name, wanted[topic]))
+            by_file = max(there, count[topic])
+            if count[topic] < by_file:
+                self.notes.append(f'{topic}: {count[topic]} of {by_file} messages are in the '
+                                  'storage; the rest is lost')
+            if self._expected and self._expected[topic] != self._counts[topic]:
+                self.notes.append(
+                    f'{topic}: metadata.yaml counts {self._expected[topic]} messages and the '
+                    f'storage holds {self._counts[topic]}; those were read')
+
+    def _storage_files(self) -> list[Path]:
+        """Return the files to read, or the folder where only its metadata says how."""
+        if not self.path.is_dir():
+            kind = kind_of(self.path.stat().st_mode)
+            if kind:
+                raise BagError(self.path, f'is {kind}', _GIVE_BAG)
+            self._note_log(self.path)
+            return [self.path]
+        present = sorted((p for p in self.path.iterdir() if p.suffix in _SUFFIXES and p.is_file()),
+                         key=_natural)
+        try:
+            about = read_yaml(self.path / 'metadata.yaml', BagError)[
+                'rosbag2_bagfile_information']
+            listed = [self.path / Path(name).name for name in about['relative_file_paths']]
+            self._expected.update({item['topic_metadata']['name']: int(item['message_count'])
+                                   for item in about['topics_with_message_count']})
+            self._hashes.update({
+                item['topic_metadata']['type']: str(
+                    item['topic_metadata'].get('type_description_hash', ''))
+                for item in about['topics_with_message_count']})
+            packed = str(about.get('compression_mode') or '').lower() not in ('', 'none')
+        except (BagError, KeyError, TypeError, ValueError, AttributeError) as error:
+            if not present:
+                raise BagError(self.path, 'has no storage file, and no metadata.yaml that can be '
+                               f'read ({error})', _GIVE_BAG) from None
+            self.notes.append(f'{self.path}: metadata.yaml is missing or cannot be read; its '
+                              'storage files are read without it')
+            self._expected.clear()
+            return present
+        if packed:
+            return [self.path]
+        files = [file for file in listed if file.is_file()]
+        missing = [file.name for file in listed if file not in files]
+        if not files:
+            files = present
+        if not files:
+            raise BagError(self.path, 'has none of its storage files '
+                           f'({", ".join(missing) or "metadata.yaml lists none"})', _GIVE_BAG)
+        if missing:
+            self.notes.append(f'{self.path}: {", ".join(missing)} is not there, and '
+                              f'{", ".join(file.name for file in files)} is read')
+        for file in files:
+            self._note_log(file)
+        return files
+
+    def _note_log(self, file: Path) -> None:
+        log = file.with_name(f'{file.name}-wal')
+        if log.is_file() and log.stat().st_size:
+            self.notes.append(f'{file}: messages still in {log.name} are not read; open it once '
+                              'with sqlite3 to have them written into it')
+
+
+class _opened:  # noqa: N801 - a context manager, used as a function
+    """Opens a storage file or folder; every failure is a BagError in one line."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> Reader:
+        try:
+            self._reader = Reader(self._path)
+            self._reader.open()
+        except Exception as error:  # rosbags lets struct, sqlite and assertion errors through
+            raise _unreadable(self._path, error) from None
+        return self._reader
+
+    def __exit__(self, *_: object) -> None:
+        self._reader.close()
+
+
+def _read(reader: Reader, chosen: list[Connection], path: Path
+          ) -> Iterator[tuple[Connection, int, bytes]]:
+    try:
+        yield from reader.messages(chosen)
+    except GeneratorExit:
+        raise
+    except Exception as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: Exception) -> BagError:
+    if path.suffix == '.bag':
+        return BagError(path, 'is a bag of ROS 1', 'convert it: rosbags-convert --src '
+                        f'{path.name} --dst {path.stem}')
+    text = ' '.join(str(error).split())[:200]
+    remedy = {'.mcap': 'if it was cut off, `mcap recover` gets back what is whole',
+              '.db3': 'if it was cut off, `sqlite3 FILE .recover` gets back what is whole'}.get(
+                  path.suffix, _GIVE_BAG)
+    return BagError(path, f'cannot be read ({type(error).__name__}: {text})', remedy)
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Return a key by which bag_10 comes after bag_9."""
+    parts, number = [], ''
+    for letter in f'{path.name} ':
+        if letter.isdecimal():
+            number += letter
+            continue
+        if number:
+            parts.append((int(number), ''))
+            number = ''
+        parts.append((-1, letter))
+    return parts
+
+
+def decode(store: Typestore, data: bytes, type_name: str) -> tuple[Any, int]:
+    """Return a message and its length in bytes.
+
+    rclpy's `serialize_message` leaves a tail of undefined bytes behind some messages, which
+    rosbags' own decoder refuses.
+    """
+    definition = store.get_msgdef(type_name)
+    if bytes(data[:2]) not in (b'\0\0', b'\0\1'):
+        raise ValueError(f'a message of {type_name} is not plain CDR')
+    read = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
+    message, length = read(memoryview(data)[4:], 0, definition.cls, store)
+    return message, length + 4
+
+
+__all__ = ['Bag', 'BagError', 'DefinitionError', 'decode']
