@@ -7,6 +7,7 @@ refused before a byte is read, as is a file that is larger than its format ever 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import errno
+import io
 import os
 from pathlib import Path
 from typing import BinaryIO
@@ -69,6 +70,32 @@ def read_text_bounded(path: str | Path, most_bytes: int, error_of: ErrorOf, *,
     except UnicodeDecodeError as error:
         raise error_of(path, f'is no {encoding.upper()} text (byte {error.start})',
                        f'save it as {encoding.upper()}') from None
+
+
+def bounded_lines(file: BinaryIO, most_letters: int, error_of: Callable[[int], SquealError], *,
+                  encoding: str = 'utf-8-sig', errors: str = 'strict') -> Iterator[str]:
+    """Yield the lines of an open file with their ends, none longer than so many characters.
+
+    Parameters
+    ----------
+    file : binary file
+    most_letters : int
+        Of one line.
+    error_of : callable
+        Of the number of a line that is too long: makes the error.
+    encoding, errors : str
+        As for `bytes.decode`.
+    """
+    number = 0
+    text = io.TextIOWrapper(file, encoding, errors, newline='')
+    try:
+        while line := text.readline(most_letters + 1):
+            number += 1
+            if len(line) > most_letters:
+                raise error_of(number)
+            yield line
+    finally:
+        text.detach()
 
 
 def check_readable(path: str | Path, most_bytes: int, error_of: ErrorOf) -> int:

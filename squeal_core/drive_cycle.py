@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 
 from squeal_core.arrays import FloatArray, readonly, short_repr
+from squeal_core.bounded_reader import bounded_lines, open_bounded
 from squeal_core.errors import SquealError
 from squeal_core.resources import names
 
+MAX_BYTES = 20_000_000
+MAX_ROWS = 500_000
+MAX_LINE = 10_000  # characters
 _COLUMNS = ('time_s', 'speed_m_s')
 
 
@@ -116,15 +120,16 @@ def read_drive_cycle(path: str | Path) -> DriveCycle:
     """
     path = Path(path)
     try:
-        # a byte that is no UTF-8 becomes a value that is no number, reported with its line
-        with path.open(newline='', encoding='utf-8-sig', errors='replace') as file:
-            lines, values = _rows(path, csv.reader(file))
+        with open_bounded(path, MAX_BYTES, _file_error) as file:
+            # a byte that is no UTF-8 becomes a value that is no number, reported with its line
+            text = bounded_lines(file, MAX_LINE, lambda line: DriveCycleError(
+                f'{path}, line {line}: has more than {MAX_LINE} characters; give a table of '
+                'lines'), errors='replace')
+            lines, values = _rows(path, csv.reader(text))
     except DriveCycleError:
         raise
-    except (OSError, ValueError, csv.Error) as error:  # ValueError: a NUL in the path
-        shipped = ', '.join(names('drive_cycles', '.csv'))
-        raise DriveCycleError(f'{path}: cannot be read ({error}); give a table of '
-                              f'{",".join(_COLUMNS)}, or a shipped cycle: {shipped}') from None
+    except (OSError, ValueError, csv.Error) as error:
+        raise _file_error(path, f'cannot be read ({error})', '') from None
     time, speed = np.array(values, dtype=np.float64).reshape(-1, 2).T
     fault = _first_fault(time, speed)
     if fault is not None:
@@ -133,11 +138,20 @@ def read_drive_cycle(path: str | Path) -> DriveCycle:
     return DriveCycle(name=path.stem, time=time, speed=speed, source=path.name)
 
 
+def _file_error(path: object, what: str, _: str) -> DriveCycleError:
+    return DriveCycleError(f'{path}: {what}; give a table of {",".join(_COLUMNS)}, or a shipped '
+                           f'cycle: {", ".join(names("drive_cycles", ".csv"))}')
+
+
 def _rows(path: Path, rows: Any) -> tuple[list[int], list[list[float]]]:
     columns = _columns(path, next(rows, []))
-    lines, values = [], []
+    lines: list[int] = []
+    values: list[list[float]] = []
     for row in rows:
         if any(cell.strip() for cell in row):
+            if len(lines) == MAX_ROWS:
+                raise DriveCycleError(f'{path}: has more than {MAX_ROWS} rows; sample it more '
+                                      'coarsely, or give a part of it')
             lines.append(rows.line_num)
             values.append([_number(path, rows.line_num, row, columns, name) for name in _COLUMNS])
     return lines, values

@@ -67,6 +67,26 @@ def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = Fa
     return target
 
 
+def make_folder(path: str | Path) -> Path:
+    """Make a folder for outputs, and those above it, where it is not there yet.
+
+    Raises
+    ------
+    OutputError
+        One line: which path, what is wrong with it, and the remedy.
+    """
+    folder = Path(path)
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(path, 'is no folder', 'give another name')
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
+        if isinstance(error, PlacedError):
+            raise
+        raise _unwritable(path, error) from None
+    return folder
+
+
 @contextmanager
 def output_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
     """Give the temporary path of one output file, which is renamed when the context ends well."""

@@ -11,6 +11,8 @@ from squeal_core.yaml_file import read_yaml
 
 Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
 NODE_NAME = 'squeal_monitor'
+MAX_BRAKES = 64  # of one node
+MAX_NAME = 100  # letters of a brake's name
 SIGNALS: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction', 'temperature')
 Value: TypeAlias = bool | float | str | tuple[str, ...]
 # when a running node takes a new value: at the next tick, at the next configure, never
@@ -325,8 +327,12 @@ def _parameter_sections(content: Any, node: str = '') -> Iterator[Mapping[str, A
 
 
 def check_names(names: tuple[str, ...]) -> None:
+    """Refuse names of brakes that topics and parameters cannot have, and too many of them."""
+    if len(names) > MAX_BRAKES:
+        raise ConfigurationError('brakes', f'has {len(names)} names',
+                                 f'name at most {MAX_BRAKES} brakes for one node')
     for name in names:
-        if not (name.isidentifier() and name.isascii()):
+        if not (name.isidentifier() and name.isascii() and len(name) <= MAX_NAME):
             raise ConfigurationError('brakes', f'has {quoted(name)}', 'use letters, digits and _')
     if len(set(names)) != len(names) or not names:
         raise ConfigurationError('brakes', f'is {quoted(list(names))}', 'name each brake once')

@@ -76,7 +76,7 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     grid = _grid(axes, friction_law)
     points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
               for values in product(*grid.values())]
-    about = {'model': str(model.provenance.get('brake', '')), 'rotation': rotation,
+    about = {'model': str(model.provenance.get('brake', ''))[:200], 'rotation': rotation,
              'friction_law': friction_law, 'tracked': tracked, 'fast': fast,
              'nominal_contact_stiffness': model.nominal_contact_stiffness}
     if not rotation:

@@ -1,15 +1,18 @@
 """YAML as plain data: bounded, no Python tags, no key twice, one error for all that can fail."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from squeal_core.errors import quoted, SquealError
+from squeal_core.bounded_reader import ErrorOf, read_bounded
+from squeal_core.errors import quoted
 
 MAX_BYTES = 1_000_000
+MAX_NODES = 20_000  # keys, values, lists and mappings: the settings of MAX_BRAKES have half of it
+MAX_DEPTH = 30
+MAX_TEXT = 10_000  # characters of one key or value
 
 
-def read_yaml(path: str | Path, error_of: Callable[[object, str, str], SquealError]) -> Any:
+def read_yaml(path: str | Path, error_of: ErrorOf) -> Any:
     """Return the content of a YAML file.
 
     Parameters
@@ -20,13 +23,10 @@ def read_yaml(path: str | Path, error_of: Callable[[object, str, str], SquealErr
     """
     import yaml
 
-    class Loader(yaml.SafeLoader):
-        """Refuses what a description has no need of and a reader would not notice."""
+    base: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # C's is ten times as fast
 
-        def compose_node(self, parent: Any, index: Any) -> Any:
-            if self.check_event(yaml.AliasEvent):
-                raise yaml.YAMLError(f'an alias (*) in line {self.line + 1}')
-            return super().compose_node(parent, index)
+    class Loader(base):  # type: ignore[misc]
+        """Refuses a key given twice, which a reader would not notice."""
 
         def construct_mapping(self, node: Any, deep: bool = False) -> Any:
             seen: set[str] = set()
@@ -37,16 +37,30 @@ def read_yaml(path: str | Path, error_of: Callable[[object, str, str], SquealErr
                 seen.add(str(key.value))
             return super().construct_mapping(node, deep)
 
+    data = read_bounded(path, MAX_BYTES, error_of)
     try:
-        with open(path, 'rb') as file:
-            data = file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        text = getattr(error, 'strerror', None) or error
-        raise error_of(path, f'cannot be read ({text})', 'check the path') from None
-    if len(data) > MAX_BYTES:
-        raise error_of(path, f'has more than {MAX_BYTES} bytes', 'keep it shorter')
-    try:
-        return yaml.load(data.decode('utf-8'), Loader)  # a SafeLoader: plain data only
+        text = data.decode('utf-8')
+        _check_events(yaml, text, base)
+        return yaml.load(text, Loader)  # a SafeLoader: plain data only
     except Exception as error:  # PyYAML lets ValueError, KeyError, RecursionError and more out
         text = ' '.join(str(error).split())[:200]
         raise error_of(path, f'is not YAML this can read ({text})', 'mend it') from None
+
+
+def _check_events(yaml: Any, text: str, loader: Any) -> None:
+    """Refuse, before anything is built, what no description has: bombs and endless nesting."""
+    depth = count = 0
+    for event in yaml.parse(text, loader):
+        line = event.start_mark.line + 1
+        if isinstance(event, yaml.AliasEvent):
+            raise yaml.YAMLError(f'an alias (*) in line {line}')
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        elif isinstance(event, yaml.ScalarEvent) and len(event.value) > MAX_TEXT:
+            raise yaml.YAMLError(f'a text of {len(event.value)} characters in line {line}')
+        count += isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)
+        if depth > MAX_DEPTH or count > MAX_NODES:
+            raise yaml.YAMLError(f'more than {MAX_NODES} keys and values, or nested more than '
+                                 f'{MAX_DEPTH} deep, in line {line}')

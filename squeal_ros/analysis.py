@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.critical import critical_value, CriticalValue
@@ -19,7 +20,7 @@ from squeal_core.errors import quoted, SquealError
 from squeal_core.mechanism import without_rotation
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sweep import sweep
-from squeal_core.sweep_record import RECORDS, save_sweep, Sweep
+from squeal_core.sweep_record import check_size, RECORDS, save_sweep, Sweep
 from squeal_core.tracking import Law, moved, PARAMETERS
 from squeal_ros.console import plain, ProgressBar, report_progress
 from squeal_ros.listing import sweep_lines, sweep_rows
@@ -40,7 +41,8 @@ def stability_map(options: argparse.Namespace) -> int:
     if options.plot:
         from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
         plot = plot_stability_map if len(axes) == 1 else plot_growth_map
-        draw = partial(plot, path=options.plot, title=options.title)
+        draw = partial(plot, path=options.plot, title=options.title,
+                       overwrite=options.force)
     record = _run(model, point, axes, options, tracked=False, fast=options.fast,
                   rotation=not options.without_rotation)
     return _report(record, options, draw)
@@ -49,6 +51,8 @@ def stability_map(options: argparse.Namespace) -> int:
 def locus(options: argparse.Namespace) -> int:
     """Roots of modes followed over one parameter."""
     _check(options)
+    if options.without_rotation and options.output:
+        check_output('--output', _beside(options.output), force=options.force)
     model, point, axes = _start(options, 'friction')
     if len(axes) > 1:
         raise SquealError('--over: a locus runs over one parameter; `squeal map` takes two')
@@ -56,14 +60,15 @@ def locus(options: argparse.Namespace) -> int:
     draw: Callable[..., None] | None = None
     if options.plot:
         from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
-        draw = partial(plot_loci, numbers=options.modes, path=options.plot, title=options.title
-                       ) if options.modes else partial(
-                           plot_growth_rates, path=options.plot, title=options.title)
+        kept: dict[str, Any] = {'path': options.plot, 'title': options.title,
+                                'overwrite': options.force}
+        draw = (partial(plot_loci, numbers=options.modes, **kept) if options.modes
+                else partial(plot_growth_rates, **kept))
     record, without = _run(model, point, axes, options, tracked=True), None
     if options.without_rotation and record.complete:
         without = _run(model, point, axes, options, tracked=True, rotation=False)
         if options.output:
-            save_sweep(without, _beside(options.output))
+            save_sweep(without, _beside(options.output), overwrite=options.force)
     if draw and options.modes:
         draw = partial(draw, without=without)
     return _report(record, options, draw, options.modes, without)
@@ -119,15 +124,14 @@ def verify(options: argparse.Namespace) -> int:
 
     check_workers(options.workers)
     if options.figures:
-        from squeal_core.view.verification_figures import write_figures
-        if Path(options.figures).exists() and not Path(options.figures).is_dir():
-            raise SquealError(f'--figures: {options.figures} is no folder; give another name')
+        from squeal_core.view.verification_figures import check_figures, write_figures
+        check_figures(options.figures, overwrite=options.force)
     result = verification.verify(
         BrakeModel.load(options.model), progress=report_progress, workers=options.workers)
     print(json.dumps(result.to_json()) if options.json else verification.as_text(result))
     if options.figures:
-        for path in _written(lambda: write_figures(result, options.figures,
-                                                   progress=report_progress), options.figures):
+        for path in write_figures(result, options.figures, overwrite=options.force,
+                                  progress=report_progress):
             print(path, file=sys.stderr)
     return 0 if result.passed else 1
 
@@ -135,8 +139,9 @@ def verify(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> None:
     """Refuse what would fail after the sweep, before it."""
     check_workers(options.workers)
-    check_output('--output', options.output, RECORDS)
-    check_output('--plot', options.plot, PICTURES)
+    model = resources.find('models', options.model, '.npz')
+    check_output('--output', options.output, RECORDS, force=options.force, inputs=(model,))
+    check_output('--plot', options.plot, PICTURES, force=options.force)
 
 
 def _check_numbers(numbers: list[int], model: BrakeModel) -> None:
@@ -196,6 +201,8 @@ def _axis(text: str) -> tuple[str, FloatArray]:
 def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
          options: argparse.Namespace, *, tracked: bool, fast: bool = False,
          rotation: bool = True) -> Sweep:
+    if options.output:
+        check_size(math.prod(map(len, axes.values())), model.size)
     with ProgressBar('points') as progress:
         return sweep(model, point, axes, rotation=rotation, tracked=tracked, fast=fast,
                      workers=options.workers, friction_law=options.law, progress=progress)
@@ -208,9 +215,9 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
     Without a file the result itself is printed.
     """
     if options.output:
-        save_sweep(record, options.output)
+        save_sweep(record, options.output, overwrite=options.force)
     if draw and record.done.any():
-        _written(partial(draw, record), options.plot)
+        draw(record)
     flutter, divergence = (int((record.kinds == kind).any(axis=-1).sum())
                            for kind in ('flutter', 'divergence'))
     summary = {'points': len(record.points), 'done': int(record.done.sum()),
@@ -231,14 +238,6 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
         print('; '.join([f'{summary["done"]} of {summary["points"]} points, flutter at {flutter}'
                          f', divergence at {divergence}', *files]))
     return 0 if record.complete else 1
-
-
-def _written(write: Callable[[], Any], path: str) -> Any:
-    try:
-        return write()
-    except OSError as error:
-        raise SquealError(f'{path}: cannot be written ({error.strerror}); check folder and rights'
-                          ) from None
 
 
 def _beside(path: str) -> Path:

@@ -63,6 +63,7 @@ def _build(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.build)
     p.add_argument('brake', metavar='BRAKE.yaml', help='brake description, or a shipped name')
     p.add_argument('-o', '--output', required=True, metavar='MODEL.npz')
+    _force(p)
     p.add_argument('--follower', action='store_true',
                    help='keep the in-plane follower force, which K09 leaves out')
     p.add_argument('--json', action='store_true')
@@ -105,6 +106,7 @@ def _verify(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('verify'))
     p.add_argument('model', nargs='?', default='kang2009', metavar='MODEL')
     p.add_argument('--figures', metavar='FOLDER', help='write figures 8 to 16 as PNG')
+    _force(p)
     p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
     p.add_argument('--json', action='store_true')
 
@@ -128,6 +130,7 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_from_module('tables', 'tabulate'))
     _model(p)
     p.add_argument('-o', '--output', required=True, metavar='TABLE.npz')
+    _force(p)
     _range(p, '--rotor-speed', 'rad/s')
     load = p.add_mutually_exclusive_group()
     _range(load, '--pressure', 'Pa')
@@ -185,6 +188,7 @@ def _sweep(p: argparse.ArgumentParser, default: str) -> None:
     p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT', help=default)
     p.add_argument('-o', '--output', metavar='FILE', help='record, .npz, .csv or .json')
     p.add_argument('--plot', metavar='PNG')
+    _force(p)
     p.add_argument('--title', default='')
     p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
     p.add_argument('--json', action='store_true')
@@ -251,6 +255,10 @@ def _demo(p: argparse.ArgumentParser) -> None:
                    help='assessments a second of the drive (default 1)')
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--output', default='demo_output', metavar='FOLDER')
+
+
+def _force(p: argparse.ArgumentParser) -> None:
+    p.add_argument('--force', action='store_true', help='replace existing outputs')
 
 
 def _model(p: argparse.ArgumentParser) -> None:

@@ -7,18 +7,17 @@ import json
 import math
 from pathlib import Path
 import sys
-import textwrap
 from typing import Any
 
 import numpy as np
 
 from squeal_core import resources
 from squeal_core.brake_file import read_brake
-from squeal_core.brake_model import BrakeModel, OPERATORS
+from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.mode_vectors import Trust, trust
-from squeal_core.model_file import read_header
+from squeal_core.model_file import load_with_header
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sensitivity import parameter_sensitivity
 from squeal_core.settings import load_settings
@@ -28,6 +27,7 @@ from squeal_core.tracking import identities
 from squeal_core.vehicle import read_vehicle
 from squeal_ros.console import plain, report_progress
 from squeal_ros.listing import counts_in_words, rank
+from squeal_ros.model_info import model_lines
 from squeal_ros.options import check_output, operating_point, positive, shipped
 
 
@@ -35,10 +35,11 @@ def build(options: argparse.Namespace) -> int:
     """Build a modal brake model from a brake description."""
     from squeal_core.build import build_model
 
-    check_output('--output', options.output)
-    brake = read_brake(shipped('brakes', options.brake, '.yaml'))
+    path = shipped('brakes', options.brake, '.yaml')
+    check_output('--output', options.output, force=options.force, inputs=(path,))
+    brake = read_brake(path)
     model = build_model(brake, progress=report_progress, follower=options.follower)
-    model.save(options.output)
+    model.save(options.output, overwrite=options.force)
     for check in model.provenance['audit']:
         if not check['passed']:
             print(f'squeal: warning: {check["name"]} is {check["value"]:.3g}, limit '
@@ -53,44 +54,14 @@ def build(options: argparse.Namespace) -> int:
 
 def info(options: argparse.Namespace) -> int:
     """Show what a model file holds."""
-    header, model = read_header(options.model), BrakeModel.load(options.model)
+    header, model = load_with_header(options.model)
     if options.json:
         frequencies = (model.angular_frequencies / 2.0 / np.pi).tolist()
-        print(json.dumps({**header, 'frequencies_hz': frequencies}))
-        return 0
-    provenance = header['provenance']
-    print(f'model            {provenance.get("brake", options.model)}')
-    print(f'modes            {model.size}, {int(model.free_coordinates.sum())} without stiffness')
-    print(f'contact          area {model.contact_area * 1e4:.2f} cm^2, mean radius '
-          f'{model.contact_radius * 1e3:.1f} mm, stiffness '
-          f'{model.nominal_contact_stiffness:.3g} N/m^3{_by_table(model)}')
-    print(f'arrays           {", ".join(n for n in OPERATORS if getattr(model, n) is not None)}')
-    print(f'schema           {header["schema"]}')
-    print(f'hash             {header["hash"]}')
-    for word in ('fitted', 'assumed'):  # what the model's source does not print
-        keys = [key for key, source in provenance.get('sources', {}).items()
-                if source.startswith(word)]
-        if keys:
-            print(textwrap.fill(f'{word:16} {", ".join(keys)}', 99, subsequent_indent=17 * ' '))
-    for group in ('settings', 'software'):
-        for name, value in provenance.get(group, {}).items():
-            print(f'{name:16} {value}')
-    for check in provenance.get('audit', []):
-        verdict = 'ok' if check['passed'] else 'WARNING'
-        print(f'audit            {verdict:8}{check["name"]:36} {check["value"]:9.2e}  '
-              f'limit {check["limit"]:g}')
-    print('component modes  Hz')
-    for name, frequency in zip(model.names, model.angular_frequencies / 2.0 / np.pi, strict=False):
-        print(f'  {name:22} {frequency:10.2f}')
+        print(json.dumps(plain({**header, 'frequencies_hz': frequencies})))
+    else:
+        for line in model_lines(header, model, options.model):
+            print(line)
     return 0
-
-
-def _by_table(model: BrakeModel) -> str:
-    """Say how contact stiffness follows the contact pressure, where it does."""
-    table = model.stiffness_table
-    return '' if table is None else (
-        f', by table {table.stiffness[0]:.3g} to {table.stiffness[-1]:.3g} N/m^3 over '
-        f'{table.pressure[0] / 1e5:g} to {table.pressure[-1] / 1e5:g} bar of contact pressure')
 
 
 def modes(options: argparse.Namespace) -> int:

@@ -3,12 +3,14 @@
 import argparse
 from collections.abc import Sequence
 import math
+import os
 from pathlib import Path
 
 from squeal_core import resources
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import did_you_mean, quoted, SquealError
 from squeal_core.operating_point import OperatingPoint
+from squeal_core.output import check_target, OutputError
 
 DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
 MOST_WORKERS = 256
@@ -43,15 +45,34 @@ def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
     return model.caliper.preload(options.pressure)
 
 
-def check_output(option: str, path: str | None, suffixes: Sequence[str] = ()) -> None:
-    """Refuse a file that could not be written, before the work that it is for."""
+def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] = (), *,
+                 force: bool = False, inputs: Sequence[str | Path] = ()) -> None:
+    """Refuse a file that could not or should not be written, before the work that it is for.
+
+    Parameters
+    ----------
+    option : str
+        As the user wrote it.
+    path : path, optional
+    suffixes : sequence of str
+        Of the formats that are known; none: any.
+    force : bool
+        Whether an existing file may be replaced.
+    inputs : sequence of paths
+        What the command reads, which is never replaced.
+    """
     if path is None:
         return
     if suffixes and Path(path).suffix not in suffixes:
         raise SquealError(f'{option}: {path} is of no kind that is known; end it in '
                           f'{", ".join(suffixes)}')
-    if not Path(path).absolute().parent.is_dir():
-        raise SquealError(f'{option}: {path} is in no folder that exists; make it first')
+    for source in inputs:
+        if os.path.realpath(path) == os.path.realpath(source):
+            raise SquealError(f'{option}: {path} is what this command reads; give another name')
+    try:
+        check_target(path, overwrite=force)
+    except OutputError as error:
+        raise SquealError(f'{option}: {error}') from None
 
 
 def check_workers(count: int) -> None:

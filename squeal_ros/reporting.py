@@ -10,6 +10,7 @@ from squeal_core.settings import MonitorSettings
 from squeal_ros import messages
 from squeal_ros.health import Growth, Health
 from squeal_ros.input_topics import InputTopics
+from squeal_ros.model_info import printable
 from squeal_ros.output_topics import OutputTopics
 
 
@@ -94,8 +95,10 @@ class Reporter:
 
 def _model_values(model: BrakeModel) -> dict[str, Any]:
     """Return what the model is, and what its audit found when it was built."""
-    checks = [check for check in model.provenance.get('audit', ()) if isinstance(check, Mapping)]
-    failed = [str(check.get('name')) for check in checks if check.get('passed') is not True]
-    return {'model': model.provenance.get('brake', ''), 'model_modes': model.size,
+    found = model.provenance.get('audit')
+    checks = [check for check in (found if isinstance(found, list | tuple) else ())
+              if isinstance(check, Mapping)]
+    failed = [printable(check.get('name')) for check in checks if check.get('passed') is not True]
+    return {'model': printable(model.provenance.get('brake', '')), 'model_modes': model.size,
             'audit_checks': len(checks), 'audit_failed': len(failed),
-            'audit_failed_names': ', '.join(failed)}
+            'audit_failed_names': ', '.join(failed[:20])}

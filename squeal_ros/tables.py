@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from squeal_core import resources
 from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.envelope import braking_points, covered, Envelope, lay_down, random_places, Range
@@ -47,7 +48,8 @@ def tabulate(options: argparse.Namespace) -> int:
         summary = lay_down(table, laid, coverage=options.coverage, most=options.most,
                            progress=lambda anchors, _: progress(anchors, options.most))
     share = covered(table, tests, _TESTS)
-    write_table(table.anchors, model, options.output, about={**about, 'coverage': share})
+    write_table(table.anchors, model, options.output, about={**about, 'coverage': share},
+                overwrite=options.force)
     return _report(options, {
         'anchors': len(table.anchors), 'megabytes': Path(options.output).stat().st_size / 1e6,
         'memory_megabytes': table.nbytes / 1e6, 'points': summary.points,
@@ -57,7 +59,8 @@ def tabulate(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse what would fail after the work, before it."""
-    check_output('--output', options.output, ('.npz',))
+    check_output('--output', options.output, ('.npz',), force=options.force,
+                 inputs=(resources.find('models', options.model, '.npz'),))
     for name in ('tolerance', 'memory'):
         positive(f'--{name}', getattr(options, name))
     if not 0.0 < options.coverage < 1.0:

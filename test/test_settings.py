@@ -272,13 +272,16 @@ def test_the_shipped_settings_are_the_defaults() -> None:
     ('/**: {ros__parameters: &x {rate: 9}}\n/a: *x', 'is not YAML this can read (an alias (*)'),
     ('/**: {ros__parameters: {rate: 9, rate: 9}}', "'rate' twice in the mapping at line 1"),
     ('/**:\n  ros__parameters:\n    rate: 9\n  ros__parameters:', "'ros__parameters' twice in"),
-    pytest.param('a: ' + 'x' * 10**6, 'has more than 1000000 bytes; keep it shorter', id='large')])
+    ('- ' * 100, 'more than 20000 keys and values, or nested more than 30 deep, in line 1'),
+    pytest.param('\n'.join(f'a{i}: 1' for i in range(60000)), 'more than 20000 keys', id='keys'),
+    pytest.param('a: ' + ':'.join(['1'] * 6000), 'a text of 11999 characters', id='base 60'),
+    pytest.param('a: ' + 'x' * 10**6, 'has 1000003 bytes, more than the 1000000', id='large')])
 def test_wrong_parameter_files(tmp_path: Path, text: str, part: str) -> None:
     assert part in refusal(write(tmp_path / 'p.yaml', text), load_settings)
 
 
 def test_files_that_hold_no_text(tmp_path: Path) -> None:
-    assert 'cannot be read' in refusal(tmp_path, load_settings)
+    assert 'is a folder, no regular file' in refusal(tmp_path, load_settings)
     assert 'none.yaml: cannot be read' in refusal(tmp_path / 'none.yaml', load_settings)
     (tmp_path / 'binary.yaml').write_bytes(b'\xff\xfe\x9d')
     assert 'binary.yaml: is not YAML' in refusal(tmp_path / 'binary.yaml', load_settings)

@@ -10,9 +10,11 @@ from squeal_core.brake import Brake, HatDisc
 from squeal_core.brake_file import parse_brake
 from squeal_core.brake_model import BrakeModel
 from squeal_core.build import contact_arrays, contact_faces
-from squeal_core.errors import SquealError
+from squeal_core.errors import quoted, SquealError
 from squeal_core.modal_basis import ModalBasis
 from squeal_core.planar_mesh import AS_PRINTED, contact_grid
+
+_MOST_ELEMENTS = 200  # of a pad, each way
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,9 @@ def parts_or_why(model: BrakeModel) -> tuple[Parts | None, tuple[str, ...]]:
         return rebuild(model), ()
     except (ImportError, SquealError) as error:
         return None, (f'sums over nodes, follower force, mode shapes: {error}',)
+    except (KeyError, TypeError, ValueError, AttributeError):  # a provenance of another make
+        return None, ('sums over nodes, follower force, mode shapes: the model does not say how '
+                      'it was built; build it from a description',)
 
 
 def rebuild(model: BrakeModel) -> Parts:
@@ -53,6 +58,8 @@ def rebuild(model: BrakeModel) -> Parts:
     brake = parse_brake(model.provenance.get('description', {}))
     settings = model.provenance['settings']
     elements, half = tuple(settings['pad_elements']), 0.5 * _hat(brake).rotor_thickness
+    if not all(type(count) is int and 1 <= count <= _MOST_ELEMENTS for count in elements):
+        raise SquealError(f'pads of {quoted(elements)} elements; build the model again')
     disc = disc_modes(_hat(brake), brake.disc_modes, order=settings['disc_order'])
     pad = pad_modes(brake.pad, brake.contact, brake.pad_modes, elements=elements)
     pads = replace(pad, offset=half), replace(pad, offset=-half - brake.pad.thickness)

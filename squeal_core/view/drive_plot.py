@@ -1,7 +1,6 @@
 """The picture of a drive: speed, pressure, risk and unstable frequencies over time."""
 
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any
 
 try:
@@ -13,9 +12,10 @@ import numpy as np
 
 from squeal_core.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.history import Row
+from squeal_core.view.saving import FigureTarget, save_figure
 
 
-def plot_drive(rows: Callable[[], Iterable[Row]], path: str | Path, *, title: str,
+def plot_drive(rows: Callable[[], Iterable[Row]], path: FigureTarget, *, title: str,
                wheel_radius: float, squeal_band_hz: tuple[float, float]) -> None:
     """Draw a drive to a PNG file; of a long one the extremes in each pixel or so.
 
@@ -54,7 +54,7 @@ def plot_drive(rows: Callable[[], Iterable[Row]], path: str | Path, *, title: st
     for panel in (speed, pressure, frequency):
         panel.grid(color='0.9')
         panel.margins(x=0.0)
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)
 
 
 def _risk_strips(figure: Any, axes: Any, envelope: DriveEnvelope) -> None:

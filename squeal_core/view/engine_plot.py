@@ -1,7 +1,6 @@
 """The picture of how right the online engine is: error against distance from an anchor."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 try:
     from matplotlib.figure import Figure
@@ -9,6 +8,7 @@ except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 
 from squeal_core.arrays import FloatArray
+from squeal_core.view.saving import FigureTarget, save_figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class ErrorsOverDistance:
     estimated: FloatArray
 
 
-def plot_errors(found: list[ErrorsOverDistance], path: str | Path, *,
+def plot_errors(found: list[ErrorsOverDistance], path: FigureTarget, *,
                 tolerance: float = 0.1) -> None:
     """Draw true and estimated errors over the distance, a panel for each parameter, as PNG."""
     figure = Figure(figsize=(11.0, 3.6), layout='constrained')
@@ -52,4 +52,4 @@ def plot_errors(found: list[ErrorsOverDistance], path: str | Path, *,
     axes[0].legend(loc='lower right', fontsize=9)
     axes[0].annotate('tolerance', (0.02, tolerance), xycoords=('axes fraction', 'data'),
                      va='bottom', fontsize=8, color='grey')
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)

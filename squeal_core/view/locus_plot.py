@@ -1,7 +1,6 @@
 """Loci: frequency and growth rate of a few modes over one parameter."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 try:
@@ -14,14 +13,15 @@ from numpy.typing import NDArray
 
 from squeal_core.arrays import FloatArray
 from squeal_core.sweep_record import Sweep
+from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.stability_map import axis_ends, axis_of, conditions, STYLE
 
 _COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
 _STYLES = ('-', '--', '-.', ':')
 
 
-def plot_loci(record: Sweep, numbers: Sequence[int], path: str | Path, *,
-              without: Sweep | None = None, title: str = '') -> None:
+def plot_loci(record: Sweep, numbers: Sequence[int], path: FigureTarget, *,
+              without: Sweep | None = None, title: str = '', overwrite: bool = True) -> None:
     """Draw the loci of some modes, with rotation (solid) and without (broken), as K09 figs 11, 12.
 
     Parameters
@@ -55,7 +55,7 @@ def plot_loci(record: Sweep, numbers: Sequence[int], path: str | Path, *,
                       ncols=3 if len(once) % 2 else min(len(once), 4), frameon=False)
         figure.suptitle(f'{title}\n{conditions(record)}' if title else conditions(record),
                         fontsize=11, x=0.01, ha='left')
-        figure.savefig(path, dpi=130)
+        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _loci(frequency: Any, growth: Any, record: Sweep, numbers: Sequence[int], style: str,
@@ -84,16 +84,18 @@ def _from_before(merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return wide
 
 
-def plot_growth_rates(record: Sweep, path: str | Path, *, title: str = '',
-                      numbers: Sequence[int] | None = None) -> None:
+def plot_growth_rates(record: Sweep, path: FigureTarget, *, title: str = '',
+                      overwrite: bool = True, numbers: Sequence[int] | None = None) -> None:
     """Draw growth rates over a parameter, as K09 fig. 15 over speed; divergence apart.
 
     Parameters
     ----------
     record : Sweep
         Of one parameter, tracked.
-    path : path
+    path : path or binary file
     title : str
+    overwrite : bool
+        Whether an existing file may be replaced.
     numbers : sequence of int, optional
         Identities; by default of the oscillating modes that grow anywhere in the sweep.
     """
@@ -116,7 +118,7 @@ def plot_growth_rates(record: Sweep, path: str | Path, *, title: str = '',
             panel.grid(color='0.93')
             panel.set_xlim(*axis_ends(x))
         panels[0].set_title(f'{title}\n{conditions(record)}' if title else conditions(record))
-        figure.savefig(path, dpi=130)
+        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _growing(record: Sweep) -> list[int]:

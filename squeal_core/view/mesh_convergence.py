@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 try:
@@ -11,6 +10,8 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
+
+from squeal_core.view.saving import FigureTarget, save_figure
 
 _MARKERS = 'os^vDP'
 _RULES = ('firebrick', 'darkgoldenrod', 'teal')  # no colours of matrices
@@ -40,7 +41,7 @@ class Ladder:
     order: float = 0.0
 
 
-def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: str | Path, *,
+def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: FigureTarget, *,
                           growth_rate: float) -> None:
     """Draw errors and growth rates over the fineness of planar meshes to a PNG file.
 
@@ -57,7 +58,7 @@ def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: str | P
     with matplotlib.rc_context({'font.size': 9, 'axes.titlesize': 9}):
         figure = Figure(figsize=(11.0, 7.6), layout='constrained')
         _draw(figure, rules, meshes, growth_rate)
-        figure.savefig(path, dpi=100)
+        save_figure(figure, path, dpi=100)
 
 
 def _draw(figure: Figure, rules: Sequence[Ladder], meshes: Ladder, growth_rate: float) -> None:

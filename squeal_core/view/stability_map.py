@@ -1,6 +1,5 @@
 """Maps of stability: all frequencies over one parameter, or the growth rate over two."""
 
-from pathlib import Path
 from typing import Any
 
 try:
@@ -14,6 +13,7 @@ import numpy as np
 
 from squeal_core.arrays import FloatArray
 from squeal_core.sweep_record import Sweep
+from squeal_core.view.saving import FigureTarget, save_figure
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
          'axes.linewidth': 0.8, 'axes.titlesize': 11, 'axes.titlelocation': 'left'}
@@ -63,8 +63,8 @@ def conditions(record: Sweep) -> str:
     return ', '.join(filter(None, parts))
 
 
-def plot_stability_map(record: Sweep, path: str | Path, *, title: str = '',
-                       highest_hz: float | None = None) -> None:
+def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
+                       overwrite: bool = True, highest_hz: float | None = None) -> None:
     """Draw the frequencies of all modes over a parameter; those that grow are marked.
 
     Parameters
@@ -100,7 +100,7 @@ def plot_stability_map(record: Sweep, path: str | Path, *, title: str = '',
             axes.legend(loc='lower right', frameon=False, bbox_to_anchor=(1.0, 1.0))
         axes.set(xlabel=label, ylabel='frequency  kHz', ylim=(0.0, top / 1e3), xlim=axis_ends(x))
         _titles(axes, title, record)
-        figure.savefig(path, dpi=130)
+        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _circles(axes: Any, record: Sweep, x: FloatArray, top: float) -> None:
@@ -124,7 +124,7 @@ def axis_ends(x: FloatArray) -> tuple[float, float]:
     return low - room, high + room
 
 
-def plot_growth_map(record: Sweep, path: str | Path, *, title: str = '',
+def plot_growth_map(record: Sweep, path: FigureTarget, *, title: str = '', overwrite: bool = True,
                     band_hz: tuple[float, float] = (1250.0, 16000.0)) -> None:
     """Draw the largest growth rate in a band over two parameters; the black line is its zero.
 
@@ -132,8 +132,10 @@ def plot_growth_map(record: Sweep, path: str | Path, *, title: str = '',
     ----------
     record : Sweep
         Of two parameters.
-    path : path
+    path : path or binary file
     title : str
+    overwrite : bool
+        Whether an existing file may be replaced.
     band_hz : (2,) floats
     """
     first, second = record.axes
@@ -154,7 +156,7 @@ def plot_growth_map(record: Sweep, path: str | Path, *, title: str = '',
             '(white: stable, grey: not done)'))
         axes.set(xlabel=x_label, ylabel=y_label)
         _titles(axes, title, record)
-        figure.savefig(path, dpi=130)
+        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _titles(axes: Any, title: str, record: Sweep) -> None:

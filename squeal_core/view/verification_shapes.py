@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 try:
@@ -24,6 +23,7 @@ from squeal_core.operating_point import OperatingPoint
 from squeal_core.stability import complex_modes, Mode
 from squeal_core.verification import Parts
 from squeal_core.verification.paper import PRINTED, TORSION
+from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.stability_map import STYLE
 
 Direction: TypeAlias = Literal['normal', 'tangential']
@@ -94,7 +94,7 @@ def _patch(basis: ModalBasis, radii: tuple[float, float], angles: tuple[float, f
     return _Patch(1e3 * r * np.cos(t), 1e3 * r * np.sin(t), normal, tangential, radial, place)
 
 
-def draw_components(parts: Parts, path: Path, title: str) -> None:
+def draw_components(parts: Parts, path: FigureTarget, title: str) -> None:
     """Draw the modes of the components that K09 names, as its fig. 8."""
     picture, model = Picture.of(parts), parts.model
     with rc_context({**STYLE, 'axes.titlesize': 9, 'axes.titlelocation': 'center'}):
@@ -110,7 +110,7 @@ def draw_components(parts: Parts, path: Path, title: str) -> None:
         _finish(figure, panels, path, title)
 
 
-def draw_modes(parts: Parts, path: Path, title: str, point: OperatingPoint,
+def draw_modes(parts: Parts, path: FigureTarget, title: str, point: OperatingPoint,
                numbers: Sequence[int], *, direction: Direction = 'normal') -> None:
     """Draw modes of the brake by their place in order of frequency, two in a row."""
     picture = Picture.of(parts)
@@ -162,7 +162,7 @@ def _outline(axes: Any, patch: _Patch, **look: Any) -> None:
         axes.plot(x, y, linewidth=0.8, **look)
 
 
-def _finish(figure: Any, panels: Any, path: Path, title: str) -> None:
+def _finish(figure: Any, panels: Any, path: FigureTarget, title: str) -> None:
     for axes in panels:
         axes.set_aspect('equal')
         axes.set_axis_off()
@@ -170,4 +170,4 @@ def _finish(figure: Any, panels: Any, path: Path, title: str) -> None:
                     shrink=0.6, label='displacement, of the largest shown', pad=0.04,
                     ticks=(-1, 0, 1))
     figure.suptitle(title, fontsize=11, x=0.01, ha='left')
-    figure.savefig(path, dpi=_DPI)
+    save_figure(figure, path, dpi=_DPI)

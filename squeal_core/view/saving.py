@@ -1,0 +1,34 @@
+"""How figures are saved: whole or not at all, in the format of the suffix."""
+
+from pathlib import Path
+from typing import Any, BinaryIO, TypeAlias
+
+from squeal_core.output import output_file
+
+FigureTarget: TypeAlias = str | Path | BinaryIO
+"""Where a figure goes: a path, or an open file, which gets a PNG."""
+
+
+def save_figure(figure: Any, target: FigureTarget, *, dpi: int, overwrite: bool = True) -> None:
+    """Save a figure.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+    target : path or binary file
+        A path's suffix is its format; an open file gets a PNG.
+    dpi : int
+        Dots an inch.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    OutputError
+        Where the file cannot be written.
+    """
+    if not isinstance(target, str | Path):
+        figure.savefig(target, dpi=dpi, format='png')
+        return
+    with output_file(target, overwrite=overwrite) as partial:
+        figure.savefig(partial, dpi=dpi, format=Path(target).suffix[1:].lower() or 'png')
