@@ -30,6 +30,7 @@ from squeal_core.operating_point import OperatingPoint
 DEGREE = 3
 _TINY = 1e-30  # of no consequence, and nothing over it overflows in single precision
 _DIVERGENT = 0.8  # ratio of successive degrees from which on a series is not believed
+_REACH = 4.9e-7  # part of the largest eigenvalue that the remainder is within reach
 _SAFETY = 6.0  # on the remainder of a series; docs/online.md has the errors it covers
 
 
@@ -89,11 +90,15 @@ class Anchor:
 
     @cached_property
     def reach(self) -> FloatArray:
-        """Step of each coefficient alone (v,) at which the remainder is about 0.1 1/s."""
+        """Step of each coefficient alone (v,) at which the remainder is about 0.1 1/s.
+
+        That is for K09's spectrum; in general a part of the largest eigenvalue.
+        """
         degree = self.monomials.degree
         alone = [self.monomials.places[degree][(i,) * degree] for i in range(self.rows.size)]
         largest = self.majorants[-1][:, alone].max(axis=0)
-        steps = np.minimum((0.1 / np.maximum(largest, 1e-300)) ** (1.0 / degree), 1e3)
+        remainder = _REACH * (np.abs(self.series[0]).max(initial=0.0) or 2e5)
+        steps = np.minimum((remainder / np.maximum(largest, 1e-300)) ** (1.0 / degree), 1e3)
         return readonly(steps * self.scales)
 
     def roots(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:

@@ -24,7 +24,7 @@ _STEP = 0.1  # relative step of the parameters that blocks are chosen for
 _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
 _SLOPE_STEP = 0.01  # s/m; the slope may be zero
 _COUPLING = 0.07  # root of the second-order term from which on two modes share a block
-_DEFECTIVE = 10.0  # 1/s by which roots are off because their vectors are one
+_DEFECTIVE = 4.9e-5  # part of the largest eigenvalue by which some are off: vectors are one
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
@@ -124,7 +124,8 @@ def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series:
     terms = [layout.laid_out(rows_of) for rows_of in series.terms(lower)]
     kept = np.concatenate(blocks)
     own = np.repeat(np.arange(sizes.size), sizes)
-    whole = np.array([abs(roots[block].imag.sum()) < 1e-9 * (1.0 + abs(roots[block]).sum())
+    least = 5e-15 * abs(roots).max(initial=0.0)
+    whole = np.array([abs(roots[block].imag.sum()) <= least + 1e-9 * abs(roots[block]).sum()
                       for block in blocks])
     return Anchor(
         point=point, rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
@@ -196,7 +197,7 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: C
     # where two vectors are one to the last bit the defect may vanish and says nothing
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
     rounding = np.maximum(least, defect)
-    if not rounding.max() < _DEFECTIVE:
+    if not rounding.max() < _DEFECTIVE * (np.abs(roots).max(initial=0.0) or 1.0):
         raise np.linalg.LinAlgError('Eigenvectors do not span the space')
     return couplings, rounding
 

@@ -10,13 +10,21 @@ from squeal_core.anchor import Anchor, DEGREE
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import classify, classify_rows, ComplexModes, Source, Tolerances
+from squeal_core.stability import (
+    classify,
+    classify_rows,
+    ComplexModes,
+    frequency_scale,
+    Source,
+    Tolerances,
+)
 
 _Result = TypeVar('_Result')
 
 _TRIED = 3  # anchors tried for a point, the last one used first
 _FAR = 3.0  # reaches beyond which an anchor is not tried
 _SHARED = 0.4  # reaches within which one anchor is as good as one each: errors of 0.03 1/s
+_TOLERANCE = 4.9e-7  # of the model's largest frequency: ten times what counts as growth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +58,12 @@ class TableSettings:
     audit_every: int = 3000
     degree: int = DEGREE
     refines: bool = False
+
+    @classmethod
+    def of(cls, model: BrakeModel) -> 'TableSettings':
+        """Return settings with a tolerance relative to the model's spectrum; 0.1 1/s for K09's."""
+        scale = frequency_scale(model)
+        return cls(tolerance=_TOLERANCE * scale) if scale else cls()
 
 
 @dataclass

@@ -124,6 +124,6 @@ def explained(found: Assessment) -> Assessment:
 def _in_words(worst: Mode | None, risk: float) -> str:
     if worst is None:
         return 'no mode in the squeal band'
-    verdict = 'grows' if worst.growth_rate > 0.0 else 'decays'
+    verdict = 'grows' if worst.unstable else 'decays'
     return (f'squeal risk {risk:.2f}: mode at {worst.frequency_hz:.0f} Hz {verdict} with '
             f'{worst.growth_rate:+.1f} 1/s')

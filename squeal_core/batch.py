@@ -119,8 +119,9 @@ def batch_modes(table: Tabulation, points: OperatingPoints, *,
     table : Tabulation
     points : OperatingPoints
     tolerances : Tolerances, optional
+        Those of the table where None.
     """
-    batch = _Batch(table, points, tolerances or Tolerances())
+    batch = _Batch(table, points, tolerances or table.tolerances)
     batch.from_table()
     batch.from_new_anchors()
     batch.in_full()

@@ -135,6 +135,14 @@ class BrakeModel:
         return int(self.angular_frequencies.size)
 
     @cached_property
+    def largest_frequency(self) -> float:
+        """The largest angular frequency of components and supports without contact [rad/s]."""
+        if self.support_stiffness is None:
+            return float(self.angular_frequencies.max())
+        held = np.diag(self.angular_frequencies**2) + self.support_stiffness
+        return math.sqrt(float(np.linalg.norm(held, 2)))
+
+    @cached_property
     def structural_damping(self) -> FloatArray:
         """Diagonal of C, 2 xi_n w_n [1/s]; K09 eq. (A.1)."""
         return readonly(2.0 * self.damping_ratios * self.angular_frequencies)

@@ -81,13 +81,15 @@ class CellTable:
     settings : RiskSettings
     allowance : Allowance
         Steps that a call may be kept by.
+    level : float
+        Growth rate that counts as unstable [1/s].
     """
 
     def __init__(self, family: Family, band: tuple[float, float], settings: RiskSettings,
-                 allowance: Allowance) -> None:
+                 allowance: Allowance, level: float = 0.0) -> None:
         self.settings = settings
         self.statistics = RiskStatistics()
-        self._family, self._band = family, band
+        self._family, self._band, self._level = family, band, level
         self._rule: Rule = rule_for(0.0, _DEGREE)
         self._entries: list[_Entry] = []
         self._index()
@@ -183,7 +185,7 @@ class CellTable:
     def _making(self, want: Wanted) -> 'Steps[Cell]':
         spread = want.spread
         wide = Spread(_next_step(spread.friction), spread.pressure, spread.rotor_speed)
-        return cell_steps(self._family, want.inputs, wide, self._rule, self._band)
+        return cell_steps(self._family, want.inputs, wide, self._rule, self._band, self._level)
 
     def _ask(self, want: Wanted) -> None:
         """Have a cell made here."""

@@ -106,7 +106,7 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
     if not set(numbers) <= set(range(1, model.size + 1)):
         raise OperatingPointError(f'numbers are {sorted(numbers)}; give numbers of modes, 1 to '
                                   f'{model.size}')
-    limits = tolerances or Tolerances()
+    limits = tolerances or Tolerances.of(model, point)
     at = ray or (lambda value: moved(model, point, parameter, value))
     search = _Search(_Growth(model, at, start, high - low, frozenset(numbers), band_hz, limits),
                      limits.growth, (high - low) / samples, tolerance * (high - low))

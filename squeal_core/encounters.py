@@ -20,6 +20,7 @@ import numpy as np
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 
 _MOST = 64  # pairs kept of an anchor, beside the first of each root
+_EQUAL = 1e-15  # of the largest difference: below it two eigenvalues are one
 _NEAREST = 0.01  # 1 - rho at least: a pair without coupling may cross
 
 
@@ -126,7 +127,8 @@ def _left_out(gap: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatA
         own = np.diag(moved)
         change += np.abs(own - own[:, None])
         strength += np.abs(moved)
-    size = np.maximum(np.abs(gap), 1e-9)
+    size = np.abs(gap)
+    size = np.maximum(size, _EQUAL * (size.max(initial=0.0) or 1.0))
     square = 4.0 * strength * strength.T / size**2
     return size * square * np.minimum(change / size + np.sqrt(square), 1.0) ** (degree - 1)
 

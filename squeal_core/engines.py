@@ -11,7 +11,7 @@ from squeal_core.onset import Onset
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.risk_table import RiskSettings, RiskTable
 from squeal_core.settings import MonitorSettings
-from squeal_core.stability import complex_modes, ComplexModes
+from squeal_core.stability import complex_modes, ComplexModes, Tolerances
 from squeal_core.steps import Steps
 from squeal_core.table_file import read_table
 from squeal_core.tabulation import TableSettings, Tabulation
@@ -42,9 +42,10 @@ class Engines:
     def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
         self.model = model
         anchors = read_table(settings.table, model) if settings.table else ()
-        self.modes = Tabulation(model, anchors=anchors)
+        self.tolerances = Tolerances.of(model, growth=settings.growth_threshold)
+        self.modes = Tabulation(model, tolerances=self.tolerances, anchors=anchors)
         self.onset = Onset(self.modes)
-        self.margins = Tabulation(model, anchors=anchors)
+        self.margins = Tabulation(model, tolerances=self.tolerances, anchors=anchors)
         self.risks = self._risk_table(settings)
         self._worker = Worker('margins')
         self.retune(settings)
@@ -66,13 +67,14 @@ class Engines:
 
     def _risk_table(self, settings: MonitorSettings) -> RiskTable:
         """Return an empty one, which takes of a tick what the modes leave of it."""
-        return RiskTable(self.model, band_of(settings), allowance=self.modes.allowance)
+        return RiskTable(self.model, band_of(settings), tolerances=self.tolerances,
+                         allowance=self.modes.allowance)
 
     def confirming(self, point: OperatingPoint) -> 'Steps[ComplexModes]':
         """Return the modes with those next to the verdict as the full problem has them."""
         found = yield from self.margins.solving(point, refined=_CLOSE)
         if found.source == 'table':
-            found = yield partial(complex_modes, self.model, point)
+            found = yield partial(complex_modes, self.model, point, tolerances=self.tolerances)
         return found
 
     def beside(self, steps: 'Steps[_Result]') -> 'Work[_Result]':

@@ -74,7 +74,7 @@ class MarginSearch:
         self.settings = settings or MarginSettings()
         self.margins = Margins()
         self._solve = solve
-        self._limits = tolerances or Tolerances()
+        self._limits = tolerances or Tolerances.of(model)
         self._confirm = confirm or in_a_step(self._in_full)
         self._work: _Round | None = None
         self._inputs: MarginInputs | None = None

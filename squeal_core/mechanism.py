@@ -93,7 +93,7 @@ def mechanisms(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode] |
     - else 'combined': it takes more than one term out to stop it;
     - 'stable': it does not grow.
     """
-    limits = tolerances or Tolerances()
+    limits = tolerances or Tolerances.of(model, point)
     if modes is None:
         modes = complex_modes(model, point, tolerances=limits).unstable
     growing = [mode for mode in modes if mode.unstable]

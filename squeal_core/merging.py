@@ -90,7 +90,7 @@ def merging(model: BrakeModel, point: OperatingPoint, parameter: str = 'friction
     """
     if parameter not in AFFINE:
         raise OperatingPointError(f'parameter is {parameter!r}; give one of {", ".join(AFFINE)}')
-    limits, start = tolerances or Tolerances(), float(getattr(point, parameter))
+    limits, start = tolerances or Tolerances.of(model, point), float(getattr(point, parameter))
     step = abs(start) or 1.0
     here, there = (matrices(model, q) for q in (
         point, moved(model, point, parameter, start + step)))

@@ -134,7 +134,8 @@ class RiskEstimate:
 
 
 def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPoint], at: Inputs,
-                     modes: Sequence[Mode], deviations: Deviations) -> RiskEstimate:
+                     modes: Sequence[Mode], deviations: Deviations, *,
+                     level: float = 0.0) -> RiskEstimate:
     """Return the probability that one of the given modes grows, from the tangent at one point.
 
     It is exact for growth rates that are linear over the inputs' spread, and blunt next to a
@@ -150,6 +151,8 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
     modes : sequence of Mode
         Candidates, at the operating point of `at`; the greatest of their probabilities is taken.
     deviations : Deviations
+    level : float
+        Growth rate that counts as unstable [1/s].
 
     Notes
     -----
@@ -167,26 +170,28 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
             return growth_change(sensitivity, low.coefficients(), high.coefficients())
 
         deviation = math.hypot(*(change(name, step) for name, step in steps.items()))
-        each.append(_exceeds_zero(mode.growth_rate, deviation))
+        each.append(_exceeds_zero(mode.growth_rate - level, deviation))
         if math.isnan(each[-1]):  # max() would lose it
             return RiskEstimate(math.nan, math.nan, tuple(each))
         slope = change('friction', 1e-3 * at.friction) / (1e-3 * at.friction)
         if slope > 0.0:
-            margin = min(-mode.growth_rate / slope, math.inf if math.isnan(margin) else margin)
+            margin = min((level - mode.growth_rate) / slope,
+                         math.inf if math.isnan(margin) else margin)
     return RiskEstimate(max(each, default=0.0), margin if margin <= 1.0 else math.nan,
                         tuple(each))
 
 
 def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint],
                     brakes: Sequence[tuple[Inputs, Sequence[Mode]]],
-                    deviations: Deviations) -> list[tuple[float, ...]]:
+                    deviations: Deviations, *, level: float = 0.0
+                    ) -> list[tuple[float, ...]]:
     """Return the first-order probability of each mode, its tangent by differences of a series.
 
     Parameters
     ----------
     series : Anchor
         That has the roots around the operating points.
-    point_of, deviations
+    point_of, deviations, level
         As of `first_order_risk`.
     brakes : sequence of (Inputs, modes)
         Likewise; all are looked up at once.
@@ -195,16 +200,18 @@ def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint]
         at, *(at.moved(name, _TANGENT * step) for name, step in deviations.steps(at).items()))]
         for at, _ in brakes]
     roots = series.roots_alone(np.array(coefficients))
-    return [_by_differences(there, modes) for there, (_, modes) in zip(roots, brakes, strict=True)]
+    return [_by_differences(there, modes, level)
+            for there, (_, modes) in zip(roots, brakes, strict=True)]
 
 
-def _by_differences(roots: ComplexArray, modes: Sequence[Mode]) -> tuple[float, ...]:
+def _by_differences(roots: ComplexArray, modes: Sequence[Mode],
+                    level: float) -> tuple[float, ...]:
     """Return the probability of each mode from roots (inputs, n), the first where it is."""
     eigenvalues = np.array([mode.eigenvalue for mode in modes])
     here = np.abs(roots[0] - eigenvalues[:, None]).argmin(axis=1)
     growth = roots.real[:, here]
     changes = ((growth[1:] - growth[0]) / _TANGENT).T.tolist()
-    return tuple(_exceeds_zero(mode.growth_rate, math.hypot(*change))
+    return tuple(_exceeds_zero(mode.growth_rate - level, math.hypot(*change))
                  for mode, change in zip(modes, changes, strict=True))
 
 

@@ -152,6 +152,8 @@ class Cell:
         Whether a mode may enter or leave the squeal band.
     errors : (nodes,) array
         Of growth rates near zero by a full solve at a corner of the box, the largest [1/s].
+    level : float
+        Growth rate that counts as unstable [1/s].
     """
 
     inputs: FloatArray
@@ -169,6 +171,7 @@ class Cell:
     slopes: ComplexArray
     at_edge: bool
     errors: FloatArray
+    level: float = 0.0
 
     @property
     def nbytes(self) -> int:
@@ -189,7 +192,7 @@ class Cell:
     @cached_property
     def modes(self) -> IndexArray:
         """Labels of modes that may grow within the spread (m,)."""
-        certain = np.flatnonzero(self.growth.max(axis=1, initial=-np.inf) > 0.0)
+        certain = np.flatnonzero(self.growth.max(axis=1, initial=-np.inf) > self.level)
         found = np.unique(np.concatenate([self.labels, certain]))
         return readonly(found[found >= 0], np.intp)
 

@@ -1,7 +1,7 @@
 """How a cell is made: anchors along the contact stiffness, which modes matter, where it holds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -35,7 +35,7 @@ _FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are
 
 
 def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
-               band: tuple[float, float]) -> 'Steps[Cell]':
+               band: tuple[float, float], level: float = 0.0) -> 'Steps[Cell]':
     """Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
 
     None of the steps takes much longer than a full solve.
@@ -49,6 +49,8 @@ def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Ru
     rule : Rule
     band : (2,) floats
         Of the angular frequencies that count [rad/s].
+    level : float
+        Growth rate that counts as unstable [1/s].
 
     Raises
     ------
@@ -59,16 +61,17 @@ def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Ru
     anchors = yield from _anchors(family, inputs, spread, rule, masses)
     for part in _PARTS:
         box = box_around(inputs, part)
-        errors = yield from _measured(anchors, family, box.widened(spread, _CHECKED), rule, band)
+        errors = yield from _measured(
+            anchors, family, box.widened(spread, _CHECKED), rule, band, level)
         if masses @ np.minimum(errors, _CAP) <= _TOLERANCE:
             break
     samples = _samples(family, box.widened(spread, _WIDE), rule)
     seen = []
     for anchor, factor in zip(anchors, rule.factors, strict=True):
-        seen.append((yield partial(_seen, anchor, factor, samples, band)))
+        seen.append((yield partial(_seen, anchor, factor, samples, band, level)))
     labels = yield from _labels(anchors, rule)
     cell: Cell = yield partial(_gathered, inputs, box, spread, rule, anchors, seen, labels, errors)
-    return cell
+    return replace(cell, level=level)
 
 
 def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: Rule,
@@ -106,27 +109,29 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule
 
 
 def _measured(anchors: Sequence[Anchor], family: Family, box: Box, rule: Rule,
-              band: tuple[float, float]) -> 'Steps[FloatArray]':
-    """Return the error of growth rates near zero (nodes,), each at another corner of the box."""
+              band: tuple[float, float], level: float) -> 'Steps[FloatArray]':
+    """Return the error of growth rates near the level (nodes,), each at a corner of the box."""
     found, corners = [], box.corners
     for node, anchor in enumerate(anchors):
         speed, pressure, friction = corners[(3 * node) % len(corners)]
         end = rule.factors[node] * np.exp((0.5 - node % 2) * rule.spacing)
         point = family.point(speed, pressure, max(friction, 1e-3), end)
-        found.append((yield partial(_error, anchor, family.model, point, band)))
+        found.append((yield partial(_error, anchor, family.model, point, band, level)))
     return np.array(found)
 
 
 def _error(anchor: Anchor, model: BrakeModel, point: OperatingPoint,
-           band: tuple[float, float]) -> float:
+           band: tuple[float, float], level: float) -> float:
     truth = eigenvalues(model, point)
     roots = anchor.roots(np.array(point.coefficients())[:, None])[0][:, 0]
-    return max(_farthest(truth, roots, band), _farthest(roots, truth, band))
+    return max(_farthest(truth, roots, band, level), _farthest(roots, truth, band, level))
 
 
-def _farthest(some: ComplexArray, others: ComplexArray, band: tuple[float, float]) -> float:
+def _farthest(some: ComplexArray, others: ComplexArray, band: tuple[float, float],
+              level: float) -> float:
     """Return how far a root near growth in the band is from the next of the others, at most."""
-    near = some[(np.abs(some.real) < _NEAR) & (some.imag > band[0]) & (some.imag < band[1])]
+    near = some[(np.abs(some.real - level) < _NEAR) & (some.imag > band[0])
+                & (some.imag < band[1])]
     return float(np.abs(near[:, None] - others).min(axis=1).max(initial=0.0))
 
 
@@ -150,15 +155,16 @@ class _Seen:
     at_edge: bool
 
 
-def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float, float]) -> _Seen:
+def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float, float],
+          level: float) -> _Seen:
     there = samples.copy()
     there[STIFFNESS] *= factor
     roots, errors = anchor.roots(there)
-    off = _MARGIN + np.minimum(errors, _MARGIN + _CERTAIN * np.abs(roots.real))
+    off = _MARGIN + np.minimum(errors, _MARGIN + _CERTAIN * np.abs(roots.real - level))
     sure = (roots.imag - off > band[0]) & (roots.imag + off < band[1])
     outside = (roots.imag + off < band[0]) | (roots.imag - off > band[1])
-    decays = (outside | (roots.real + off < 0.0)).all(axis=1)
-    grows = (sure & (roots.real - off > 0.0)).all(axis=1)
+    decays = (outside | (roots.real + off < level)).all(axis=1)
+    grows = (sure & (roots.real - off > level)).all(axis=1)
     open_ = ~(decays | grows)
     owner = np.repeat(np.arange(anchor.sizes.size), anchor.sizes)
     matters = np.zeros(anchor.sizes.size, bool)

@@ -67,12 +67,12 @@ class RiskTable:
                  settings: RiskSettings | None = None, *, tolerances: Tolerances | None = None,
                  allowance: Allowance | None = None) -> None:
         self.model, self.band_hz = model, band_hz
-        self._tolerances = tolerances or Tolerances()
+        self._tolerances = tolerances or Tolerances.of(model)
         self._family = Family(model)
         self._band = (max(2.0 * math.pi * band_hz[0], self._tolerances.oscillation),
                       2.0 * math.pi * band_hz[1])
         self._table = CellTable(self._family, self._band, settings or RiskSettings(),
-                                allowance or Allowance())
+                                allowance or Allowance(), self._tolerances.growth)
 
     @property
     def settings(self) -> RiskSettings:
@@ -173,9 +173,11 @@ class RiskTable:
                   for place in places]
         series = places[0].modes.series
         if series is not None:
-            every = risks_by_series(series, self._point, brakes, deviations)
+            every = risks_by_series(series, self._point, brakes, deviations,
+                                    level=self._tolerances.growth)
         else:
-            every = [first_order_risk(self.model, self._point, *brake, deviations).each
+            every = [first_order_risk(self.model, self._point, *brake, deviations,
+                                      level=self._tolerances.growth).each
                      for brake in brakes]
         for place, each, (_, candidates) in zip(places, every, brakes, strict=True):
             greatest = float(np.max(each, initial=0.0))  # not a number where one is none

@@ -76,6 +76,8 @@ MONITOR_KEYS = (
         'below it the disc counts as not sliding: no number', 1e-3, 100.0),
     Key('squeal_band_low_hz', 1250.0, 'Hz', 'least frequency that counts as squeal', 0.0, 1e5),
     Key('squeal_band_high_hz', 16000.0, 'Hz', 'largest frequency that counts as squeal', 1.0, 1e5),
+    Key('growth_threshold', 0.01, '1/s', 'growth rate above which a mode counts as unstable', 1e-6,
+        1000.0, change='configure'),
     Key('risk_warning', 0.5, '-', 'risk from which the diagnostic says WARN', 0.0, 1.0),
     Key('risk_hysteresis', 0.1, '-', 'a warning ends this far below risk_warning', 0.0, 1.0),
     Key('risk_hold', 0.5, 's', 'and not before the risk was there for so long', 0.0, 3600.0),
@@ -211,6 +213,7 @@ class MonitorSettings:
     minimum_rotor_speed: float
     squeal_band_low_hz: float
     squeal_band_high_hz: float
+    growth_threshold: float
     risk_warning: float
     risk_hysteresis: float
     risk_hold: float

@@ -138,6 +138,7 @@ class MarginPace:
         self._engines, self._settings, self._place = engines, settings, place
         self._search = MarginSearch(engines.model, self._solve, band_of(settings),
                                     settings=margin_settings(engines.model, settings),
+                                    tolerances=engines.tolerances,
                                     confirm=self._confirm)
         self._found = Margins()
         self._work: Work[Margins] | None = None

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+import math
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,21 +15,44 @@ from squeal_core.operating_point import OperatingPoint
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
 Source: TypeAlias = Literal['full', 'table', 'refined']
 
+# Relative to the largest frequency w of the model. Rounding splits a double eigenvalue by up to
+# sqrt(eps) w = 1.5e-8 w and a triple one, as at zero, by eps^(1/3) w = 6e-6 w. For K09's model,
+# w = 2.03e5 rad/s, they are 0.01 1/s and 1 rad/s.
+_GROWTH = 4.9e-8
+_OSCILLATION = 4.9e-6
+
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """What counts as an oscillation, and what as growth.
+    """Limits of oscillation and growth, by which modes are classified.
 
     Parameters
     ----------
     oscillation : float
-        |Im(lambda)| above which a root is a vibration [rad/s].
+        |Im(lambda)| above which an eigenvalue is a vibration [rad/s].
     growth : float
-        |Re(lambda)| above which a root grows, or is no zero root [1/s].
+        |Re(lambda)| above which an eigenvalue grows, or is not zero [1/s].
     """
 
-    oscillation: float = 1.0
-    growth: float = 1e-2
+    oscillation: float
+    growth: float
+
+    @classmethod
+    def of(cls, model: BrakeModel, point: OperatingPoint | None = None, *,
+           growth: float | None = None) -> 'Tolerances':
+        """Return the tolerances of a model, relative to its own spectrum, in any unit of time.
+
+        Parameters
+        ----------
+        model : BrakeModel
+        point : OperatingPoint, optional
+            Where a model without stiffness of its own takes its largest frequency from.
+        growth : float, optional
+            Growth rate that counts as unstable [1/s]; None: 4.9e-8 of the largest frequency.
+        """
+        scale = frequency_scale(model, point)
+        return cls(oscillation=_OSCILLATION * scale,
+                   growth=_GROWTH * scale if growth is None else growth)
 
 
 @dataclass(frozen=True)
@@ -153,6 +177,7 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
     model : BrakeModel
     point : OperatingPoint
     tolerances : Tolerances, optional
+        `Tolerances.of(model, point)` where None.
 
     Notes
     -----
@@ -160,7 +185,24 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
     that is defective together with its velocity's, and that rounding turns into a small complex
     pair; without it the root is known exactly.
     """
-    return classify(eigenvalues(model, point), tolerances or Tolerances())
+    return classify(eigenvalues(model, point), tolerances or Tolerances.of(model, point))
+
+
+def frequency_scale(model: BrakeModel, point: OperatingPoint | None = None) -> float:
+    """Return the largest angular frequency without contact [rad/s], the unit of tolerances.
+
+    Of a model that has stiffness by contact alone: that at the point, or with nominal contact
+    stiffness; without any stiffness, the norm of the damping.
+    """
+    if model.largest_frequency > 0.0:
+        return model.largest_frequency
+    if point is not None:
+        stiffness = float(np.linalg.norm(model.stiffness(point), 2))
+        return math.sqrt(stiffness) or float(np.linalg.norm(model.damping(point), 2))
+    if model.contact_stiffness is None:
+        return 0.0
+    return math.sqrt(model.nominal_contact_stiffness
+                     * float(np.linalg.norm(model.contact_stiffness, 2)))
 
 
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:

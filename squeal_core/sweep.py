@@ -60,8 +60,9 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
         Processes to use; 0: this one, as for a single line that is tracked. The workers' BLAS
         runs one thread; where it does here too results are the same bit for bit.
     fast : bool
-        Growth rates by `squeal_core.batch`, in this process: within 0.1 1/s, or 2 % of a mode's
-        decay. It pays where points are dense; not for identities, which need vectors.
+        Growth rates by `squeal_core.batch`, in this process: within 4.9e-7 of the largest
+        frequency (0.1 1/s for K09's brake), or 2 % of a mode's decay. It pays where points are
+        dense; not for identities, which need vectors.
     progress : callable, optional
         Told how many points are done, and of how many.
     tolerances : Tolerances, optional
@@ -81,7 +82,7 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
              'nominal_contact_stiffness': model.nominal_contact_stiffness}
     if not rotation:
         model = without_rotation(model)
-    limits = tolerances or Tolerances()
+    limits = tolerances or Tolerances.of(model, point)
     length = len(list(grid.values())[-1]) if tracked else _CHUNK
     if tracked and length == len(points):
         workers = 0  # one line is one piece of work, and an interrupt here keeps a part of it

@@ -33,7 +33,7 @@ __all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
 _LOOK = 3  # calls from one look ahead to the next: it costs as much as some answers
 _HORIZONS = (1.2, 2.0)  # times what an anchor takes: how far ahead, so that no gap is passed over
 _REFINED = 4  # roots of a point; for more of them a full solution is no dearer
-_APART = 1e-6  # 1/s between roots that are two
+_APART = 1e-6  # between eigenvalues that are two, in tolerances of oscillation
 
 
 @dataclass
@@ -58,7 +58,7 @@ class Tabulation:
     model : BrakeModel
     settings : TableSettings, optional
     tolerances : Tolerances, optional
-        What counts as oscillation and growth.
+        What counts as oscillation and growth; `Tolerances.of(model)` where None.
     anchors : sequence of Anchor
         To start with, as `squeal tabulate` lays them down.
 
@@ -74,8 +74,9 @@ class Tabulation:
         self.model = model
         self.statistics = TableStatistics()
         self.allowance = Allowance()
-        self._tolerances = tolerances or Tolerances()
-        self._table = AnchorTable(model, settings or TableSettings(), self._tolerances, anchors)
+        self._tolerances = tolerances or Tolerances.of(model)
+        self._table = AnchorTable(model, settings or TableSettings.of(model), self._tolerances,
+                                  anchors)
         self._requests = AnchorRequests(self._making)
         self._solves = self._calls = 0
         self._trail = Trail()
@@ -215,7 +216,8 @@ class Tabulation:
         for place, root in zip(places.tolist(), roots[places].tolist(), strict=True):
             roots[place], errors[place] = yield partial(refined_root, self.model, point, root)
         wrong = np.abs(roots - answer.roots) > answer.errors + errors
-        apart = np.abs(roots[places, None] - roots) > errors[places, None] + _APART
+        apart = np.abs(roots[places, None] - roots) > errors[places, None] + (
+            _APART * self._tolerances.oscillation)
         if wrong.any() or np.count_nonzero(~apart) > places.size:
             return Answer(answer.entry), 'table'
         return replace(answer, roots=roots, errors=errors), 'refined'

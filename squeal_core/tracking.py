@@ -104,7 +104,7 @@ def identify(model: BrakeModel, point: OperatingPoint, *, resolution: float = RE
     is 1 for a mode that stays what it is, and is far from 1 near a merging. A step after which
     any mode's overlap with itself is off by more than a quarter is made smaller.
     """
-    limits = tolerances or Tolerances()
+    limits = tolerances or Tolerances.of(model, point)
 
     def family(way: float) -> tuple[FloatArray, FloatArray]:
         return matrices(model, replace(
@@ -130,7 +130,7 @@ def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: fl
         path begins makes no difference.
     tolerances : Tolerances, optional
     """
-    limits = tolerances or Tolerances()
+    limits = tolerances or Tolerances.of(model, *points[:1])
     values = np.array([[getattr(point, name) for name in PARAMETERS] for point in points])
     largest = np.abs(values).max(axis=0, initial=0.0)
     for i, point in enumerate(points):

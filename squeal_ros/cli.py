@@ -89,7 +89,8 @@ def _map(p: argparse.ArgumentParser) -> None:
     _sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
     _without_rotation(p)
     p.add_argument('--fast', action='store_true',
-                   help='growth rates within 0.1 1/s: many times faster where points are dense')
+                   help='growth rates within 0.1 1/s (kang2009): many times faster where '
+                   'points are dense')
 
 
 def _locus(p: argparse.ArgumentParser) -> None:
@@ -146,8 +147,9 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
                    help='ends when so many new points need no further anchor (default 0.95)')
     p.add_argument('--most', type=int, default=1000, metavar='N', help='anchors (default 1000)')
     p.add_argument('--memory', type=float, default=200.0, metavar='MB', help='default 200')
-    p.add_argument('--tolerance', type=float, default=0.1, metavar='1/S',
-                   help='of growth rates (default 0.1)')
+    p.add_argument('--tolerance', type=float, metavar='1/S',
+                   help="of growth rates (default: 4.9e-7 of the model's largest angular "
+                        'frequency; 0.1 1/s for kang2009)')
     p.add_argument('--seed', type=int, default=0, metavar='N')
     p.add_argument('--json', action='store_true')
 

@@ -31,9 +31,10 @@ def tabulate(options: argparse.Namespace) -> int:
     """Lay anchors down, write them, and say how much they cover; 1 where it is less than asked."""
     _check(options)
     model = BrakeModel.load(options.model)
-    table = Tabulation(model, TableSettings(tolerance=options.tolerance,
-                                            memory=1e6 * options.memory, audit_every=0))
-    about: dict[str, Any] = {'seed': options.seed, 'tolerance': options.tolerance}
+    tolerance = options.tolerance or TableSettings.of(model).tolerance
+    table = Tabulation(model, TableSettings(tolerance=tolerance, memory=1e6 * options.memory,
+                                            audit_every=0))
+    about: dict[str, Any] = {'seed': options.seed, 'tolerance': tolerance}
     laid: Iterable[OperatingPoint]
     tests: Iterable[OperatingPoint]
     if options.drive:
@@ -61,8 +62,9 @@ def _check(options: argparse.Namespace) -> None:
     """Refuse what would fail after the work, before it."""
     check_output('--output', options.output, ('.npz',), force=options.force,
                  inputs=(resources.find('models', options.model, '.npz'),))
-    for name in ('tolerance', 'memory'):
-        positive(f'--{name}', getattr(options, name))
+    positive('--memory', options.memory)
+    if options.tolerance is not None:
+        positive('--tolerance', options.tolerance)
     if not 0.0 < options.coverage < 1.0:
         raise SquealError(f'--coverage: is {options.coverage:g}; give a part between 0 and 1')
     if options.most < 1 or options.seed < 0:

@@ -109,7 +109,7 @@ def test_verdicts_do_not_hang_on_errors() -> None:
     table = Tabulation(model, TableSettings(tolerance=1e3, decay_tolerance=10.0))
     points = around(model, 400, 0.5)
     found, expected = batch_modes(table, points), single(model, points)
-    level = Tolerances().growth
+    level = Tolerances.of(model).growth
     assert ((found.roots.real > level) == (expected.real > level)).all()
 
 

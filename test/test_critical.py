@@ -12,7 +12,7 @@ from squeal_core.errors import OperatingPointError
 from squeal_core.friction import FrictionLaw
 from squeal_core.merging import merging
 from squeal_core.sensitivity import parameter_sensitivity
-from squeal_core.stability import complex_modes, eigenvalues
+from squeal_core.stability import complex_modes, eigenvalues, Tolerances
 from squeal_core.tracking import moved, PARAMETERS
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
@@ -94,7 +94,7 @@ def test_critical_friction() -> None:
     gap, mean = 0.5 * (W2**2 - W1**2), 0.5 * (W1**2 + W2**2)
     expected = math.sqrt(gap**2 + 40.0**2 * mean) / (1e10 * 1e-3)
     found = critical_value(model, point, 'friction', (0.0, 1.0), tolerance=1e-9)
-    # growth of 1e-2 1/s, where growing begins, is a little further on
+    # the growth rate where growing begins is a little further on
     assert found.above.value == pytest.approx(expected, rel=1e-4)
     assert found.above.value > expected
     assert found.nearest is found.above
@@ -147,7 +147,8 @@ def test_critical_pressure() -> None:
     """2 xi w = p0 |mu_v| S."""
     found = critical_value(single(), replace(POINT, contact_pressure=1e5), 'contact_pressure',
                            (0.0, 1e6), tolerance=1e-9)
-    expected = (40.0 + 0.02) / (0.1 * 1e-3)  # growing begins at 1e-2 1/s
+    growth = Tolerances.of(single()).growth
+    expected = (40.0 + 2.0 * growth) / (0.1 * 1e-3)
     assert found.above.value == pytest.approx(expected, rel=1e-8)
 
 
@@ -158,7 +159,8 @@ def test_critical_speed_along_the_law() -> None:
 
     found = critical_value(single(), ray(10.0), 'rotor_speed', (0.5, 30.0), ray=ray,
                            tolerance=1e-9)
-    expected = math.log(POINT.contact_pressure * 0.2 * 1e-3 / 40.02) / 0.12
+    expected = math.log(POINT.contact_pressure * 0.2 * 1e-3 / (
+        40.0 + 2.0 * Tolerances.of(single()).growth)) / 0.12
     assert found.growth_rate < 0.0 or expected > 10.0
     crossing = found.above if expected > 10.0 else found.below
     assert crossing.value == pytest.approx(expected, rel=1e-8)
@@ -174,7 +176,7 @@ def test_brackets_hold_by_independent_solves(kang: BrakeModel) -> None:
         roots = eigenvalues(kang, at(kang, 5.0, value))
         nearest = roots[np.abs(roots.imag / 2.0 / math.pi - crossing.frequency_hz).argmin()]
         assert nearest.real == pytest.approx(growth, abs=1e-8)
-    assert crossing.growth_rates[0] > 1e-2 >= crossing.growth_rates[1]
+    assert crossing.growth_rates[0] > Tolerances.of(kang).growth >= crossing.growth_rates[1]
     assert crossing.reason.startswith('ceases to grow; bracket ')
     assert 10 < crossing.solves < 60
 

@@ -131,7 +131,7 @@ def test_a_point_on_a_boundary_is_left_to_the_full_solver() -> None:
     model = BrakeModel(angular_frequencies=np.sqrt([1e8, 1.1e8]), damping_ratios=0.0,
                        contact_stiffness=np.diag([1e-3, 0.0]))
     for growth, undecided in ((0.0, 1), (0.01, 0)):  # growth rates are zero
-        table = Tabulation(model, tolerances=Tolerances(growth=growth))
+        table = Tabulation(model, tolerances=Tolerances(oscillation=1.0, growth=growth))
         assert lay_down(table, [point()]).undecided == undecided
         assert len(table.anchors) == 1 - undecided
 

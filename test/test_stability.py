@@ -13,7 +13,7 @@ from squeal_core.stability import classify, complex_modes, ComplexModes, eigenva
 from squeal_core.steps import in_a_step
 from squeal_core.workers import Allowance, Worker
 
-TOLERANCES = Tolerances()
+TOLERANCES = Tolerances(oscillation=1.0, growth=1e-2)
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
                        contact_stiffness=1e9)
 RATE = st.floats(-1e4, 1e4)
@@ -143,7 +143,7 @@ def test_kinds_at_their_bounds(root: complex, kind: str) -> None:
 
 def test_tolerances_are_the_callers(kang: BrakeModel) -> None:
     point = at(kang)
-    strict = complex_modes(kang, point, tolerances=Tolerances(growth=8.0))
+    strict = complex_modes(kang, point, tolerances=Tolerances.of(kang, growth=8.0))
     assert [m.index for m in strict.unstable] == [26]
     assert [m.index for m in complex_modes(kang, point).unstable] == [26, 13]
 

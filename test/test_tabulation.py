@@ -151,7 +151,7 @@ def test_no_verdict_hangs_on_an_error() -> None:
                           (roots[place].real - 0.5 * errors[place], 'full'),
                           (roots.real.max() + 1.0, 'table')):
         table = Tabulation(SMALL, TableSettings(delay=5), anchors=[anchor],
-                           tolerances=Tolerances(growth=float(limit)))
+                           tolerances=Tolerances(oscillation=1.0, growth=float(limit)))
         assert table.covers(at) == (source == 'table')
         assert table.complex_modes(at).source == source
         table.close()

@@ -137,7 +137,7 @@ def test_one_point_is_answered_as_ever(kang: BrakeModel) -> None:
 @pytest.mark.parametrize('seed', range(6))
 def test_rows_sorted_as_each_by_itself(seed: int) -> None:
     """Also where some rows have other modes that do not oscillate, or equal roots."""
-    generator, limits = np.random.default_rng(seed), Tolerances()
+    generator, limits = np.random.default_rng(seed), Tolerances(oscillation=1.0, growth=1e-2)
     frequency = generator.choice([0.0, 10.0, 10.0, 25.0, 300.0], (5, 9))
     if seed % 2:
         frequency = np.repeat(frequency[:1], 5, axis=0)
