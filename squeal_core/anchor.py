@@ -92,12 +92,12 @@ class Anchor:
     def reach(self) -> FloatArray:
         """Step of each coefficient alone (v,) at which the remainder is about 0.1 1/s.
 
-        That is for K09's spectrum; in general a part of the largest eigenvalue.
+        Or a part of the largest eigenvalue, where that is more.
         """
         degree = self.monomials.degree
         alone = [self.monomials.places[degree][(i,) * degree] for i in range(self.rows.size)]
         largest = self.majorants[-1][:, alone].max(axis=0)
-        remainder = _REACH * (np.abs(self.series[0]).max(initial=0.0) or 2e5)
+        remainder = max(0.1, _REACH * float(np.abs(self.series[0]).max(initial=0.0)))
         steps = np.minimum((remainder / np.maximum(largest, 1e-300)) ** (1.0 / degree), 1e3)
         return readonly(steps * self.scales)
 

@@ -127,7 +127,7 @@ def test_coordinates_that_nothing_holds() -> None:
 
 
 def test_errors_are_those_of_the_modes() -> None:
-    table = Tabulation(SMALL)
+    table = Tabulation(SMALL, TableSettings())
     table.complex_modes(point())
     at = near(point(), 0.01, np.random.default_rng(0))
     found = table.complex_modes(at)
@@ -275,7 +275,7 @@ def test_a_steady_way_is_solved_in_full_at_its_beginning_only(
 
 def test_a_warm_table_asks_for_nothing() -> None:
     """On a way that stays where the table is."""
-    cold = Tabulation(SMALL)
+    cold = Tabulation(SMALL, TableSettings())
     turns = np.linspace(0.0, 4.0 * np.pi, 240)
     points = [point(rotor_speed=20.0 * np.exp(0.1 * np.cos(turn)),
                     contact_pressure=7e5 * np.exp(0.1 * np.sin(turn))) for turn in turns]
