@@ -280,7 +280,8 @@ def test_a_warm_table_asks_for_nothing() -> None:
     points = [point(rotor_speed=20.0 * np.exp(0.1 * np.cos(turn)),
                     contact_pressure=7e5 * np.exp(0.1 * np.sin(turn))) for turn in turns]
     follow(cold, points)
-    warm = Tabulation(SMALL, TableSettings(delay=5, tolerance=1.0), anchors=cold.anchors)
+    warm = Tabulation(SMALL, TableSettings(delay=5, tolerance=1.0), anchors=cold.anchors,
+                      tolerances=Tolerances(oscillation=1.0, growth=1e-2))
     assert {modes.source for modes in follow(warm, points)} == {'table'}
     assert (warm.statistics.made, warm.statistics.full) == (0, 0)
     assert not _workers()
