@@ -90,16 +90,26 @@ class BrakeMonitor:
         """Return the assessment at a time [ns], or what it begins with where the brake slides."""
         inputs = self._read(time)
         friction, source, coefficient = self._friction(inputs)
-        needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure'], **friction}
+        begun = Begun(self.brake.name, time, inputs)
+        if all(reading.status == 'good' for reading in friction.values()):
+            begun = begun._replace(friction=coefficient, friction_source=source)
+        needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure']}
+        if not self._friction_is_idle(inputs):
+            needed |= friction
         bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
         if bad:
             ways = {_STATES[reading.status] for reading in bad.values()}
-            return Begun(self.brake.name, time, inputs).said(
+            return begun._replace(friction=math.nan, friction_source='').said(
                 next(s for s in _STATES.values() if s in ways),
                 '; '.join(r.described(name) for name, r in bad.items()))
-        begun = Begun(self.brake.name, time, inputs, coefficient, source)
-        known = self._without_sliding(begun)
-        return begun if known is None else explained(known)
+        return self._without_sliding(begun) or begun
+
+    def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
+        """Whether the brake is released or at rest, so that no friction is needed."""
+        speed, pressure = inputs['rotor_speed'], inputs['pressure']
+        return (pressure.status == 'good' and pressure.value < self._settings.release_pressure
+                or speed.status == 'good'
+                and abs(speed.value) < self._settings.minimum_rotor_speed)
 
     def _read(self, time: int) -> dict[Signal, Reading]:
         if self._time is not None and time < self._time:
@@ -167,7 +177,8 @@ def _await_application(monitors: Sequence[BrakeMonitor],
     """Have made ready what brakes that are released while they turn will ask for."""
     waiting = [(abs(one.inputs['rotor_speed'].value), one.friction)
                for monitor, one in zip(monitors, every, strict=True)
-               if isinstance(one, Assessment) and one.state == 'released' and monitor._turns(one)]
+               if isinstance(one, Assessment) and one.state == 'released'
+               and not math.isnan(one.friction) and monitor._turns(one)]
     if waiting:
         monitors[0]._engines.onset.look(waiting, monitors[0]._settings.release_pressure)
 

@@ -140,7 +140,7 @@ _INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
     'rotor_speed': ('joint_states', 'sensor_msgs/msg/JointState',
                     'velocity[name={brake}_wheel_joint]', -400.0, 400.0, 'rad/s'),
     'pressure': ('{brake}/brake_pressure', 'sensor_msgs/msg/FluidPressure', 'fluid_pressure',
-                 -5e4, 3e7, 'Pa'),
+                 -1.05e5, 3e7, 'Pa'),  # a gauge reads down to minus an atmosphere
     'friction': ('{brake}/friction', 'std_msgs/msg/Float64', 'data', 0.01, 1.5, '-'),
     'temperature': ('', 'sensor_msgs/msg/Temperature', 'temperature', 200.0, 1500.0, 'K'),
 }

