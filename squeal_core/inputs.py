@@ -8,12 +8,14 @@ import math
 from typing import Literal, NamedTuple, TypeAlias
 
 from squeal_core.brake_model import BrakeModel
-from squeal_core.plausibility import Guard, StuckGuard, unit_guard
+from squeal_core.plausibility import unit_guards
+from squeal_core.publishers import PublisherGuard
 from squeal_core.settings import InputSettings, MonitorSettings, Signal, UNITS
+from squeal_core.stuck import StuckGuard
 
 Status: TypeAlias = Literal[
-    'good', 'never received', 'stale', 'stuck', 'invalid', 'outside validated range',
-    'time went backwards']
+    'good', 'never received', 'stale', 'stuck', 'contradicted', 'invalid',
+    'outside validated range', 'time went backwards']
 
 # samples kept of an input: between two ticks, and stamped ahead of them
 _KEPT = 4096
@@ -22,10 +24,22 @@ _TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a 
 
 @dataclass(frozen=True)
 class Sample:
-    """A value in SI units and the time it holds for [ns]."""
+    """A value in SI units and the time it holds for [ns].
+
+    Parameters
+    ----------
+    stamp : int
+    value : float
+    number : int
+        That its publisher gave the message; 0: not known.
+    connection : int
+        Of a recording, one a publisher; 0: not known.
+    """
 
     stamp: int
     value: float
+    number: int = 0
+    connection: int = 0
 
 
 @dataclass(frozen=True)
@@ -136,9 +150,11 @@ class Input:
     def _begin(self) -> None:
         """Begin the guards anew."""
         limits, settings = self._limits, self._settings
-        self._unit: Guard = unit_guard(self.signal, settings, limits.maximum, limits.max_age)
+        self._guards = unit_guards(self.signal, limits, settings)
+        self._publishers = PublisherGuard(self.signal, settings.publisher_tolerance,
+                                          limits.max_age)
         self._stuck = StuckGuard(limits.stuck_after, round(settings.stuck_changes),
-                                 limits.max_age)
+                                 limits.max_age, limits.movement)
 
     def forget(self) -> None:
         """Drop everything received, as if it had never come."""
@@ -189,9 +205,14 @@ class Input:
     def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
         """Ask the guards about a sample."""
         stamp, value = sample.stamp, sample.value
+        contradiction = self._publishers.judge(stamp, value, number=sample.number,
+                                               connection=sample.connection)
+        said = [guard.judge(stamp, value) for guard in self._guards if math.isfinite(value)]
+        if contradiction:
+            return 'contradicted', contradiction
         if not math.isfinite(value):
             return 'good', ''  # its value says enough
-        if detail := self._unit.judge(stamp, value):
+        if detail := next(filter(None, said), ''):
             return 'invalid', detail
         if not self._limits.minimum <= value <= self._limits.maximum:
             return 'good', ''
@@ -251,6 +272,8 @@ class Input:
     def _reading(self, sample: _Judged, age: float) -> Reading:
         """Judge a fresh sample by what its value says, then by what its history says."""
         value, limits = sample.value, self._limits
+        if sample.status == 'contradicted':
+            return Reading('contradicted', value, age, sample.detail)
         if not limits.minimum <= value <= limits.maximum:
             detail = f'outside its range {limits.minimum:.6g} to {limits.maximum:.6g}'
             hint = f': {sample.detail}' if sample.detail else ''

@@ -27,7 +27,8 @@ __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
 
 # what an input's status makes of the brake's state, the gravest first
 _STATES: dict[Status, State] = {
-    'invalid': 'invalid', 'stuck': 'invalid', 'never received': 'stale', 'stale': 'stale',
+    'invalid': 'invalid', 'contradicted': 'invalid', 'stuck': 'invalid',
+    'never received': 'stale', 'stale': 'stale',
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
 
 

@@ -93,6 +93,13 @@ MONITOR_KEYS = (
     Key('bar_suspected_below', 500.0, 'Pa',
         'a pressure that stays between 0.5 and this looks like bar given as Pa; 0: not looked for',
         0.0, 1e5),
+    Key('reference_check', True, '-',
+        'look for an absolute pressure given as gauge: it rests at 1 bar, never at zero'),
+    Key('ambient_pressure', 101325.0, 'Pa',
+        'of the air; subtracted from a pressure whose reference is absolute', 5e4, 1.1e5),
+    Key('publisher_tolerance', 0.05, '-',
+        'relative difference from which publishers of one input contradict each other; 0: not '
+        'looked for', 0.0, 10.0),
     Key('wheel_acceleration_peak', 500.0, 'rad/s^2',
         'a rotor speed that changes faster leaps, as rpm given as rad/s would; 0: not looked for',
         0.0, 1e6),
@@ -148,6 +155,8 @@ UNITS: Mapping[str, str] = {signal: entry[-1] for signal, entry in _INPUTS.items
 # a real speed or pressure flickers; a friction or temperature may rest for a while
 _STUCK_AFTER: dict[Signal, float] = {
     'rotor_speed': 2.0, 'pressure': 5.0, 'friction': 10.0, 'temperature': 10.0}
+_MOVEMENT: dict[Signal, float] = {
+    'rotor_speed': 0.004, 'pressure': 1e3, 'friction': 1e-3, 'temperature': 0.05}
 
 
 def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
@@ -156,6 +165,10 @@ def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
     offset = 273.15 if signal == 'temperature' else 0.0
     least = 1e-3 if signal in ('friction', 'temperature') else -math.inf  # none at or below zero
     at = f'{brake}.{signal}'
+    reference = (Key(f'{at}.reference', 'gauge', '-', '"gauge", or "absolute" as '
+                     'sensor_msgs/FluidPressure is by its definition: ambient_pressure is '
+                     'subtracted then', change='configure', choices=('gauge', 'absolute')),
+                 ) if signal == 'pressure' else ()
     return (
         Key(f'{at}.topic', topic.format(brake=brake), '-', 'topic; empty: this input is not used',
             change='configure'),
@@ -167,12 +180,16 @@ def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
             choices=('header', 'receipt')),
         Key(f'{at}.scale', 1.0, f'{unit} per message unit', 'value = scale * field + offset'),
         Key(f'{at}.offset', offset, unit, 'value = scale * field + offset'),
+        *reference,
         Key(f'{at}.max_age', 0.5, 's', 'older than this an input is stale', 1e-3, 3600.0),
         Key(f'{at}.minimum', low, unit, 'a smaller value is invalid', least),
         Key(f'{at}.maximum', high, unit, 'a larger value is invalid', least),
         Key(f'{at}.stuck_after', _STUCK_AFTER[signal], 's',
             'exactly constant for longer while the disc slides under load is stuck; 0: never',
             0.0, 3600.0),
+        Key(f'{at}.movement', _MOVEMENT[signal], unit,
+            'a live value moves by as much meanwhile; one in larger steps may rest longer, in '
+            'proportion', 1e-9, 1e9),
     )
 
 
@@ -190,6 +207,8 @@ class InputSettings:
     maximum: float
     stamp: str = 'header'
     stuck_after: float = 0.0
+    movement: float = 1e-9
+    reference: str = 'gauge'
 
 
 @dataclass(frozen=True)
@@ -225,6 +244,9 @@ class MonitorSettings:
     validated_friction_low: float
     validated_friction_high: float
     bar_suspected_below: float
+    reference_check: bool
+    ambient_pressure: float
+    publisher_tolerance: float
     wheel_acceleration_peak: float
     wheel_acceleration_mean: float
     stuck_changes: float
@@ -251,6 +273,17 @@ class MonitorSettings:
     def period(self) -> int:
         """Time between assessments [ns]."""
         return round(1e9 / self.rate)
+
+
+def pressure_references(settings: MonitorSettings) -> str:
+    """Return, in words, which pressures are taken as gauge and which as absolute."""
+    brakes: dict[str, list[str]] = {}
+    for brake in settings.brakes:
+        brakes.setdefault(brake.inputs['pressure'].reference, []).append(brake.name)
+    if len(brakes) == 1:
+        return f'pressures are taken as {next(iter(brakes))} (key pressure.reference)'
+    return 'pressures are taken as ' + ', '.join(
+        f'{reference} ({", ".join(names)})' for reference, names in brakes.items())
 
 
 def settings_keys(brakes: tuple[str, ...]) -> Iterator[Key]:

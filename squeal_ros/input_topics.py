@@ -22,6 +22,7 @@ from squeal_ros.message_types import RosMessages
 POLICIES = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
             QoSPolicyKind.DURABILITY)
 _UNNAMED = '_UNKNOWN_'  # in the names of a node that was discovered only in part
+_NO_NUMBER = 2**64 - 1  # RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED
 _LOOK_PERIOD = 1_000_000_000  # ns
 _DEPTH = 20  # 2 kHz from one beat to the next; more than that only makes a busy node later
 
@@ -52,6 +53,7 @@ class _Topic:
     sequence: int | None = None
     alone: bool = False  # one publisher: only then do sequence numbers show gaps
     publishers: frozenset[bytes] = frozenset()
+    names: tuple[str, ...] = ()  # of the publishers
     wrong: tuple[str, ...] = ()
     rate: Rate = field(default_factory=Rate)
 
@@ -61,7 +63,10 @@ class _Topic:
 
 
 class InputTopics:
-    """One subscription a topic; messages go to `receive`, with topic and time of receipt [ns].
+    """One subscription a topic; messages go to `receive`.
+
+    That is given the topic, the message, its time of receipt [ns] and the number that its
+    publisher gave it (0: the middleware gives none).
 
     Messages wait in their queues for `take`: an executor that woke for each of them would cost
     more than all else. They are taken as bytes and decoded here: the middleware would throw away
@@ -86,7 +91,7 @@ class InputTopics:
     """
 
     def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str], aside: Aside,
-                 receive: Callable[[str, Any, int], None],
+                 receive: Callable[[str, Any, int, int], None],
                  complain: Callable[[str], None]) -> None:
         self._node, self._receive, self._complain = node, receive, complain
         self._aside = aside
@@ -146,6 +151,11 @@ class InputTopics:
     def dropped(self) -> int:
         return sum(topic.dropped for topic in self._topics.values())
 
+    def publishers(self, topic: str) -> str:
+        """Return, in words, how many publishers a topic has, and which."""
+        names = self._topics[topic].names
+        return f'{len(names)} publishers ({", ".join(names)})'
+
     def look_around(self, steady: int) -> tuple[str, ...]:
         """Return, in words, publishers whose messages cannot come: of another type.
 
@@ -165,6 +175,7 @@ class InputTopics:
             found = frozenset(bytes(info.endpoint_gid) for info in publishers)
             if found != topic.publishers:  # each counts its messages from a number of its own
                 topic.publishers, topic.sequence = found, None
+            topic.names = tuple(sorted(map(_name, publishers)))
             topic.wrong = tuple(sorted(set(self._wrong(name, topic, publishers))))
             for text in topic.wrong:
                 self._complain(text)
@@ -175,9 +186,7 @@ class InputTopics:
                if info.node_name == self._node.get_name()
                and info.node_namespace == self._node.get_namespace()]
         for info in publishers:
-            publisher = f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-            if _UNNAMED in publisher:
-                publisher = 'a publisher'
+            publisher = _name(info)
             if info.topic_type != topic.type_name:
                 yield (f'{name}: {publisher} publishes {info.topic_type}, and '
                        f'{topic.type_name} is wanted')
@@ -198,7 +207,7 @@ class InputTopics:
     def _read(self, topic: str, found: _Topic, data: bytes, info: Mapping[str, Any],
               received: int) -> None:
         found.received += 1
-        sequence = info.get('publication_sequence_number')
+        sequence = info.get('publication_sequence_number') or 0
         if found.alone and sequence and found.sequence and sequence > found.sequence:
             found.dropped += sequence - found.sequence - 1
         found.sequence = sequence
@@ -208,7 +217,12 @@ class InputTopics:
             found.undecodable += 1
             self._complain(f'{topic}: no {found.type_name} ({type(error).__name__})')
             return
-        self._receive(topic, message, received)
+        self._receive(topic, message, received, sequence if 0 < sequence < _NO_NUMBER else 0)
+
+
+def _name(info: Any) -> str:
+    publisher = f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+    return 'a publisher' if _UNNAMED in publisher else publisher
 
 
 def _queue(topic: _Topic) -> Iterator[tuple[bytes, Mapping[str, Any]]]:

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import SquealError
 from squeal_core.monitor import Assessment, Reading, VehicleMonitor
-from squeal_core.settings import MonitorSettings, NODE_NAME
+from squeal_core.settings import MonitorSettings, NODE_NAME, pressure_references
 from squeal_ros.grid import Beat
 from squeal_ros.guards import Aside, guard_services, guarded, SturdyExecutor
 from squeal_ros.health import Health
@@ -111,7 +111,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             self._ticker.stop()
             return FAILURE
         self.get_logger().info(f'watching {", ".join(self._configured.monitor.brakes)} at '
-                               f'{self.settings.rate:g} Hz')
+                               f'{self.settings.rate:g} Hz; {pressure_references(self.settings)}')
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -252,9 +252,9 @@ class _Configured:
         if self.pictures:
             self.pictures.wipe()
 
-    def _receive(self, topic: str, message: Any, received: int) -> None:
+    def _receive(self, topic: str, message: Any, received: int, number: int) -> None:
         problems = len(self.router.problems)
-        for brake, name, sample in self.router.samples(topic, message, received):
+        for brake, name, sample in self.router.samples(topic, message, received, number):
             self.monitor.receive(brake, name, sample)
         for problem in islice(self.router.problems, problems, None):  # said once, counted after
             self._complain(f'cannot read {problem}')

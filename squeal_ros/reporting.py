@@ -41,6 +41,8 @@ class Reporter:
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
         self._model, self._engine = _model_values(model), engine
+        self._topics = {(brake.name, signal): source.topic for brake in settings.brakes
+                        for signal, source in brake.inputs.items()}
         self.mode_shapes = 'off'
         self._alarms = messages.Levels(settings)
         self._levels: list[int] = []
@@ -70,11 +72,14 @@ class Reporter:
     def _publish(self, assessments: Sequence[Assessment], levels: list[int],
                  stopped: str) -> None:
         self._outputs.publish_diagnostics(messages.diagnostics(
-            self._library, self._name, assessments, levels, self._node_status(stopped)))
+            self._library, self._name, assessments, levels,
+            self._node_status(assessments, stopped)))
 
-    def _node_status(self, stopped: str) -> messages.NodeStatus:
+    def _node_status(self, assessments: Sequence[Assessment],
+                     stopped: str) -> messages.NodeStatus:
         steady = time.monotonic_ns()
         wrong = self._inputs.look_around(steady)
+        contradicted = self._contradicted(assessments)
         unreadable = self._unreadable() + self._inputs.undecodable
         counts = {'deadline misses': self._health.deadline_misses,
                   'unreadable messages': unreadable, 'errors': self._health.errors}
@@ -83,14 +88,23 @@ class Reporter:
         values: Mapping[str, object] = {
             **self._health.values(), 'unreadable_messages': unreadable,
             'dropped_messages': self._inputs.dropped, 'wrong_publishers': len(wrong),
+            'contradicted_topics': len(contradicted),
             'rate_hz': self._settings.rate, 'mode_shapes': self.mode_shapes,
             **self._model, **self._engine(),
             **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)
-        if wrong or faults:
-            return messages.NodeStatus(values, messages.WARN, '; '.join([*wrong, *faults]))
+        if wrong or contradicted or faults:
+            return messages.NodeStatus(
+                values, messages.WARN, '; '.join([*wrong, *contradicted, *faults]))
         return messages.NodeStatus(values)
+
+    def _contradicted(self, assessments: Sequence[Assessment]) -> list[str]:
+        """Return, in words, topics whose publishers contradict each other."""
+        topics = [self._topics[found.brake, signal] for found in assessments
+                  for signal, reading in found.inputs.items() if reading.status == 'contradicted']
+        return [f'{topic}: {self._inputs.publishers(topic)} contradict each other'
+                for topic in dict.fromkeys(topics)]
 
 
 def _model_values(model: BrakeModel) -> dict[str, Any]:

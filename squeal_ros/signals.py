@@ -14,6 +14,7 @@ from squeal_core.monitor import Sample, Unreadable
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
 
 _STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d{1,9})\]|\[([A-Za-z_]\w*)=([^\]]+)\]')
+_OF_JOINTS = ('position', 'velocity', 'effort')  # of a JointState, as long as its `name`
 _NUMBERS = (float, int, np.floating, np.integer, np.bool_)
 
 
@@ -21,11 +22,16 @@ class FieldError(ValueError):
     """A message that does not hold what a field path names."""
 
 
+class OtherMessageError(FieldError):
+    """A sound message that is about something else: other joints, or no velocities at all."""
+
+
 @dataclass(frozen=True)
 class FieldPath:
     """Where in a message a number is: `a.b`, `[2]`, `velocity[name=front_left_wheel_joint]`.
 
-    The last form takes the index at which the list `name`, beside `velocity`, holds the text.
+    The last form takes the index at which the list `name` holds the text; both lists have to be
+    of one length. So have they, like those of a JointState, for an index by number.
     """
 
     text: str
@@ -55,23 +61,24 @@ class FieldPath:
 
     def read(self, message: Any) -> float:
         """Return the number; raise FieldError with the reason where there is none."""
-        owner, value = message, message
+        owner, value, of = message, message, ''
         for kind, name, key in self.steps:
             try:
                 if kind == 'attribute':
                     owner, value = value, getattr(value, str(name))
                 elif kind == 'index':
+                    if of in _OF_JOINTS:
+                        self._check_lengths(value, getattr(owner, 'name', ()), 'name')
                     value = value[name]
                 else:
-                    value = value[list(getattr(owner, str(name))).index(key)]
+                    value = value[self._index(value, getattr(owner, str(name)), str(name), key)]
             except AttributeError:
                 raise FieldError(f'{self.text}: the message has no field {name!r}') from None
-            except ValueError:
-                raise FieldError(f'{self.text}: no {key!r} in the list {name!r}') from None
             except IndexError:
                 raise FieldError(f'{self.text}: the list is too short') from None
             except (KeyError, TypeError):
                 raise FieldError(f'{self.text}: is no list') from None
+            of = str(name) if kind == 'attribute' else ''
         if isinstance(value, np.ndarray) and value.ndim == 0:
             value = value[()]
         if not isinstance(value, _NUMBERS):
@@ -80,6 +87,26 @@ class FieldPath:
             return float(value)
         except OverflowError:
             return math.copysign(math.inf, value)
+
+    def _index(self, values: Any, names: Any, where: str, key: str) -> int:
+        """Return the index of a name; raise FieldError where there is none, or not one."""
+        names = list(names)
+        if key not in names:
+            raise OtherMessageError(f'{self.text}: no {key!r} in the list {where!r}')
+        if len(values) == 0:
+            raise OtherMessageError(f'{self.text}: the list is empty')
+        self._check_lengths(values, names, where)
+        if names.count(key) > 1:
+            raise FieldError(f'{self.text}: {key!r} is {names.count(key)} times in the list '
+                             f'{where!r}')
+        return int(names.index(key))
+
+    def _check_lengths(self, values: Any, names: Any, where: str) -> None:
+        """Raise FieldError for lists that do not belong together."""
+        if isinstance(names, str) or len(names) in (0, len(values)) or len(values) == 0:
+            return  # an empty list is not given
+        raise FieldError(f'{self.text}: {len(values)} values for {len(names)} in the list '
+                         f'{where!r}')
 
 
 def stamp_of(message: Any, received: int) -> int:
@@ -94,17 +121,41 @@ def stamp_of(message: Any, received: int) -> int:
         return received
 
 
+@dataclass
+class _Sight:
+    """Whether messages of an input's topic hold its value [ns of receipt]."""
+
+    last: int | None = None  # message with the value
+    without: int | None = None  # first message about something else since
+
+    def see(self, received: int) -> None:
+        self.last, self.without = received, None
+
+    def misses(self, received: int, max_age: int) -> bool:
+        """Take a message about something else; tell whether the value is missed by now."""
+        for time in (self.last, self.without):
+            if time is not None and received < time:  # the clock was set back
+                self.last = self.without = None
+        if self.without is None:
+            self.without = received
+        since = self.without if self.last is None else self.last
+        return received - since > max_age
+
+
 @dataclass(frozen=True)
 class _Input:
     brake: str
     signal: Signal
     settings: InputSettings
     path: FieldPath
+    zero: float  # taken off, in the unit of the input
+    sight: _Sight = field(default_factory=_Sight, compare=False)
 
-    def sample(self, message: Any, received: int) -> Sample:
-        value = self.settings.scale * self.path.read(message) + self.settings.offset
+    def sample(self, message: Any, received: int, number: int, connection: int) -> Sample:
+        value = self.settings.scale * self.path.read(message) + self.settings.offset - self.zero
         stamped = self.settings.stamp == 'header'
-        return Sample(stamp_of(message, received) if stamped else received, value)
+        return Sample(stamp_of(message, received) if stamped else received, value,
+                      number, connection)
 
 
 @dataclass
@@ -143,12 +194,16 @@ class Router:
                     path = FieldPath.parse(source.field)
                 except ConfigurationError as error:
                     raise ConfigurationError(where, *str(error).split('; ', 1)) from None
-                inputs[source.topic].append(_Input(brake.name, signal, source, path))
+                zero = settings.ambient_pressure if source.reference == 'absolute' else 0.0
+                inputs[source.topic].append(_Input(brake.name, signal, source, path, zero))
         return cls(types, inputs, Counter() if problems is None else problems)
 
-    def samples(self, topic: str, message: Any,
-                received: int) -> Iterator[tuple[str, Signal, Sample | Unreadable]]:
+    def samples(self, topic: str, message: Any, received: int, number: int = 0,
+                connection: int = 0) -> Iterator[tuple[str, Signal, Sample | Unreadable]]:
         """Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
+
+        A message about something else, as of a second publisher of other joints, is no problem as
+        long as others hold the value.
 
         Parameters
         ----------
@@ -157,12 +212,17 @@ class Router:
         message : object
         received : int
             Time of receipt [ns].
+        number, connection : int
+            As of `Sample`.
         """
         for source in self._inputs[topic]:
             found: Sample | Unreadable
             try:
-                found = source.sample(message, received)
+                found = source.sample(message, received, number, connection)
+                source.sight.see(received)
             except FieldError as error:
-                self.problems[f'{topic}: {error}'] += 1
+                if not isinstance(error, OtherMessageError) or source.sight.misses(
+                        received, round(source.settings.max_age * 1e9)):
+                    self.problems[f'{topic}: {error}'] += 1
                 found = Unreadable(str(error))
             yield source.brake, source.signal, found

@@ -15,11 +15,12 @@ from squeal_core.alarm import Alarm
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.friction import FrictionTable
 from squeal_core.monitor import BrakeMonitor, Sample, Unreadable
-from squeal_core.plausibility import BarGuard, RPM, RpmGuard, StuckGuard
+from squeal_core.plausibility import AbsoluteGuard, BarGuard, GaugeGuard, Guard, RPM, RpmGuard
 from squeal_core.resources import config_folder
+from squeal_core.stuck import SignalStep, StuckGuard
 from squeal_core.vehicle import brake_signals, BrakeSignals, read_vehicle
 
-BAR, TO_RPM, LEAPS = 'looks like bar given as Pa', 'looks like rpm given as rad/s', 'leaps'
+BAR, TO_RPM, LEAPS = 'bar', 'rpm', 'leaps'  # in what they say
 CYCLES = ('us06', 'wltc_3b', 'chicago_trip')
 
 
@@ -27,10 +28,12 @@ def speeds(**changes: float) -> RpmGuard:
     return RpmGuard(**{'maximum': 400.0, 'leap': 500.0, 'ramp': 40.0, 'memory': 0.5, **changes})
 
 
-def judged(guard: BarGuard | RpmGuard, values: Sequence[float], rate: float = 100.0,
+def judged(guard: Guard, values: Sequence[float], rate: float = 100.0,
            start: float = 0.0) -> list[str]:
-    return [guard.judge(round((start + i / rate) * SECOND), float(value))
+    said = [guard.judge(round((start + i / rate) * SECOND), float(value))
             for i, value in enumerate(values)]
+    return [next((word for word in (BAR, TO_RPM) if f'like {word} given' in text), text)
+            for text in said]
 
 
 # -- bar given as Pa
@@ -89,7 +92,8 @@ def test_another_leap_is_not_believed_until_a_wheel_could_be_there(before: float
     said = judged(speeds(), [before] * 10 + [after] * 60)[9:]
     wait = math.ceil(abs(after - before) / 500.0 * 100.0 - 1e-9)
     assert [text[:5] for text in said] == [''] + [LEAPS] * (wait - 1) + [''] * (61 - wait)
-    assert said[1] == f'leaps there from {before:g} rad/s within 0.01 s'
+    assert said[1] == (f'leaps there from {before:g} rad/s within 0.01 s, until a wheel could be '
+                       'there')
 
 
 def test_after_half_a_second_any_leap_is_believed() -> None:
@@ -136,11 +140,174 @@ def test_a_speed_beyond_the_maximum_is_remembered() -> None:
     assert judged(speeds(), [450.0, 445.0, 440.0]) == [TO_RPM] * 3
 
 
+@pytest.mark.parametrize('rate', [5.0, 20.0, 100.0])
+def test_what_is_over_at_once_is_no_ramp(rate: float) -> None:
+    """A silence with another sign after it, a wheel that locks or spins, one wild stretch."""
+    before = [27.0] * 10
+    for value in (-27.0, 0.0, 90.0):
+        values = [*before, *[value] * 200]
+        guard = speeds()
+        stamps = np.arange(len(values)) / rate + np.where(np.arange(len(values)) < 10, 0.0, 0.3)
+        said = [guard.judge(round(t * SECOND), v) for t, v in zip(stamps, values, strict=True)]
+        late = [text for t, text in zip(stamps, said, strict=True) if t > stamps[10] + 0.5]
+        assert set(late) == {''}
+    locking = [*np.linspace(60.0, 0.0, round(0.3 * rate)), *[0.0] * round(3 * rate)]
+    assert not any('rpm' in text for text in judged(speeds(), locking, rate))
+
+
+def test_spikes_beyond_the_maximum_are_no_rpm() -> None:
+    guard = speeds()
+    assert guard.judge(0, 20.0) == ''
+    assert guard.judge(SECOND, 500.0)  # after a silence of a second
+    assert set(judged(guard, [20.0] * 100, start=1.6)) == {''}
+
+
+# -- the reference of a pressure
+
+ABSOLUTE, GAUGE = 'looks like an absolute pressure', 'looks like a gauge pressure'
+
+
+def braked(*, rest: float = 0.0, noise: float = 0.0, rate: float = 50.0,
+           brakings: int = 4) -> Sequence[float]:
+    """Rests of 5 s and brakings of 2 s to 20 bar."""
+    one = np.concatenate([np.zeros(round(5 * rate)),
+                          20e5 * np.sin(np.linspace(0.0, np.pi, round(2 * rate)))])
+    values = rest + np.tile(one, brakings)
+    values += noise * np.random.default_rng(0).standard_normal(values.size)
+    return list(values)
+
+
+@pytest.mark.parametrize('air', [6.6e4, 9e4, 101325.0, 1.06e5])
+@pytest.mark.parametrize('noise', [0.0, 5e3])
+def test_an_absolute_pressure_given_as_gauge_is_told_in_three_seconds(air: float,
+                                                                      noise: float) -> None:
+    said = judged(GaugeGuard(), braked(rest=air, noise=noise, brakings=1), rate=50.0)
+    assert said[149] == ''
+    assert all(text.startswith(ABSOLUTE) for text in said[155:])
+    assert 'until it falls below 0.4 bar' in said[-1]
+
+
+def test_an_absolute_pressure_after_a_gauge_is_told_with_its_third_return() -> None:
+    guard = GaugeGuard()
+    assert set(judged(guard, braked())) == {''}
+    said = judged(guard, braked(rest=1e5), rate=50.0, start=100.0)
+    assert said.index(next(filter(None, said))) == pytest.approx((7 * 3 + 3) * 50, abs=15)
+    assert judged(guard, [0.0, 1e5], start=200.0) == ['', '']
+
+
+@pytest.mark.parametrize('values', [
+    braked(), braked(noise=2e4), [0.0, *[1e5] * 3000], [*[2e5] * 300, *[0.0] * 10, *[1e5] * 900],
+    list(np.tile([1e5, 2.5e5, 0.9e5], 2000)), list(1e5 + 6e4 * np.sin(np.arange(3000)))],
+    ids=['brakings', 'noise', 'held at 1 bar', 'held later', 'pulses', 'waves'])
+def test_what_is_no_absolute_pressure(values: Sequence[float]) -> None:
+    assert set(judged(GaugeGuard(), values, rate=50.0)) == {''}
+
+
+def test_a_gauge_pressure_given_as_absolute() -> None:
+    guard = AbsoluteGuard()
+    said = judged(guard, braked(rest=-101325.0), rate=50.0)
+    assert said[149] == ''
+    assert all(text.startswith(GAUGE) for text in said[155:])
+    assert set(judged(guard, [0.0] * 3100, rate=50.0, start=100.0)[3001:]) == {''}
+    undershoot = [*braked(brakings=1), *[-9e4] * 100]
+    assert set(judged(AbsoluteGuard(), undershoot, rate=50.0)) == {''}
+
+
+def test_the_reference_is_looked_for_in_the_monitor() -> None:
+    for parameters, rest, words in (({}, 101325.0, ABSOLUTE), (
+            {'a.pressure.reference': 'absolute'}, -101325.0, GAUGE)):
+        for check in (True, False):
+            watch = monitor(reference_check=check, **parameters)
+            for tenths in range(40):
+                feed(watch, TICK + tenths * SECOND // 10, **{**GOOD, 'pressure': rest})
+            found = watch.assess(TICK + 4 * SECOND)
+            assert (words in found.reason) is check
+            assert (found.state == 'invalid') is check
+
+
+# -- publishers that contradict each other
+
+def heard(*publishers: tuple[int, float, Sequence[float]], signal: Any = 'pressure',
+          rate: float = 50.0, **parameters: Any) -> list[str]:
+    """What is said of the samples of publishers that take turns: first number, delay, values."""
+    watch = monitor(**parameters)
+    events = sorted((round((i / rate + delay) * SECOND) + TICK, number + i, value)
+                    for number, delay, values in publishers for i, value in enumerate(values))
+    said = []
+    for stamp, number, value in events:
+        feed(watch, stamp, **{name: GOOD[name] for name in GOOD if name != signal})
+        watch.receive(signal, Sample(stamp, value, number=number))
+        found = watch.assess(stamp)
+        said.append(found.reason if found.inputs[signal].status == 'contradicted' else '')
+    return said
+
+
+@pytest.mark.parametrize(('first', 'second'), [(1, 1), (1, 500), (900, 3), (7, 8)])
+@pytest.mark.parametrize(('signal', 'one', 'other', 'words'), [
+    ('pressure', 15e5, 0.0, '0'), ('rotor_speed', 45.0, 0.0, '0'), ('friction', 0.4, 0.6, '0.6'),
+    ('friction', 0.4, NAN, 'no number'), ('pressure', 15e5, 1500.0, '1500')])
+def test_publishers_that_contradict_each_other_are_told_of_every_sample(
+        signal: Any, one: float, other: float, words: str, first: int, second: int) -> None:
+    """As soon as both go on for 0.8 max_age, whichever comes first, whatever their numbers."""
+    said = heard((first, 0.0, [one] * 50), (second, 0.004, [other] * 50), signal=signal)
+    assert not any(said[:40])
+    assert all(said[44:])
+    assert f'another publisher of the topic, which says {words}, until' in said[-2]
+
+
+def test_publishers_that_count_alike_and_take_turns_as_they_like() -> None:
+    random = np.random.default_rng(6)
+    watch, said = monitor(), []
+    for count in range(60):
+        pair = [(15e5, 1), (0.0, 2)]
+        for value, offset in (pair if random.random() < 0.5 else pair[::-1]):
+            stamp = TICK + count * SECOND // 50 + offset
+            watch.receive('pressure', Sample(stamp, value, number=count + 1))
+            said.append(watch._inputs['pressure'].read(stamp).status)
+    assert set(said[44:]) == {'contradicted'}
+
+
+def test_a_contradiction_begins_and_ends_with_the_values() -> None:
+    apart = [0.0] * 50 + [15e5] * 100 + [0.0] * 50
+    said = heard((1, 0.0, apart), (400, 0.004, [0.0] * 200))
+    told = [i / 100.0 for i, text in enumerate(said) if text]
+    assert 1.4 <= told[0] <= 1.44  # 0.8 max_age after they part
+    assert 2.98 <= told[-1] <= 3.02
+    # one of them is silent: over within one max_age
+    said = heard((1, 0.0, [15e5] * 100), (400, 0.004, [0.0] * 50))
+    told = [i for i, text in enumerate(said) if text]
+    assert told[-1] <= 100 + 20
+    assert not any(heard((1, 0.0, apart), (400, 0.004, [0.0] * 200), publisher_tolerance=0.0))
+
+
+def test_publishers_that_agree_are_no_contradiction() -> None:
+    time = np.arange(0.0, 4.0, 0.02)
+    random = np.random.default_rng(1)
+    pulsing = 40e5 + 30e5 * np.sin(2 * np.pi * 15.0 * time)  # ABS
+    for values in (pulsing, np.minimum(20e5 * time, 40e5), random.normal(1e4, 2e4, time.size)):
+        noise = random.normal(0.0, 5e3, time.size)
+        for delay in (0.001, 0.1, 0.3):
+            assert not any(heard((1, 0.0, values), (77, delay, values + noise)))
+    # one hands over to another, which begins anew
+    handed = heard((800, 0.0, [15e5] * 50), (1, 1.0, [0.0] * 50))
+    assert not any(handed)
+
+
+def test_connections_of_a_recording_are_publishers() -> None:
+    watch = monitor()
+    for count in range(40):
+        for connection, value in ((1, 15e5), (2, 0.0)):
+            stamp = TICK + count * SECOND // 50 + connection
+            watch.receive('pressure', Sample(stamp, value, connection=connection))
+    assert watch._inputs['pressure'].read(stamp).status == 'contradicted'
+
+
 # -- a value that no longer moves
 
 def held(values: Sequence[float], others: Sequence[int], *, sliding: bool = True,
          rate: float = 10.0, **changes: Any) -> list[bool]:
-    guard = StuckGuard(**{'after': 2.0, 'changes': 5, 'longest_gap': 0.5, **changes})
+    guard = StuckGuard(**{
+        'after': 2.0, 'changes': 5, 'longest_gap': 0.5, 'movement': 1.0, **changes})
     return [bool(guard.judge(round(i / rate * SECOND), value, sliding=sliding, others=other))
             for i, (value, other) in enumerate(zip(values, others, strict=True))]
 
@@ -166,6 +333,50 @@ def test_a_frozen_value_is_told_while_the_others_move() -> None:
 def test_what_is_not_stuck(values: list[float], others: Sequence[int],
                            changes: dict[str, Any]) -> None:
     assert not any(held(values, others, **changes))
+
+
+def quantised(values: Any, step: float) -> list[float]:
+    return list(np.round(np.asarray(values) / step) * step)
+
+
+@pytest.mark.parametrize(('step', 'level', 'movement', 'after'), [
+    (1e5, 12e5, 1e3, 5.0), (1e4, 12e5, 1e3, 5.0), (0.5, 25.0, 0.004, 2.0), (0.1, 25.0, 0.004, 2.0),
+    (0.05, 0.42, 1e-3, 10.0), (0.01, 0.42, 1e-3, 10.0), (1.0, 400.0, 0.05, 10.0)])
+@pytest.mark.parametrize('rate', [10.0, 100.0])
+@pytest.mark.parametrize('kind', [float, np.float32])
+def test_a_coarse_signal_is_not_stuck_while_it_stays_within_its_step(
+        step: float, level: float, movement: float, after: float, rate: float, kind: Any) -> None:
+    random = np.random.default_rng(3)
+    ramps = np.abs(np.sin(np.arange(0.0, 12.0, 1.0 / rate))) * 20.0 * step
+    held_at = level + 0.2 * step * random.uniform(-1.0, 1.0, round(30 * rate))
+    values = [float(kind(v)) for v in quantised([*ramps, *held_at], step)]
+    if len(set(np.diff(values))) > 3:
+        said = held(values, range(len(values)), rate=rate, movement=movement, after=after)
+        assert not any(said)
+    frozen = [values[-1]] * round((after * step / movement + 1.0) * rate)
+    values += frozen[:round(600 * rate)]
+    limit = after * step / movement
+    assert any(held(values, range(len(values)), rate=rate, movement=movement, after=after)) == (
+        limit < 590)
+
+
+@pytest.mark.parametrize('noise', [2e3, 1e4])
+def test_a_fine_and_noisy_signal_is_stuck_in_its_time(noise: float) -> None:
+    """Few changes tell that it has no step; so does one that is clipped at zero."""
+    random = np.random.default_rng(5)
+    for low in (-1e9, 11.9e5):
+        values = np.maximum(12e5 + random.normal(0.0, noise, 60), low)
+        said = held([*values, *[13e5] * 80], range(140), movement=1e3, after=5.0)
+        assert 60 + 50 <= said.index(True) <= 60 + 53
+
+
+def test_a_step_is_learned_in_spite_of_a_dead_band() -> None:
+    step = SignalStep()
+    values = [0.0, 0.37, 0.47, 0.67, 0.97, 1.07, 1.37, 1.27, 0.97, 0.67, 0.47, 0.37, 0.0, 0.0] * 9
+    for one, other in pairwise(values):
+        if one != other:
+            step.add(other - one)
+    assert step.value == pytest.approx(0.1)
 
 
 def test_without_changes_asked_for_a_constant_is_stuck() -> None:

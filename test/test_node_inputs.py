@@ -193,7 +193,8 @@ def test_messages_wait_with_their_time_of_receipt_and_come_in_order() -> None:
 
         inputs = InputTopics(
             car.node, RosMessages(), dict.fromkeys(topics, 'std_msgs/msg/Float64'), aside,
-            lambda topic, message, stamp: heard.append((topic, message.data, stamp)), pytest.fail)
+            lambda topic, message, stamp, _: heard.append((topic, message.data, stamp)),
+            pytest.fail)
         publishers = [car.node.create_publisher(Float64, topic, 10) for topic in topics]
         car.until(lambda: all(p.get_subscription_count() for p in publishers))
         start = now()

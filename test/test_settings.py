@@ -21,7 +21,7 @@ NUMBERS = [key for key in KEYS.values() if isinstance(key.default, float)]
 TEXTS = [key for key in KEYS.values() if isinstance(key.default, str)]
 ROTOR = InputSettings(topic='joint_states', type='sensor_msgs/msg/JointState',
                       field='velocity[name=a_wheel_joint]', scale=1.0, offset=0.0, max_age=0.5,
-                      minimum=-400.0, maximum=400.0, stuck_after=2.0)
+                      minimum=-400.0, maximum=400.0, stuck_after=2.0, movement=0.004)
 
 
 def read(**changes: Any) -> Any:

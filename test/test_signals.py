@@ -14,6 +14,7 @@ from squeal_core.monitor import Sample, Unreadable
 from squeal_core.settings import read_settings
 from squeal_ros.signals import FieldError, FieldPath, Router, stamp_of
 
+SECOND = 1_000_000_000
 JOINTS = Message(name=['left', 'right', 'spare wheel', 'a=b'], velocity=[1.0, -2.0, 3.0, 4.0])
 NESTED = Message(a=Message(b=[Message(c=5), Message(c=-6.5)]), data=7, flat=[8.0, 9.0],
                  wheels=[JOINTS, Message(name=['left'], velocity=[10.0])], empty=[], text='fast',
@@ -206,11 +207,11 @@ def test_a_bad_path_names_its_key_and_value(field: str) -> None:
 def test_problems_are_counted_and_stop_nothing() -> None:
     found = router()
     message = Message(name=['b_wheel_joint'], velocity=[2.0])
-    for _ in range(3):
-        assert list(found.samples('joint_states', message, 99)) == [
+    for at in (0, 5, 6, 7, 8):  # the first half a second says nothing yet
+        assert list(found.samples('joint_states', message, at * SECOND // 10)) == [
             ('a', 'rotor_speed', Unreadable(
                 "velocity[name=a_wheel_joint]: no 'a_wheel_joint' in the list 'name'")),
-            ('b', 'rotor_speed', Sample(99, 2.0))]
+            ('b', 'rotor_speed', Sample(at * SECOND // 10, 2.0))]
     assert list(found.samples('a/friction', Message(value=1), 99)) == [
         ('a', 'friction', Unreadable("data: the message has no field 'data'"))]
     assert found.problems.total() == 4
@@ -218,6 +219,73 @@ def test_problems_are_counted_and_stop_nothing() -> None:
     assert (count, once) == (3, 1)
     assert first.startswith("joint_states: velocity[name=a_wheel_joint]: no 'a_wheel_joint'")
     assert second == "a/friction: data: the message has no field 'data'"
+
+
+WHEELS = ['left', 'right', 'rear', 'spare']
+PATHS = [*(f'velocity[name={name}]' for name in WHEELS), *(f'velocity[{i}]' for i in range(3))]
+
+
+@pytest.mark.parametrize('path', PATHS)
+@pytest.mark.parametrize('velocity', [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0], [1.0]])
+def test_names_and_velocities_of_unequal_length_are_unreadable(path: str,
+                                                               velocity: list[float]) -> None:
+    """Which wheel has which speed is not known: not even that of an index that is there."""
+    for values in (velocity, np.array(velocity)):
+        with pytest.raises(FieldError, match=(
+                rf"^{re.escape(path)}: {len(velocity)} values for 4 in the list 'name'$")):
+            FieldPath.parse(path).read(Message(name=WHEELS, velocity=values))
+
+
+def test_lists_of_any_names_are_of_one_length() -> None:
+    arms = Message(joint_names=['a', 'b'], twist=[Message(x=1.0)], name=['?'])
+    with pytest.raises(FieldError, match=r"1 values for 2 in the list 'joint_names'"):
+        FieldPath.parse('twist[joint_names=a].x').read(arms)
+    assert FieldPath.parse('twist[0].x').read(arms) == 1.0
+    # a list that is not given, and one that does not belong to the names
+    assert FieldPath.parse('velocity[1]').read(Message(name=[], velocity=[1.0, 2.0])) == 2.0
+    assert FieldPath.parse('data[1]').read(Message(name=['a'], data=[1.0, 2.0])) == 2.0
+    assert FieldPath.parse('velocity[0].x[2]').read(Message(
+        name=['a'], velocity=[Message(x=[1.0, 2.0, 3.0])])) == 3.0
+
+
+def test_a_name_that_is_there_twice_is_unreadable() -> None:
+    twice = Message(name=['left', 'right', 'left'], velocity=[1.0, 2.0, 3.0])
+    with pytest.raises(FieldError, match="'left' is 2 times in the list 'name'"):
+        FieldPath.parse('velocity[name=left]').read(twice)
+    assert FieldPath.parse('velocity[name=right]').read(twice) == 2.0
+
+
+@pytest.mark.parametrize('other', [
+    Message(name=['arm'], velocity=[9.0]), Message(name=['a_wheel_joint'], velocity=[])],
+    ids=['other joints', 'positions only'])
+def test_a_second_publisher_of_something_else_is_no_problem(other: Any) -> None:
+    found, wheels = router(), Message(name=['a_wheel_joint', 'b_wheel_joint'],
+                                      velocity=[1.0, 2.0])
+    for at in range(0, 3 * SECOND, SECOND // 10):  # it comes first
+        list(found.samples('joint_states', other, at))
+        list(found.samples('joint_states', wheels, at + 1))
+    assert found.problems.total() == 0
+    for late in (at + SECOND // 2, at + SECOND):
+        list(found.samples('joint_states', other, late))
+    assert found.problems.total() == 2  # of both brakes, once their values are too old
+    list(found.samples('joint_states', other, 0))  # the clock was set back
+    assert found.problems.total() == 2
+
+
+def test_an_absolute_pressure_has_the_air_taken_off() -> None:
+    found = router(**{'a.pressure.reference': 'absolute', 'a.pressure.scale': 100.0,
+                      'b.pressure.reference': 'absolute', 'ambient_pressure': 9e4})
+    (_, _, sample), = found.samples('a/brake_pressure', Message(fluid_pressure=1000.0), 99)
+    assert sample.value == 1e4
+    (_, _, sample), = found.samples('b/brake_pressure', Message(fluid_pressure=1.59e6), 99)
+    assert sample.value == 1.5e6
+    with pytest.raises(ConfigurationError, match=r'a\.pressure\.reference.*gauge, absolute'):
+        router(**{'a.pressure.reference': 'sealed'})
+
+
+def test_the_number_of_a_message_goes_with_its_sample() -> None:
+    (_, _, sample), = router().samples('a/friction', Message(data=0.4), 99, 7, 3)
+    assert sample == Sample(99, 0.4, number=7, connection=3)
 
 
 def test_nothing_is_counted_while_all_is_well() -> None:
