@@ -52,7 +52,7 @@ setup(
         'all': ROS + READERS + BAGS + VIEW + TEST,
     },
     entry_points={'console_scripts': [
-        'squeal = squeal_ros.cli:main',
-        'squeal_monitor = squeal_ros.node:main',
+        'squeal = squeal_ros.start:squeal',
+        'squeal_monitor = squeal_ros.start:monitor',
     ]},
 )

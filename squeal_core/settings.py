@@ -1,6 +1,6 @@
 """Settings of the monitor: one table of keys, read from ROS parameters or from their YAML file."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 import math
 from pathlib import Path
@@ -337,7 +337,7 @@ def load_settings(path: str | Path) -> MonitorSettings:
     """Read the settings in a ROS parameter file: those for /** and for any squeal_monitor."""
     content = read_yaml(path, ConfigurationError)
     parameters: dict[str, Any] = {}
-    for section in _parameter_sections(content):
+    for section in parameter_sections(content):
         parameters.update(flatten(section))
     if not parameters:
         raise ConfigurationError(str(path), f'has no ros__parameters for {NODE_NAME}',
@@ -352,14 +352,15 @@ def is_built_in(name: str) -> bool:
             or name.startswith('qos_overrides.'))
 
 
-def _parameter_sections(content: Any, node: str = '') -> Iterator[Mapping[str, Any]]:
-    """Yield the parameters in a file that a node of our name would take, in any namespace."""
+def parameter_sections(content: Any, names: Container[str] = (NODE_NAME,),
+                       node: str = '') -> Iterator[Mapping[str, Any]]:
+    """Yield the parameters in a file that a node of these names would take, in any namespace."""
     for key, value in content.items() if isinstance(content, Mapping) else ():
         if key == 'ros__parameters':
-            if node in ('**', '*', NODE_NAME) and isinstance(value, Mapping):
+            if (node in ('**', '*') or node in names) and isinstance(value, Mapping):
                 yield value
         else:
-            yield from _parameter_sections(value, str(key).rpartition('/')[2])
+            yield from parameter_sections(value, names, str(key).rpartition('/')[2])
 
 
 def check_names(names: tuple[str, ...]) -> None:

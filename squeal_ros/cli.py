@@ -1,15 +1,22 @@
 """The `squeal` command: reads arguments, calls the library, prints; computes nothing itself."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
+from squeal_ros import interrupts
+
+if __name__ == '__main__':
+    interrupts.EndAtOnce(130, 'squeal: interrupted')  # while the rest is imported
 
 import argparse
 from collections.abc import Callable, Sequence
 from importlib import import_module
-import signal
+import os
+import re
 import sys
+from typing import Any, NoReturn
 
+from squeal_core import __version__
 from squeal_core.critical import SQUEAL_BAND
-from squeal_core.errors import SquealError
+from squeal_core.errors import did_you_mean, SquealError
 from squeal_ros import commands
 
 GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -17,27 +24,76 @@ GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; 0 good, 1 the answer is bad, 2 the input is bad."""
-    options = parser().parse_args(arguments)
-    # a command that is told to end ends as by Ctrl-C: processes stopped, half-written files gone
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    run: Callable[[argparse.Namespace], int] = options.run
     try:
-        return run(options)
-    except (SquealError, ImportError) as error:
-        print(f'squeal: {" ".join(str(error).split())}', file=sys.stderr)
-        return BAD_INPUT
+        # told to end it ends as by Ctrl-C: processes stopped, half-written files gone
+        with interrupts.InterruptOnce():
+            return _run(arguments)
     except KeyboardInterrupt:
         print('squeal: interrupted', file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # as in `squeal modes ... | head`
-        sys.stderr.close()
-        return GOOD
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    options, unknown = parser().parse_known_args(arguments)
+    if unknown:
+        options.parser.error(f'unrecognized arguments: {" ".join(unknown)}')
+    run: Callable[[argparse.Namespace], int] = options.run
+    try:
+        code = run(options)
+        sys.stdout.flush()
+    except (SquealError, ImportError) as error:
+        print(f'squeal: {" ".join(str(error).split())}{_remedy(error)}', file=sys.stderr)
+        return BAD_INPUT
+    except OSError as error:
+        _drop_output()
+        if isinstance(error, BrokenPipeError):  # as in `squeal modes ... | head`
+            return GOOD
+        print(f'squeal: {error.filename or "standard output"}: {error.strerror or error}; check '
+              'path, rights and space', file=sys.stderr)
+        return BAD_INPUT
+    return code
+
+
+def _drop_output() -> None:
+    """Let what could not be written go: the interpreter would try again as it ends."""
+    stream = sys.__stdout__
+    if stream is not None and sys.stdout is stream:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _remedy(error: Exception) -> str:
+    """Return how to install what is not there, where the error does not say it."""
+    missing = (error.name or '') if isinstance(error, ModuleNotFoundError) else ''
+    if not missing.startswith('rcl') and not missing.endswith(('_msgs', '_interfaces')):
+        return ''
+    return "; source the setup of ROS 2 Jazzy, or pip install -e '.[ros]' in the checkout"
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, with the nearest option or command."""
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._negative_number_matcher = re.compile(  # argparse's own takes -1e-3 for an option
+            r'^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
+        self.set_defaults(parser=self)
+
+    def error(self, message: str) -> NoReturn:
+        known = list(self._option_string_actions)
+        for action in self._actions:
+            known += list(action.choices or ())
+        wrong = re.findall(r"invalid choice: '([^']*)'|(--?\w[\w-]*)", message)
+        words = [a or b for a, b in wrong if (a or b) not in known]
+        near = did_you_mean(words[0], known) if words else ''
+        text = ' '.join(message.split())
+        self.exit(BAD_INPUT, f'{self.prog}: {text[:300]}{near}; see {self.prog} --help\n')
 
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog='squeal', description='Squeal stability of disc brakes: models, points, drives.')
+    top.add_argument('--version', action='version', version=f'squeal_ros {__version__}')
     sub = top.add_subparsers(required=True, metavar='COMMAND')
     _build(sub.add_parser('build', help='a brake description -> a modal brake model'))
     _info(sub.add_parser('info', help='what a model file holds'))
@@ -277,4 +333,6 @@ def _cycle(p: argparse.ArgumentParser) -> None:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    exit_code = main()
+    interrupts.ignore()
+    sys.exit(exit_code)

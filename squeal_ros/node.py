@@ -1,10 +1,13 @@
 """The node `squeal_monitor`: the life cycle, and what happens at a tick; no arithmetic."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
+from squeal_ros import interrupts
+
+if __name__ == '__main__':
+    interrupts.EndAtOnce(0, always=True)  # while the rest is imported
 
 from contextlib import ExitStack
 from itertools import islice
-import signal
 import sys
 import time
 from typing import Any
@@ -16,7 +19,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.signals import SignalHandlerOptions
 
 from squeal_core.brake_model import BrakeModel
-from squeal_core.errors import SquealError
+from squeal_core.errors import ConfigurationError, SquealError
 from squeal_core.monitor import Assessment, Reading, VehicleMonitor
 from squeal_core.settings import MonitorSettings, NODE_NAME, pressure_references
 from squeal_ros.grid import Beat
@@ -25,6 +28,7 @@ from squeal_ros.health import Health
 from squeal_ros.input_topics import InputTopics
 from squeal_ros.message_types import RosMessages
 from squeal_ros.mode_shapes import ModeShapes
+from squeal_ros.monitor_options import check_arguments
 from squeal_ros.output_topics import OutputTopics
 from squeal_ros.parameters import NodeParameters
 from squeal_ros.reporting import Reporter
@@ -66,6 +70,15 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             self, lambda: self._configured is not None, self._retune)
         self._ticker = Ticker(self, *(guarded(call, self.report) for call in (
             self._gather, self._tick, self._clock_stopped)), alone=alone)
+
+    def declare_parameters(self, namespace: str, parameters: Any, *rest: Any,
+                           **options: Any) -> Any:
+        """Refuse, by name, a value that came without a type: `[]` in a file, which ROS has."""
+        for name, *value in parameters:
+            if value and value[0] is None:
+                raise ConfigurationError(name, 'is an empty list, or has no value',
+                                         'give it a value, or leave the key out')
+        return super().declare_parameters(namespace, parameters, *rest, **options)
 
     @property
     def settings(self) -> MonitorSettings:
@@ -267,14 +280,16 @@ class _Configured:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; 2 for a configuration that cannot be used."""
+    starting = interrupts.EndAtOnce(0, always=True)
     context, started = Context(), False
-    # rclpy's own handler ends the context; a KeyboardInterrupt beside it could strike anywhere
-    signal.signal(signal.SIGINT, lambda *_: None)
     sys.setswitchinterval(_SWITCH)
     try:
+        check_arguments(sys.argv[1:] if arguments is None else arguments)
         rclpy.init(args=arguments, context=context,
                    signal_handler_options=SignalHandlerOptions.ALL)
+        # rclpy's own handler ends the context, and calls ours, which has nothing to do any more
         started = True
+        starting.cancel()
         node = SquealMonitor(alone=True, context=context)
         executor = SturdyExecutor(context=context, report=node.report)
         executor.add_node(node)
@@ -282,23 +297,26 @@ def main(arguments: list[str] | None = None) -> int:
         executor.spin()
     except ExternalShutdownException:
         pass
-    except SquealError as error:
-        return _refuse(error)
     except Exception as error:
-        if not started:
-            return _refuse(error)
-        if context.ok():
+        if started and not context.ok():
+            return 0  # a signal ended the context under a call, which then raises whatever it may
+        if started and not isinstance(error, SquealError):
             raise
-        # a signal ended the context under a call: rclpy then raises whatever that call raises
+        return _refuse(error)
     finally:
         context.try_shutdown()
     return 0
 
 
 def _refuse(error: Exception) -> int:
-    print(f'{NODE_NAME}: {" ".join(str(error).split())}', file=sys.stderr)
+    text = str(error)
+    if type(error).__name__ == 'UnknownROSArgsError':
+        text = f'--ros-args: {text} are no arguments of ROS; see squeal_monitor --help'
+    print(f'{NODE_NAME}: {" ".join(text.split())}', file=sys.stderr)
     return 2
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    exit_code = main()
+    interrupts.ignore()
+    sys.exit(exit_code)

@@ -132,3 +132,22 @@ def test_remedies_name_no_package_that_a_stranger_could_publish() -> None:
     commands = [found for text in texts for found in re.findall(r'pip install ([^`\n]+)', text)]
     assert len(commands) > 10
     assert [c for c in commands if not re.match(r"-e '\.\[\w+\]'", c)] == []
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['moddes', 'kang2009'], 'did you mean modes?'),
+    (['modes', 'kang2009', '--rotor-speed', '5', '--frction', '3'], 'did you mean --friction?'),
+    (['modes', 'kang2009', '--rotor-speed', '5x'], "invalid float value: '5x'"),
+    (['modes', 'kang2009'], 'required: --rotor-speed'), ([], 'required: COMMAND')])
+def test_wrong_words_of_a_command_line(arguments: list[str], words: str,
+                                       capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = squeal(capsys, *arguments)
+    assert (code, out, len(err.splitlines())) == (2, '', 1)
+    assert words in err
+
+
+def test_a_negative_number_with_an_exponent_is_no_option(
+        capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', '--friction', '0.4',
+                       '--friction-slope', '-1e-1')
+    assert 'slope -0.1 s/m' in out

@@ -133,6 +133,8 @@ ORDER = (
     'squeal_ros',
     'squeal_ros.blas',
     'squeal_ros.model_info',
+    'squeal_ros.interrupts',
+    'squeal_ros.monitor_options',
     'squeal_ros.signals',
     'squeal_ros.messages',
     'squeal_ros.policy',
@@ -163,6 +165,7 @@ ORDER = (
     'squeal_ros.tables',
     'squeal_ros.analysis',
     'squeal_ros.cli',
+    'squeal_ros.start',
 )
 # the one import that points up: `BrakeModel.load` and `.save`, inside the functions
 UPWARD = {('squeal_core.brake_model', 'squeal_core.model_file')}
@@ -181,7 +184,7 @@ LEAVES = {
     'rich': ('squeal_core.view',),
 }
 ALWAYS_THERE = {'numpy', 'scipy'}
-PINNED = ('squeal_ros.node', 'squeal_ros.drive', 'squeal_ros.cli')
+PINNED = ('squeal_ros.node', 'squeal_ros.drive', 'squeal_ros.cli', 'squeal_ros.start')
 
 
 class Import(NamedTuple):

@@ -124,3 +124,76 @@ def test_info_shows_the_model() -> None:
     assert len(header['frequencies_hz']) == 92
     assert header['provenance']['description']['name'] == 'kang2009'
     assert 'disc (3,0)c' in run([*SQUEAL, 'info', 'kang2009']).stdout
+
+
+NODE_MODULE, SQUEAL_MODULE = ['-m', 'squeal_ros.node'], ['-m', 'squeal_ros.cli', 'map', 'kang2009']
+
+
+def interrupted(command: list[str], moment: str, count: int) -> tuple[int, list[str]]:
+    """Send SIGINT at the import of a module, or at a word of the log; exit code and last words."""
+    with subprocess.Popen(
+            [sys.executable, '-X', 'importtime', *command], stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL, text=True, env=ENVIRONMENT,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as process:
+        assert process.stderr is not None
+        said = []
+        for line in process.stderr:
+            said.append(line)
+            if moment in line:
+                break
+        for _ in range(count):
+            process.send_signal(signal.SIGINT)
+        said += process.stderr.readlines()
+        code = process.wait(60)
+    return code, [line for line in said if not line.startswith('import time')]
+
+
+@pytest.mark.parametrize('count', [1, 2])
+@pytest.mark.parametrize('moment', ['numpy.linalg', 'squeal_core.stability', 'rclpy.context',
+                                    'squeal_ros.ticker', 'watching'])
+def test_an_interrupt_at_any_moment_ends_the_node_with_zero(moment: str, count: int) -> None:
+    code, words = interrupted(NODE_MODULE, moment, count)
+    assert code == 0
+    assert not [line for line in words if 'Traceback' in line or 'Error' in line]
+
+
+@pytest.mark.parametrize('count', [1, 2])
+@pytest.mark.parametrize('moment', ['numpy.linalg', 'squeal_core.stability'])
+def test_an_interrupt_while_a_command_starts(moment: str, count: int) -> None:
+    code, words = interrupted(SQUEAL_MODULE, moment, count)
+    assert code == 130
+    assert set(words) == {'squeal: interrupted\n'}
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['--params-file', 'x.yaml'], 'write --ros-args before'),
+    (['x.yaml'], '--ros-args --params-file x.yaml'), (['--versio'], 'did you mean --version?'),
+    (['--ros-args', '--parms-file', 'x'], 'did you mean --params-file?'),
+    (['--ros-args', '--params-file', 'none.yaml'], 'none.yaml: cannot be read'),
+    (['--ros-args', '-p', 'brakes:='], "is followed by 'brakes:='"),
+    (['--ros-args', '-p', 'brakes:=[]'], 'brakes: is an empty list'),
+    (['--ros-args', '-p', 'brakes:=[fl]', '-p', 'fl.pressure.topic:=[]'],
+     'fl.pressure.topic: is an empty list'),
+    (['--ros-args', '-p', 'front_left.presure.topic:=x'],
+     'did you mean front_left.pressure.topic?')])
+def test_arguments_that_the_node_refuses(arguments: list[str], words: str) -> None:
+    done = run([sys.executable, '-m', 'squeal_ros.node', *arguments])
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, '', 1)
+    assert words in done.stderr
+
+
+def test_help_and_version_of_both_programs() -> None:
+    from squeal_core import __version__
+    for command in ([sys.executable, '-m', 'squeal_ros.node'], SQUEAL):
+        shown = run([*command, '--version'])
+        assert (shown.returncode, shown.stdout) == (0, f'squeal_ros {__version__}\n')
+        assert run([*command, '--help']).stdout.startswith('usage: squeal')
+
+
+def test_standard_output_that_is_full() -> None:
+    with Path('/dev/full').open('w') as full:
+        done = subprocess.run([*SQUEAL, 'modes', 'kang2009', '--rotor-speed', '5'], text=True,
+                              stdout=full, stderr=subprocess.PIPE, env=ENVIRONMENT, check=False)
+    assert done.returncode == 2
+    assert done.stderr == ('squeal: standard output: No space left on device; check path, rights '
+                           'and space\n')

@@ -1,0 +1,85 @@
+"""What SIGINT and SIGTERM do to a process. Imports next to nothing: it is there before the rest.
+
+While a process starts they end it at once; while a command works the first one raises
+KeyboardInterrupt, and what that ends is not interrupted again; at last they are ignored.
+"""
+
+import os
+import signal
+import sys
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_AGAIN = 0.01  # s
+
+
+class EndAtOnce:
+    """End the process as soon as a signal comes, until cancelled: for the time it starts.
+
+    Parameters
+    ----------
+    code : int
+        Exit code.
+    words : str
+        Written to stderr.
+    always : bool
+        Also where a signal is ignored, as SIGINT by the background jobs of a shell.
+    """
+
+    def __init__(self, code: int, words: str = '', *, always: bool = False) -> None:
+        self._code, self._words = code, words
+        self._cancelled = False
+        for number in _SIGNALS:
+            if always or signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self._end)
+
+    def cancel(self) -> None:
+        """Let signals pass from now on, without changing the handler: another may chain to it."""
+        self._cancelled = True
+
+    def _end(self, *_: object) -> None:
+        if not self._cancelled:
+            if self._words:
+                os.write(2, f'{self._words}\n'.encode())
+            os._exit(self._code)
+
+
+class InterruptOnce:
+    """Raise KeyboardInterrupt at the first signal; later ones must not disturb the cleaning up.
+
+    A context manager.
+    """
+
+    def __enter__(self) -> None:
+        self._came = False
+        self._hook, sys.unraisablehook = sys.unraisablehook, self._unraisable
+        # a shell starts its background jobs with SIGINT ignored, and so it stays
+        self._before = {number: signal.signal(number, self._interrupt) for number in _SIGNALS
+                        if signal.getsignal(number) is not signal.SIG_IGN}
+
+    def __exit__(self, *_: object) -> None:
+        self._came = True
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        sys.unraisablehook = self._hook
+
+    def _interrupt(self, *_: object) -> None:
+        if not self._came:
+            self._came = True
+            raise KeyboardInterrupt
+
+    def _unraisable(self, what: 'sys.UnraisableHookArgs') -> None:
+        """Interrupt again where Python had to drop the interrupt, as in a finaliser."""
+        if what.exc_type is not KeyboardInterrupt:
+            self._hook(what)
+            return
+        import threading
+        self._came = False
+        main = threading.main_thread().ident
+        assert main is not None
+        threading.Timer(_AGAIN, signal.pthread_kill, (main, signal.SIGTERM)).start()
+
+
+def ignore() -> None:
+    """Ignore signals from now on: all is done, and the interpreter ends."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
