@@ -12,7 +12,7 @@ from squeal_core import workers
 from squeal_core.steps import completed, in_a_step, Steps
 from squeal_core.workers import Allowance, pause, Work, Worker
 
-SOON = 10.0  # s, for what comes at once
+SOON = 600.0  # s, for what comes at once; a machine that others use may take its time
 
 
 def adding(count: int, call: Callable[[int], int] = lambda i: i) -> 'Steps[int]':
