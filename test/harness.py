@@ -184,18 +184,19 @@ class Vehicle:
 
         What was published before would be lost.
         """
-        topics = None if self.monitor is None else {
-            topic.topic_name for topic in self.monitor.subscriptions}
-        for publisher in (*self._publishers.values(), self._clock):
-            optional = publisher is self._publishers['temperature']
-            if not optional if topics is None else publisher.topic_name in topics:
-                self.wait(publisher.get_subscription_count, f'subscriber of {publisher.topic_name}')
-        outputs = None if self.monitor is None else {
-            publisher.topic_name: publisher for publisher in self.monitor.publishers}
+        inputs = {p.topic_name: p for p in (*self._publishers.values(), self._clock)}
+        if self.monitor:
+            taken = {topic.topic_name for topic in self.monitor.subscriptions}
+            outputs = {topic.topic_name: topic for topic in self.monitor.publishers}
+        else:
+            taken = set(inputs) - {self._publishers['temperature'].topic_name}
+            outputs = {}
+        for topic in taken & set(inputs):
+            self.wait(inputs[topic].get_subscription_count, f'subscriber of {topic}')
         for topic, listener in self._listeners.items():
-            if outputs is None or topic in outputs:
+            if not self.monitor or topic in outputs:
                 self.wait(listener.get_publisher_count, f'publisher of {topic}')
-            if outputs and topic in outputs:
+            if topic in outputs:
                 self.wait(outputs[topic].get_subscription_count, f'subscriber of {topic}')
         if self.simulated is not None and not self._begun:
             self.set_time(self.simulated)
