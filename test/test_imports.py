@@ -7,7 +7,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
-import pytest
+from rows import each
 
 ROOT = Path(__file__).parents[1]
 
@@ -244,7 +244,7 @@ def test_every_module_has_its_place_in_the_order() -> None:
     assert sorted(SOURCES) == sorted(ORDER)
 
 
-@pytest.mark.parametrize('module', SOURCES)
+@each('module', SOURCES)
 def test_imports_run_one_way(module: str) -> None:
     ours = [i for i in IMPORTS[module] if top(i.target) in ('squeal_core', 'squeal_ros')]
     above = ORDER[:ORDER.index(module)]
@@ -257,26 +257,26 @@ def test_the_import_that_points_up_is_lazy_and_needed() -> None:
         assert {i.at_load for i in IMPORTS[module] if i.target == target} == {False}
 
 
-@pytest.mark.parametrize('module', [name for name in SOURCES if within(name, 'squeal_core')])
+@each('module', [name for name in SOURCES if within(name, 'squeal_core')])
 def test_no_ros_in_the_core(module: str) -> None:
     assert [i.target for i in IMPORTS[module]
             if is_ros(i.target) or top(i.target) == 'squeal_ros'] == []
 
 
-@pytest.mark.parametrize('module', SOURCES)
+@each('module', SOURCES)
 def test_optional_packages_only_in_their_leaves(module: str) -> None:
     assert [i.target for i in IMPORTS[module] if not any(
         within(module, leaf) for leaf in LEAVES.get(leaf_of(i.target), (module,)))] == []
 
 
-@pytest.mark.parametrize('package', LEAVES)
+@each('package', LEAVES)
 def test_every_leaf_is_one(package: str) -> None:
     for leaf in LEAVES[package]:
         assert package in {leaf_of(i.target) for name, found in IMPORTS.items()
                            if within(name, leaf) for i in found}
 
 
-@pytest.mark.parametrize('module', [
+@each('module', [
     name for name in SOURCES if within(name, 'squeal_core')
     and not any(within(name, f'squeal_core.{leaf}') for leaf in ('fe', 'readers', 'view'))])
 def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
@@ -286,12 +286,12 @@ def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
     assert not any(i.at_load for i in foreign)
 
 
-@pytest.mark.parametrize('module', PINNED)
+@each('module', PINNED)
 def test_blas_is_pinned_before_anything_else(module: str) -> None:
     assert IMPORTS[module][0] == Import('squeal_ros.blas', at_load=True)
 
 
-@pytest.mark.parametrize('action', ['', "; squeal_core.BrakeModel.load('kang2009')",
+@each('action', ['', "; squeal_core.BrakeModel.load('kang2009')",
                                     '; import squeal_core.monitor'])
 def test_what_the_core_pulls_in(action: str) -> None:
     run = subprocess.run(
@@ -302,7 +302,7 @@ def test_what_the_core_pulls_in(action: str) -> None:
     assert loaded & {'squeal_ros', *LEAVES} == set()
 
 
-@pytest.mark.parametrize(('source', 'target', 'at_load'), [
+@each(('source', 'target', 'at_load'), [
     ('import rclpy.node', 'rclpy.node', True),
     ('import numpy, skfem', 'skfem', True),
     ('try:\n import rich\nexcept ImportError: pass', 'rich', True),
