@@ -3,7 +3,8 @@
     ros2 launch squeal_ros squeal_replay.launch.py bag:=drive config:=my.yaml
 
 What an earlier monitor published is not played again: two publishers would be heard at once.
-Faster than real time, and with the same samples at every tick: `squeal replay`.
+Faster than real time, with the same samples at every tick, and with a summary that begins with how
+much of the braking was assessed: `squeal replay`.
 """
 
 from pathlib import Path
