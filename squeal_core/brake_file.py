@@ -1,5 +1,6 @@
 """Brake descriptions: YAML -> Brake, every key checked."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 import math
 from pathlib import Path
@@ -16,19 +17,40 @@ from squeal_core.brake import (
     StiffnessTable,
     Support,
 )
+from squeal_core.brake_proportions import check_proportions
+from squeal_core.brake_quantities import (
+    CALIPER,
+    CONTACT,
+    CONTACT_PRESSURE,
+    DAMPING_RATIO,
+    DISC,
+    DISC_MODES,
+    FIRST_TEMPERATURE,
+    FRICTION,
+    MODAL_MASS,
+    ORIGIN,
+    PAD,
+    PAD_MODES,
+    SUPPORT,
+    TABLE_FRICTION,
+    TEMPERATURE,
+)
 from squeal_core.description import Quantity, Section
 from squeal_core.errors import BrakeDescriptionError, SquealError
 from squeal_core.friction import FrictionLaw, FrictionTable
+from squeal_core.ranges import hint, span, Warn, warn_implausible
 from squeal_core.yaml_file import read_yaml
 
 ZERO_CELSIUS = 273.15
 
-_LENGTH = Quantity('length', above=0.0, below=5.0)
-_STIFFNESS = Quantity('stiffness', above=1e6, below=1e15)
-
-
-def read_brake(path: str | Path) -> Brake:
+def read_brake(path: str | Path, *, warn: Warn = warn_implausible) -> Brake:
     """Read a brake description.
+
+    Parameters
+    ----------
+    path : path
+    warn : callable
+        Given a text for each value that can be used but is unusual.
 
     Raises
     ------
@@ -36,15 +58,23 @@ def read_brake(path: str | Path) -> Brake:
         Naming the key's path, its value and the remedy.
     """
     return parse_brake(read_yaml(path, BrakeDescriptionError), where=Path(path).name,
-                       folder=Path(path).parent)
+                       folder=Path(path).parent, warn=warn)
 
 
-def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path()) -> Brake:
+def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path(),
+                warn: Warn = warn_implausible) -> Brake:
     """Return the brake that a mapping describes.
 
     `where` names its place in errors; files it names are looked for in `folder`.
     """
-    root = Section(where, content)
+    said: set[str] = set()
+
+    def warn_once(text: str) -> None:  # both pads may share one description
+        if text not in said:
+            said.add(text)
+            warn(text)
+
+    root = Section(where, content, warn=warn_once)
     name = root.text('name')
     for note in ('title', 'notes'):
         root.text(note, default='')
@@ -55,36 +85,44 @@ def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path()) ->
         _check_patch_on_disc(where, contact, disc)
     modes = root.required_section('modes')
     disc_modes, pad_modes = modes.count('disc'), modes.count('pad', least=7)
+    for key, count, usual in (('disc', disc_modes, DISC_MODES), ('pad', pad_modes, PAD_MODES)):
+        if not usual[0] <= count <= usual[1]:
+            warn_once(f'{modes.path(key)}: is {count}; usual is {usual[0]:g} to {usual[1]:g}: few '
+                      'modes miss couplings, many cost time')
     modes.finish()
     brake = Brake(
         name=name, disc=disc, pads=pads, supports=supports, contact=contact,
         caliper=_caliper(root.required_section('caliper')),
         friction_law=_friction_law(friction := root.required_section('friction')),
         friction_table=_friction_table(friction),
-        damping_ratio=root.number('damping_ratio', Quantity('number', 0.0, 0.999, closed=True)),
+        damping_ratio=root.number('damping_ratio', DAMPING_RATIO),
         disc_modes=disc_modes, pad_modes=pad_modes,
         description=dict(root.content),
         sources={key.removeprefix(f'{where}.'): text for key, text in root.sources.items()})
     friction.finish()
     root.finish()
+    check_proportions(where, brake, warn_once)
     return brake
 
 
-def _material(section: Section) -> Material:
-    return Material(
-        young_modulus=section.number('young_modulus', Quantity('modulus', 1e6, 2e12)),
-        density=section.number('density', Quantity('density', 10.0, 30e3)),
-        poisson_ratio=section.number('poisson_ratio', Quantity('number', -1.0, 0.5)))
+def _numbers(section: Section, quantities: Mapping[str, Quantity]) -> dict[str, float]:
+    return {name: section.number(name, quantity) for name, quantity in quantities.items()}
+
+
+def _part(section: Section, quantities: Mapping[str, Quantity]) -> tuple[Material, dict[str, Any]]:
+    """Return the material of a part and its other numbers."""
+    numbers = _numbers(section, quantities)
+    section.finish()
+    material = Material(*(numbers.pop(name) for name in (
+        'young_modulus', 'density', 'poisson_ratio')))
+    return material, numbers
 
 
 def _disc(section: Section, folder: Path) -> HatDisc | ModalResults:
     if 'modes_from' in section.content:
-        return _modal_results(section, 'rotor_thickness', folder)
-    disc = HatDisc(material=_material(section), **{
-        name: section.number(name, _LENGTH) for name in (
-            'rotor_thickness', 'rotor_outer_radius', 'hat_wall_outer_radius',
-            'hat_wall_thickness', 'hat_height', 'top_plate_thickness', 'clamp_radius')})
-    section.finish()
+        return _modal_results(section, DISC, 'rotor_thickness', folder)
+    material, lengths = _part(section, DISC)
+    disc = HatDisc(material=material, **lengths)
     _in_order(section.where, 'the wall stands outside the clamp',
               hat_wall_thickness=disc.hat_wall_thickness,
               hat_wall_outer_radius=disc.hat_wall_outer_radius)
@@ -117,38 +155,41 @@ def _pads(section: Section, folder: Path) -> tuple[
 
 def _pad(section: Section, folder: Path) -> Pad | ModalResults:
     if 'modes_from' in section.content:
-        return _modal_results(section, 'thickness', folder)
-    pad = Pad(material=_material(section), thickness=section.number('thickness', _LENGTH))
-    section.finish()
-    return pad
+        return _modal_results(section, PAD, 'thickness', folder)
+    material, lengths = _part(section, PAD)
+    return Pad(material=material, **lengths)
 
 
 def _support(section: Section | None) -> Support:
     if section is None:
         return Support()
-    kinds = {'stiffness': 1e15, 'damping': 1e12}
     support = Support(**{
-        f'{way}_{kind}': section.number(
-            f'{way}_{kind}', Quantity(kind, 0.0, most, closed=True, default=0.0))
-        for way in ('radial', 'tangential', 'axial') for kind, most in kinds.items()})
+        f'{way}_{kind}': section.number(f'{way}_{kind}', quantity)
+        for way in ('radial', 'tangential', 'axial') for kind, quantity in SUPPORT.items()})
     section.finish()
     return support
 
 
-def _modal_results(section: Section, thickness: str, folder: Path) -> ModalResults:
+def _modal_results(section: Section, quantities: Mapping[str, Quantity], thickness: str,
+                   folder: Path) -> ModalResults:
     """Read what says where a component's modes are: `modes_from`, and what no file can say."""
     source = section.required_section('modes_from')
     origin = tuple(source.numbers('origin_m')) if 'origin_m' in source.content else (0.0,) * 3
     if len(origin) != 3:
         raise BrakeDescriptionError(source.path('origin_m'), f'is {list(origin)}',
                                     'give three coordinates')
+    for i, place in enumerate(origin):
+        if not ORIGIN[0] <= place <= ORIGIN[1]:
+            source.warn(f'{source.path("origin_m")}[{i}]: is {place:g} m; usual is '
+                        f'{span(ORIGIN, 1.0, "m")}: check it'
+                        f'{hint(place, "length", 1.0, "m", ORIGIN)}')
     results = ModalResults(
         file=str(folder / source.text('file')), format=source.text('format', '') or None,
         length_unit=source.text('length_unit'), mass_unit=source.text('mass_unit', 'kg'),
         axis=source.text('axis', 'z'), origin=origin,
-        modal_mass=source.number('modal_mass', Quantity('number', 0.0, default=math.nan)),
-        density=section.number('density', Quantity('density', 10.0, 30e3)),
-        thickness=section.number(thickness, _LENGTH))
+        modal_mass=source.number('modal_mass', MODAL_MASS),
+        density=section.number('density', quantities['density']),
+        thickness=section.number(thickness, quantities[thickness]))
     source.finish()
     section.finish()
     if math.isnan(results.modal_mass or 0.0):
@@ -157,12 +198,7 @@ def _modal_results(section: Section, thickness: str, folder: Path) -> ModalResul
 
 
 def _contact(section: Section) -> Contact:
-    contact = Contact(
-        inner_radius=section.number('inner_radius', _LENGTH),
-        outer_radius=section.number('outer_radius', _LENGTH),
-        angle=section.number('angle', Quantity('angle', 0.0, math.pi)),
-        stiffness=section.number('stiffness', _STIFFNESS),
-        stiffness_table=_stiffness_table(section))
+    contact = Contact(**_numbers(section, CONTACT), stiffness_table=_stiffness_table(section))
     section.finish()
     _in_order(section.where, 'the patch has a width', inner_radius=contact.inner_radius,
               outer_radius=contact.outer_radius)
@@ -174,8 +210,8 @@ def _stiffness_table(contact: Section) -> StiffnessTable | None:
     if table is None:
         return None
     contact.sources[table.where] = table.text('source', default='not given')
-    pressure = table.quantities('contact_pressure', Quantity('pressure', 0.0, 1e9, closed=True))
-    stiffness = table.quantities('stiffness', _STIFFNESS)
+    pressure = table.quantities('contact_pressure', CONTACT_PRESSURE)
+    stiffness = table.quantities('stiffness', CONTACT['stiffness'])
     table.finish()
     try:
         return StiffnessTable(pressure, stiffness)
@@ -184,19 +220,14 @@ def _stiffness_table(contact: Section) -> StiffnessTable | None:
 
 
 def _caliper(section: Section) -> Caliper:
-    diameter = section.number('piston_diameter', _LENGTH)
-    efficiency = section.number(
-        'efficiency', Quantity('number', 0.01, 1.0, closed=True, default=1.0))
+    numbers = _numbers(section, CALIPER)
     section.finish()
-    return Caliper(piston_area=math.pi / 4.0 * diameter**2, efficiency=efficiency)
+    return Caliper(piston_area=math.pi / 4.0 * numbers['piston_diameter']**2,
+                   efficiency=numbers['efficiency'])
 
 
 def _friction_law(section: Section) -> FrictionLaw:
-    return FrictionLaw(
-        static=section.number('static', Quantity('number', 0.0, 2.0)),
-        kinetic=section.number('kinetic', Quantity('number', 0.0, 2.0)),
-        decay=section.number(
-            'decay', Quantity('inverse_speed', 0.0, 1e3, closed=True)))
+    return FrictionLaw(**_numbers(section, FRICTION))
 
 
 def _friction_table(root: Section) -> FrictionTable | None:
@@ -204,8 +235,12 @@ def _friction_table(root: Section) -> FrictionTable | None:
     if table is None:
         return None
     root.sources[table.where] = table.text('source', default='not given')
-    celsius, friction = table.numbers('temperature_degc'), table.numbers('friction')
+    celsius = table.checked_numbers('temperature_degc', TEMPERATURE, 'degC')
+    friction = table.checked_numbers('friction', TABLE_FRICTION)
     table.finish()
+    if min(celsius) > FIRST_TEMPERATURE:
+        table.warn(f'{table.path("temperature_degc")}: begins at {min(celsius):g} degC; check it '
+                   f'({min(celsius):g} K would be {min(celsius) - ZERO_CELSIUS:.4g} degC)')
     try:
         return FrictionTable(tuple(t + ZERO_CELSIUS for t in celsius), friction)
     except SquealError as error:

@@ -9,39 +9,44 @@ import math
 from typing import Any
 
 from squeal_core.errors import BrakeDescriptionError, did_you_mean, quoted
-
-UNITS: dict[str, dict[str, float]] = {
-    'length': {'m': 1.0, 'mm': 1e-3},
-    'angle': {'rad': 1.0, 'deg': math.pi / 180.0},
-    'pressure': {'pa': 1.0, 'bar': 1e5, 'mpa': 1e6},
-    'modulus': {'pa': 1.0, 'mpa': 1e6, 'gpa': 1e9},
-    'density': {'kg_m3': 1.0},
-    'stiffness': {'n_m3': 1.0},
-    'damping': {'ns_m3': 1.0},
-    'inverse_speed': {'s_m': 1.0},
-    'number': {'': 1.0},
-}
+from squeal_core.ranges import Ends, hint, span, SYMBOLS, UNITS, Warn, warn_implausible
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a description may say under one key: its dimension and its open or closed range."""
+    """What a description may say under one key.
+
+    Parameters
+    ----------
+    dimension : str
+    above, below : float
+        Ends of what is possible, open or closed [SI units].
+    closed : bool
+    default : float, optional
+    plausible : (2,) floats, optional
+        Ends of what is usual [SI units]; a value beyond is doubted, not refused.
+    zero : bool
+        Whether zero is as usual: nothing there.
+    """
 
     dimension: str
     above: float = -math.inf
     below: float = math.inf
     closed: bool = False
     default: float | None = None
+    plausible: Ends | None = None
+    zero: bool = False
 
     def admits(self, value: float) -> bool:
         if self.closed:
             return self.above <= value <= self.below
         return self.above < value < self.below
 
-    @property
-    def range_text(self) -> str:
-        low, high = ('[', ']') if self.closed else ('(', ')')
-        return f'{low}{self.above:g}, {self.below:g}{high}'
+    def usual(self, value: float) -> bool:
+        if self.plausible is None or (self.zero and value == 0.0):
+            return True
+        low, high = self.plausible
+        return low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9)
 
 
 @dataclass
@@ -51,6 +56,7 @@ class Section:
     where: str
     content: Mapping[str, Any]
     sources: dict[str, str] = field(default_factory=dict)
+    warn: Warn = warn_implausible
     _used: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -65,7 +71,7 @@ class Section:
         """Return the mapping under `key`, or None where it is absent and not required."""
         self._used.add(key)
         if key in self.content:
-            return Section(self.path(key), self.content[key], self.sources)
+            return Section(self.path(key), self.content[key], self.sources, self.warn)
         if required:
             raise BrakeDescriptionError(self.path(key), 'is missing', 'add this section')
         return None
@@ -97,11 +103,24 @@ class Section:
             assert quantity.default is not None
             return quantity.default
         value = self._scalar(key)
-        if not quantity.admits(value * factor):
-            raise BrakeDescriptionError(
-                self.path(key), f'is {value!r} ({value * factor:g} in SI units)',
-                f'give a value in {quantity.range_text} (SI units)')
+        self._check(key, name, value, quantity, factor)
         return value * factor
+
+    def _check(self, key: str, name: str, value: float, quantity: Quantity,
+               factor: float, unit: str = '') -> None:
+        """Refuse what is impossible and warn of what is unusual, in the unit that was written."""
+        suffix = key.partition('[')[0].removeprefix(name).lstrip('_')
+        unit = unit or SYMBOLS.get(suffix, suffix)
+        possible = (quantity.above, quantity.below)
+        why = hint(value, quantity.dimension, factor, unit, quantity.plausible or possible, name)
+        shown = f'is {value!r} {unit}'.rstrip()
+        if not quantity.admits(value * factor):
+            within = '' if quantity.closed else ', both ends excluded'
+            raise BrakeDescriptionError(
+                self.path(key), shown, f'give {span(possible, factor, unit)}{within}{why}')
+        if not quantity.usual(value * factor) and quantity.plausible:
+            self.warn(f'{self.path(key)}: {shown}; usual is '
+                      f'{span(quantity.plausible, factor, unit)}: check it{why}')
 
     def numbers(self, key: str) -> tuple[float, ...]:
         """Return a list of finite numbers."""
@@ -115,12 +134,16 @@ class Section:
     def quantities(self, name: str, quantity: Quantity) -> tuple[float, ...]:
         """Return a list of quantities in SI units, whichever of its units the key names."""
         key, factor = self._find(name, quantity)
-        values = tuple(value * factor for value in self.numbers(key or name))
+        values = self.numbers(key or name)
         for i, value in enumerate(values):
-            if not quantity.admits(value):
-                raise BrakeDescriptionError(
-                    self.path(f'{key}[{i}]'), f'is {value / factor:g} ({value:g} in SI units)',
-                    f'give values in {quantity.range_text} (SI units)')
+            self._check(f'{key}[{i}]', name, value, quantity, factor)
+        return tuple(value * factor for value in values)
+
+    def checked_numbers(self, key: str, quantity: Quantity, unit: str = '') -> tuple[float, ...]:
+        """Return a list of numbers in the unit that the key names, each in its range."""
+        values = self.numbers(key)
+        for i, value in enumerate(values):
+            self._check(f'{key}[{i}]', key, value, quantity, 1.0, unit)
         return values
 
     def finish(self) -> None:

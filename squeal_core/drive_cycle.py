@@ -10,11 +10,14 @@ import numpy as np
 from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.bounded_reader import bounded_lines, open_bounded
 from squeal_core.errors import SquealError
+from squeal_core.ranges import Warn, warn_implausible
 from squeal_core.resources import names
 
 MAX_BYTES = 20_000_000
 MAX_ROWS = 500_000
 MAX_LINE = 10_000  # characters
+MAX_SPEED, MAX_DURATION = 340.0, 1e6  # m/s, s
+_USUAL_SPEED, _USUAL_CHANGE = 100.0, 12.0  # m/s, m/s^2
 _COLUMNS = ('time_s', 'speed_m_s')
 
 
@@ -98,7 +101,7 @@ class DriveCycle:
         return time, np.maximum(curve(time), 0.0), curve(time, 1)  # max: rounding below zero
 
 
-def read_drive_cycle(path: str | Path) -> DriveCycle:
+def read_drive_cycle(path: str | Path, *, warn: Warn = warn_implausible) -> DriveCycle:
     """Read a drive cycle from a CSV table with the columns `time_s` and `speed_m_s`.
 
     Other columns and empty lines are passed over. The file's stem becomes the name.
@@ -107,6 +110,8 @@ def read_drive_cycle(path: str | Path) -> DriveCycle:
     ----------
     path : str or Path
         The table.
+    warn : callable
+        Given a text where the trace can be used but is unusual for a road vehicle.
 
     Returns
     -------
@@ -135,7 +140,24 @@ def read_drive_cycle(path: str | Path) -> DriveCycle:
     if fault is not None:
         line = f', line {lines[fault[0]]}' if fault[0] < len(lines) else ''
         raise DriveCycleError(f'{path}{line}: {fault[1]}')
+    _check_road_vehicle(path, time, speed, warn)
     return DriveCycle(name=path.stem, time=time, speed=speed, source=path.name)
+
+
+def _check_road_vehicle(path: Path, time: FloatArray, speed: FloatArray, warn: Warn) -> None:
+    """Refuse or doubt a trace that looks like one in km/h or in ms."""
+    fastest, duration = float(speed.max()), float(time[-1] - time[0])
+    change = float(np.max(np.abs(np.diff(speed) / np.diff(time))))
+    if fastest > MAX_SPEED or duration > MAX_DURATION:
+        raise DriveCycleError(
+            f'{path}: reaches {fastest:g} m/s and lasts {duration:g} s; give speed_m_s in m/s up '
+            f'to {MAX_SPEED:g} and time_s in s up to {MAX_DURATION:g} (km/h, or ms?)')
+    if fastest > _USUAL_SPEED:
+        warn(f'{path}: speed_m_s reaches {fastest:g} m/s; usual is up to {_USUAL_SPEED:g} m/s: '
+             f'check it ({fastest:g} km/h would be {fastest / 3.6:.4g} m/s)')
+    if change > _USUAL_CHANGE:
+        warn(f'{path}: speed_m_s changes by {change:.4g} m/s^2; usual is up to '
+             f'{_USUAL_CHANGE:g} m/s^2: check the units of both columns')
 
 
 def _file_error(path: object, what: str, _: str) -> DriveCycleError:

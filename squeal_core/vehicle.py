@@ -4,7 +4,7 @@ Longitudinal motion on a level road, no wheel slip: what drag, rolling and the e
 deceleration, the brakes must give. Each disc is one lump of heat.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
 import math
 from pathlib import Path
@@ -15,19 +15,23 @@ import numpy as np
 from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.drive_cycle import DriveCycle
 from squeal_core.errors import did_you_mean, quoted, SquealError
+from squeal_core.ranges import Ends, hint, Warn, warn_implausible
 from squeal_core.yaml_file import read_yaml
 
 _GRAVITY = 9.80665  # m/s^2, standard
 _ITERATIONS = 100
+_FACTORS: Ends = (0.1, 10.0)
 
 
 class VehicleError(SquealError):
     """A vehicle that cannot be used: says where, which value, and the remedy."""
 
 
-def _quantity(key: str, low: float, high: float, scale: float = 1.0, offset: float = 0.0) -> Any:
-    """Declare a number: its key and range as in the file; SI value = scale * number + offset."""
-    return field(metadata={'key': key, 'low': low, 'high': high, 'scale': scale, 'offset': offset})
+def _quantity(key: str, possible: Ends, usual: Ends, dimension: str = '', scale: float = 1.0,
+              offset: float = 0.0) -> Any:
+    """Declare a number: its key and ranges as in the file; SI value = scale * number + offset."""
+    return field(metadata={'key': key, 'possible': possible, 'usual': usual,
+                           'dimension': dimension, 'scale': scale, 'offset': offset})
 
 
 @dataclass(frozen=True)
@@ -65,27 +69,36 @@ class Vehicle:
         If a number is outside its range, or there are not four factors and four names.
     """
 
-    mass: float = _quantity('mass_kg', 100.0, 1e5)
-    wheel_radius: float = _quantity('wheel_radius_m', 0.1, 1.0)
-    wheel_inertia: float = _quantity('wheel_inertia_kg_m2', 0.0, 100.0)
-    frontal_drag_area: float = _quantity('frontal_drag_area_m2', 0.0, 20.0)
-    air_density: float = _quantity('air_density_kg_per_m3', 0.0, 2.0)
-    rolling_resistance: float = _quantity('rolling_resistance', 0.0, 0.1)
-    engine_drag: float = _quantity('engine_drag_n', 0.0, 1e4)
-    engine_drag_fade_speed: float = _quantity('engine_drag_fade_speed_m_per_s', 0.1, 20.0)
-    front_brake_share: float = _quantity('front_brake_share', 0.1, 0.95)
-    piston_diameter: float = _quantity('piston_diameter_mm', 5.0, 200.0, 1e-3)
-    caliper_efficiency: float = _quantity('caliper_efficiency', 0.1, 1.0)
-    effective_radius: float = _quantity('effective_radius_mm', 20.0, 500.0, 1e-3)
-    holding_pressure: float = _quantity('holding_pressure_bar', 0.0, 100.0, 1e5)
-    holding_speed: float = _quantity('holding_speed_m_per_s', 0.0, 1.0)
-    disc_heat_capacity: float = _quantity('disc_heat_capacity_j_per_k', 100.0, 1e5)
-    heat_fraction_to_disc: float = _quantity('heat_fraction_to_disc', 0.1, 1.0)
-    cooling_area: float = _quantity('cooling_area_m2', 0.0, 5.0)
-    still_air_cooling: float = _quantity('still_air_cooling_w_per_m2_k', 0.0, 500.0)
-    moving_air_cooling: float = _quantity('moving_air_cooling_w_per_m2_k', 0.0, 500.0)
-    ambient_temperature: float = _quantity('ambient_temperature_degc', -60.0, 80.0, 1.0, 273.15)
-    initial_temperature: float = _quantity('initial_temperature_degc', -60.0, 800.0, 1.0, 273.15)
+    mass: float = _quantity('mass_kg', (100.0, 1e5), (300.0, 4e4), 'mass')
+    wheel_radius: float = _quantity('wheel_radius_m', (0.1, 1.0), (0.2, 0.6), 'length')
+    wheel_inertia: float = _quantity('wheel_inertia_kg_m2', (0.0, 100.0), (0.1, 30.0))
+    frontal_drag_area: float = _quantity('frontal_drag_area_m2', (0.0, 20.0), (0.2, 10.0))
+    air_density: float = _quantity('air_density_kg_per_m3', (0.0, 2.0), (0.7, 1.5))
+    rolling_resistance: float = _quantity(
+        'rolling_resistance', (0.0, 0.1), (0.003, 0.03), 'number')
+    engine_drag: float = _quantity('engine_drag_n', (0.0, 1e4), (0.0, 4000.0), 'force')
+    engine_drag_fade_speed: float = _quantity(
+        'engine_drag_fade_speed_m_per_s', (0.1, 20.0), (0.5, 10.0))
+    front_brake_share: float = _quantity('front_brake_share', (0.1, 0.95), (0.4, 0.9), 'number')
+    piston_diameter: float = _quantity(
+        'piston_diameter_mm', (5.0, 200.0), (15.0, 150.0), 'length', 1e-3)
+    caliper_efficiency: float = _quantity('caliper_efficiency', (0.1, 1.0), (0.6, 1.0), 'number')
+    effective_radius: float = _quantity(
+        'effective_radius_mm', (20.0, 500.0), (50.0, 300.0), 'length', 1e-3)
+    holding_pressure: float = _quantity(
+        'holding_pressure_bar', (0.0, 100.0), (0.0, 50.0), 'pressure', 1e5)
+    holding_speed: float = _quantity('holding_speed_m_per_s', (0.0, 1.0), (0.0, 0.5))
+    disc_heat_capacity: float = _quantity('disc_heat_capacity_j_per_k', (100.0, 1e5), (500.0, 3e4))
+    heat_fraction_to_disc: float = _quantity(
+        'heat_fraction_to_disc', (0.1, 1.0), (0.5, 1.0), 'number')
+    cooling_area: float = _quantity('cooling_area_m2', (0.0, 5.0), (0.01, 1.5))
+    still_air_cooling: float = _quantity('still_air_cooling_w_per_m2_k', (0.0, 500.0), (1.0, 60.0))
+    moving_air_cooling: float = _quantity(
+        'moving_air_cooling_w_per_m2_k', (0.0, 500.0), (0.5, 60.0))
+    ambient_temperature: float = _quantity(
+        'ambient_temperature_degc', (-60.0, 80.0), (-40.0, 55.0), 'temperature', 1.0, 273.15)
+    initial_temperature: float = _quantity(
+        'initial_temperature_degc', (-60.0, 800.0), (-40.0, 250.0), 'temperature', 1.0, 273.15)
     friction_factors: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     brakes: tuple[str, ...] = ('front_left', 'front_right', 'rear_left', 'rear_right')
 
@@ -94,12 +107,24 @@ class Vehicle:
             if item.metadata:
                 _check_range(getattr(self, item.name), **item.metadata)
         for i, factor in enumerate(self.friction_factors):
-            _check_range(factor, f'friction_factors[{i}]', 0.1, 10.0)
+            _check_range(factor, f'friction_factors[{i}]', _FACTORS)
         for key, entries in (('friction_factors', self.friction_factors),
                              ('brakes', set(self.brakes))):
             if len(entries) != 4:
                 raise VehicleError(f'{key} = {list(getattr(self, key))}; give four, names all '
                                    'different: front left, front right, rear left, rear right')
+        if self.effective_radius >= self.wheel_radius:
+            raise VehicleError(
+                f'effective_radius_mm = {1e3 * self.effective_radius:g} is no less than '
+                f'wheel_radius_m = {self.wheel_radius:g}; give the radius at which the pads rub')
+
+    def doubts(self) -> Iterator[str]:
+        """Yield a text for each number that can be used but is unusual."""
+        for item in fields(self):
+            if item.metadata:
+                yield from _doubt(getattr(self, item.name), **item.metadata)
+        for i, factor in enumerate(self.friction_factors):
+            yield from _doubt(factor, f'friction_factors[{i}]', _FACTORS, (0.5, 2.0), 'number')
 
     @property
     def pressure_split(self) -> FloatArray:
@@ -161,8 +186,14 @@ class BrakeSignals:
                 object.__setattr__(self, item.name, readonly(getattr(self, item.name)))
 
 
-def read_vehicle(path: str | Path) -> Vehicle:
+def read_vehicle(path: str | Path, *, warn: Warn = warn_implausible) -> Vehicle:
     """Read a vehicle from YAML; each key is a field of `Vehicle` with the unit as a suffix.
+
+    Parameters
+    ----------
+    path : path
+    warn : callable
+        Given a text for each number that can be used but is unusual.
 
     Raises
     ------
@@ -174,9 +205,12 @@ def read_vehicle(path: str | Path) -> Vehicle:
     try:
         if not isinstance(content, dict):
             raise VehicleError(f'{quoted(content)} is no vehicle; write one "key: value" a line')
-        return _vehicle(content)
+        vehicle = _vehicle(content)
     except VehicleError as error:
         raise VehicleError(f'{path}: {error}') from None
+    for text in vehicle.doubts():
+        warn(f'{path}: {text}')
+    return vehicle
 
 
 def _file_error(where: object, what: str, remedy: str) -> VehicleError:
@@ -300,8 +334,24 @@ def _number(key: str, value: Any) -> float:
             f'{key} = {quoted(value)} is no number; write a decimal number') from None
 
 
-def _check_range(value: float, key: str, low: float, high: float,
-                 scale: float = 1.0, offset: float = 0.0) -> None:
+def _check_range(value: float, key: str, possible: Ends, usual: Ends | None = None,
+                 dimension: str = '', scale: float = 1.0, offset: float = 0.0) -> None:
     number = round((value - offset) / scale, 9)  # as in the file, free of the conversion's dust
-    if not low <= number <= high:
-        raise VehicleError(f'{key} = {number:g} is out of range; give {low:g} to {high:g}')
+    if not possible[0] <= number <= possible[1]:
+        raise VehicleError(f'{key} = {number:g} is out of range; give {possible[0]:g} to '
+                           f'{possible[1]:g}{_meant(number, usual or possible, dimension, scale)}')
+
+
+def _doubt(value: float, key: str, possible: Ends, usual: Ends, dimension: str = '',
+           scale: float = 1.0, offset: float = 0.0) -> Iterator[str]:
+    number = round((value - offset) / scale, 9)
+    if not usual[0] <= number <= usual[1]:
+        yield (f'{key} = {number:g}; usual is {usual[0]:g} to {usual[1]:g}: check it'
+               f'{_meant(number, usual, dimension, scale)}')
+
+
+def _meant(number: float, usual: Ends, dimension: str, scale: float) -> str:
+    if dimension == 'temperature':
+        celsius = number - 273.15
+        return f' ({number:g} K would be {celsius:g})' if usual[0] <= celsius <= usual[1] else ''
+    return hint(number, dimension, scale, '', (usual[0] * scale, usual[1] * scale))

@@ -25,7 +25,7 @@ from squeal_core.settings_document import settings_document
 from squeal_core.stability import complex_modes, Mode
 from squeal_core.tracking import identities
 from squeal_core.vehicle import read_vehicle
-from squeal_ros.console import plain, report_progress
+from squeal_ros.console import plain, report_progress, warn
 from squeal_ros.listing import counts_in_words, rank
 from squeal_ros.model_info import model_lines
 from squeal_ros.options import check_output, operating_point, positive, shipped
@@ -37,7 +37,7 @@ def build(options: argparse.Namespace) -> int:
 
     path = shipped('brakes', options.brake, '.yaml')
     check_output('--output', options.output, force=options.force, inputs=(path,))
-    brake = read_brake(path)
+    brake = read_brake(path, warn=warn)
     model = build_model(brake, progress=report_progress, follower=options.follower)
     model.save(options.output, overwrite=options.force)
     for check in model.provenance['audit']:
@@ -236,5 +236,5 @@ def _mechanism_json(model: BrakeModel, point: OperatingPoint,
 
 
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
-    return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv')),
-            read_vehicle(shipped('vehicles', options.vehicle, '.yaml')))
+    return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv'), warn=warn),
+            read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn))

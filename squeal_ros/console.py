@@ -10,6 +10,11 @@ def report_progress(text: str) -> None:
         print(f'{text} ...', file=sys.stderr)
 
 
+def warn(text: str) -> None:
+    """Say on stderr what is doubted; the command goes on."""
+    print(f'squeal: warning: {" ".join(text.split())}', file=sys.stderr)
+
+
 class ProgressBar:
     """A bar on stderr where that is a terminal: call it with what is done and of how many."""
 

@@ -18,7 +18,7 @@ from squeal_core.settings import read_settings
 from squeal_core.table_file import write_table
 from squeal_core.tabulation import TableSettings, Tabulation
 from squeal_core.vehicle import read_vehicle
-from squeal_ros.console import plain, ProgressBar
+from squeal_ros.console import plain, ProgressBar, warn
 from squeal_ros.options import check_output, positive, shipped
 
 _TESTS = 2000  # points at which coverage is measured
@@ -98,8 +98,8 @@ def _envelope(model: BrakeModel, options: argparse.Namespace) -> Envelope:
 def _driven(model: BrakeModel, options: argparse.Namespace, rate: float) -> list[OperatingPoint]:
     """Return where the four brakes slide under load during a drive."""
     from squeal_ros.demo import signals_of
-    cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'))
-    vehicle = read_vehicle(shipped('vehicles', options.vehicle, '.yaml'))
+    cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'), warn=warn)
+    vehicle = read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn)
     signals = signals_of(cycle, vehicle, model, rate=rate, duration=options.duration)
     limits = read_settings({})
     points = [point for brake in range(len(signals.brakes)) for point in braking_points(

@@ -16,6 +16,7 @@ import yaml
 from squeal_core.brake import Brake, Caliper, StiffnessTable
 from squeal_core.brake_file import parse_brake, read_brake
 from squeal_core.errors import BrakeDescriptionError, SquealError
+from squeal_core.ranges import ImplausibleWarning
 
 SHIPPED = Path(__file__).parents[1] / 'config' / 'brakes' / 'kang2009.yaml'
 CONTENT = yaml.safe_load(SHIPPED.read_text(encoding='utf-8'))
@@ -55,7 +56,7 @@ def edited(changes: dict[str, Any]) -> dict[str, Any]:
 
 def refusal(content: Any, read: Any = parse_brake) -> str:
     with pytest.raises(BrakeDescriptionError) as caught:
-        read(content)
+        read(content, warn=lambda _: None)
     text = str(caught.value)
     assert len(text.splitlines()) == 1
     assert text.rpartition('; ')[2]
@@ -131,7 +132,7 @@ def flat(values: Any) -> list[float]:
 def test_plain_numbers_and_texts_of_numbers(brake: Brake) -> None:
     plain = {'pads.thickness_mm': 11, 'contact.stiffness_n_m3': '0.35e11'}
     assert parse_brake(edited(plain)) == brake != parse_brake(edited({'pads.thickness_mm': 12}))
-    most = parse_brake(edited({'modes.disc': 500, 'modes.pad': 7}))
+    most = parse_brake(edited({'modes.disc': 500, 'modes.pad': 7}), warn=lambda _: None)
     assert (most.disc_modes, most.pad_modes) == (500, 7)
 
 
@@ -215,17 +216,22 @@ def test_huge_value(key: str, value: float) -> None:
 
 
 @each(('key', 'value', 'remedy'), [
-    ('pads.thickness_mm', 0.0, '(0, 5)'), ('pads.density_kg_m3', 0.0, '(10, 30000)'),
-    ('disc.poisson_ratio', 0.5, '(-1, 0.5)'), ('contact.angle_deg', 180.0, '(0, 3.14159)'),
-    ('caliper.efficiency', 1.01, '[0.01, 1]'), ('friction.static', 2.0, '(0, 2)'),
-    ('damping_ratio', 1.0, '[0, 0.999]'), ('modes.disc', 52.5, 'whole number'),
-    ('modes.disc', 0, '[1, 500]'), ('modes.disc', 501, '[1, 500]'), ('modes.pad', 6, '[7, 500]'),
+    ('pads.thickness_mm', 0.0, 'mm; give 0.3 to 150 mm'),
+    ('pads.density_kg_m3', 0.0, 'kg/m^3; give 300 to 25000 kg/m^3'),
+    ('disc.poisson_ratio', 0.5, '-0.5 to 0.49'), ('contact.angle_deg', 180.0, '1 to 179 deg'),
+    ('caliper.efficiency', 1.01, '0.01 to 1'), ('friction.static', 2.0, '0.01 to 1.5'),
+    ('damping_ratio', 1.0, '0 to 0.5 (1 % would be 0.01)'), ('modes.disc', 52.5, 'whole number'),
+    ('modes.disc', 0, '1 to 500'), ('modes.disc', 501, '1 to 500'), ('modes.pad', 6, '7 to 500'),
     ('name', 3, 'write a text')])
 def test_value_just_out_of_range(key: str, value: Any, remedy: str) -> None:
-    check(refusal(edited({key: value})), f'brake.{key}: is {value!r}', remedy)
+    number = value if isinstance(value, str) or key == 'name' else float(value)
+    check(refusal(edited({key: value})), f'brake.{key}: is {number!r}', remedy)
 
 
 @each(('key', 'value', 'named', 'parts'), [
+    ('disc.clamp_radius_mm', 81.8, 'disc.clamp_radius', ('leaves 0.1 mm of the top plate',)),
+    ('disc.top_plate_thickness_mm', 27.25, 'disc.hat_height', ('leaves 0.05 mm of hat wall',)),
+    ('contact.inner_radius_mm', 141.5, 'contact.outer_radius', ('a patch 0.5 mm wide',)),
     ('contact.outer_radius_mm', 149, 'contact.outer_radius', ('0.149 m', 'off the disc')),
     ('contact.inner_radius_mm', 80, 'contact.inner_radius', ('0.08 m', 'within the hat')),
     ('contact.inner_radius_mm', 142, 'contact.outer_radius', ('0.142 m', 'make outer_radius')),
@@ -241,12 +247,12 @@ def test_parts_that_do_not_fit(key: str, value: float, named: str, parts: Any) -
 
 @each(('key', 'value', 'part'), [
     ('friction', [0.4], '1 friction coefficients; give as many'),
-    ('friction', [0.4] * 6 + [0.0], 'friction[6] is 0; give a number above 0'),
+    ('friction', [0.4] * 6 + [0.0], 'friction[6]: is 0.0; give 0.01 to 1.5'),
     ('friction', DELETED, 'is None; write'),
     ('friction', [], 'is []; write'), ('friction', 0.4, 'is 0.4; write a list'),
     ('temperature_degc', [20, 100, 90, 300, 400, 500, 600], 'do not rise; sort'),
     ('temperature_degc', [20, math.nan], 'temperature_degc[1]: is nan; write a finite number'),
-    ('temperature_degc', [-300, 1, 2, 3, 4, 5, 6], 'temperature[0] is -26.85; give a number')])
+    ('temperature_degc', [-300, 1, 2, 3, 4, 5, 6], 'degc[0]: is -300.0 degC; give -100')])
 def test_wrong_friction_table(key: str, value: Any, part: str) -> None:
     check(refusal(edited({f'friction.temperature_table.{key}': value})),
           'brake.friction.temperature_table', part)
@@ -272,14 +278,14 @@ def test_contact_stiffness_over_pressure(suffix: str, scale: float) -> None:
 
 @each(('key', 'value', 'part'), [
     ('stiffness_n_m3', [1e10], '3 pressures and 1 stiffnesses; give as many'),
-    ('stiffness_n_m3', [1e10, 0.0, 1e10], 'stiffness_n_m3[1]: is 0 (0 in SI units); give values'),
+    ('stiffness_n_m3', [1e10, 0.0, 1e10], 'stiffness_n_m3[1]: is 0.0 N/m^3; give'),
     ('stiffness_n_m3', [1e10, math.nan, 1e10], 'stiffness_n_m3[1]: is nan; write a finite number'),
     ('stiffness_n_m3', 1e10, 'is 10000000000.0; write a list'),
     ('stiffness_n_m3', DELETED, 'stiffness_n_m3: is missing; add stiffness_n_m3'),
     ('stiffness', 3, 'stiffness: unknown key'),
     ('contact_pressure_bar', [2, 40, 8], 'do not rise; sort'),
     ('contact_pressure_bar', [2, 2, 8], 'do not rise; sort'),
-    ('contact_pressure_bar', [-1, 2, 8], 'contact_pressure_bar[0]: is -1 (-100000 in SI units)'),
+    ('contact_pressure_bar', [-1, 2, 8], 'contact_pressure_bar[0]: is -1.0 bar; give 0 to'),
     ('contact_pressure_bar', [], 'write a list of numbers'),
     ('contact_pressure_pa', [1, 2, 3], 'says again what contact_pressure_pa says'),
     ('friction', 0.4, 'unknown key'), ('source', 3, 'is 3; write a text')])
@@ -347,3 +353,73 @@ def test_tags_are_not_executed(tmp_path: Path, tag: str) -> None:
 @each('value', ['red' * 10000, [[1] * 9000] * 9000, 10**4000])
 def test_refusals_stay_short(key: str, value: Any) -> None:
     assert len(refusal(edited({key: [value] if key == 'name' else value}))) < 1000
+
+
+def doubts(changes: dict[str, Any]) -> list[str]:
+    """What is said of the shipped description with some values replaced."""
+    said: list[str] = []
+    parse_brake(edited(changes), warn=said.append)
+    return said
+
+
+def test_the_shipped_description_is_not_doubted() -> None:
+    assert doubts({}) == []
+
+
+@each(('changes', 'key', 'words'), [
+    # numbers in another unit than that of their key, where nothing sensible could follow
+    ({'disc.rotor_thickness_mm': 0.016}, 'disc.rotor_thickness_mm', '0.016 m would be 16 mm'),
+    ({'pads.thickness_mm': 0.011}, 'pads.thickness_mm', '0.011 m would be 11 mm'),
+    ({'disc.clamp_radius_mm': 0.0406}, 'disc.clamp_radius_mm', '0.0406 m would be 40.6 mm'),
+    ({'disc.young_modulus_gpa': 0.11}, 'disc.young_modulus_gpa', 'give 1 to 1000 GPa'),
+    ({'disc.young_modulus_gpa': 88900}, 'disc.young_modulus_gpa', '88900 MPa would be 88.9 GPa'),
+    ({'pads.young_modulus_gpa': 207e9}, 'pads.young_modulus_gpa', 'Pa would be 207 GPa'),
+    ({'disc.density_kg_m3': 7.15}, 'disc.density_kg_m3', '7.15 g/cm^3 would be 7150 kg/m^3'),
+    ({'disc.density_kg_m3': 7.15e-9}, 'disc.density_kg_m3', 't/mm^3 would be 7150 kg/m^3'),
+    ({'contact.stiffness_n_m3': 35}, 'contact.stiffness_n_m3', '35 N/mm^3 would be 3.5e+10'),
+    ({'contact.angle_deg': DELETED, 'contact.angle_rad': 62}, 'contact.angle_rad',
+     '62 deg would be 1.08'),
+    ({'caliper.efficiency': 95}, 'caliper.efficiency', '95 % would be 0.95'),
+    ({'friction.static': 42}, 'friction.static', '42 % would be 0.42'),
+    ({'caliper.piston_diameter_mm': 0.057}, 'caliper.piston_diameter_mm', 'would be 57 mm'),
+    ({'friction.temperature_table.friction': [38, 42, 45, 44, 40, 35, 30]},
+     'friction.temperature_table.friction[0]', '38 % would be 0.38')])
+def test_numbers_in_another_unit_are_refused(changes: dict[str, Any], key: str,
+                                             words: str) -> None:
+    text = refusal(edited(changes))
+    assert text.startswith(f'brake.{key}: is ')
+    assert words in text
+
+
+@each(('changes', 'key', 'words'), [
+    ({'disc.rotor_outer_radius_mm': 480}, 'disc.rotor_outer_radius_mm',
+     'if it is the diameter, the radius is 240 mm'),
+    ({'contact.angle_deg': 1.0821}, 'contact.angle_deg', '1.0821 rad would be 61.9'),
+    ({'pads.young_modulus_gpa': 0.207}, 'pads.young_modulus_gpa', 'usual is 0.3 to 250 GPa'),
+    ({'damping_ratio': 0.2}, 'damping_ratio', '0.2 % would be 0.002'),
+    ({'damping_ratio': 0}, 'damping_ratio', 'usual is 0.0001 to 0.05'),
+    ({'friction.static': 0.3, 'friction.kinetic': 0.5}, 'friction.static', 'swap them'),
+    ({'friction.decay_s_m': 0}, 'friction.decay_s_m', 'never comes to kinetic'),
+    ({'disc.clamp_radius_mm': 77}, 'disc.clamp_radius', 'leaves 4.9 mm of the top plate'),
+    ({'contact.outer_radius_mm': 110}, 'contact.outer_radius', 'usual 0.75 to 1'),
+    ({'friction.temperature_table.temperature_degc': [293, 373, 473, 573, 673, 773, 873]},
+     'friction.temperature_table.temperature_degc', '293 K would be 19.85 degC'),
+    ({'contact.stiffness_table': {'source': 's', 'contact_pressure_pa': [2, 8, 40],
+                                  'stiffness_n_m3': [2e10, 3e10, 8e10]}},
+     'contact.stiffness_table.contact_pressure_pa[0]', '2 bar would be 200000 Pa'),
+    ({'contact.stiffness_table': {'source': 's', 'contact_pressure_bar': [2, 8],
+                                  'stiffness_n_m3': [8e10, 2e10]}},
+     'contact.stiffness_table', 'stiffness falls with pressure'),
+    ({'modes.disc': 2}, 'modes.disc', 'usual is 8 to 300'),
+    ({'pads.support': {'axial_stiffness_n_m3': 35}}, 'pads.support.axial_stiffness_n_m3',
+     '35 N/mm^3 would be 3.5e+10')])
+def test_unusual_numbers_are_doubted_once_with_what_was_meant(changes: dict[str, Any], key: str,
+                                                              words: str) -> None:
+    own = [text for text in doubts(changes) if text.startswith(f'brake.{key}: ')]
+    assert len(own) == 1
+    assert words in own[0]
+
+
+def test_a_reader_that_is_told_nothing_warns() -> None:
+    with pytest.warns(ImplausibleWarning, match=r'brake\.damping_ratio: is 0\.2; usual is'):
+        parse_brake(edited({'damping_ratio': 0.2}))

@@ -158,3 +158,23 @@ def test_bytes_that_are_no_text_are_reported_with_their_line(tmp_path: Path) -> 
 def test_arrays_are_checked_too(time: list[float], speed: list[float], match: str) -> None:
     with pytest.raises(DriveCycleError, match=match):
         _cycle(time, speed)
+
+
+@pytest.mark.parametrize(('rows', 'words'), [
+    ('0,0\n60,130', 'speed_m_s reaches 130 m/s; usual is up to 100 m/s: check it (130 km/h'),
+    ('0,0\n1,20', 'changes by 20 m/s^2')])
+def test_traces_in_other_units_are_doubted(tmp_path: Path, rows: str, words: str) -> None:
+    path = tmp_path / 'c.csv'
+    path.write_text(f'time_s,speed_m_s\n{rows}\n')
+    said: list[str] = []
+    read_drive_cycle(path, warn=said.append)
+    assert len(said) == 1
+    assert words in said[0]
+
+
+@pytest.mark.parametrize('rows', ['0,0\n60,400', '0,0\n2000000,10'])
+def test_traces_of_no_vehicle_are_refused(tmp_path: Path, rows: str) -> None:
+    path = tmp_path / 'c.csv'
+    path.write_text(f'time_s,speed_m_s\n{rows}\n')
+    with pytest.raises(DriveCycleError, match=r'reaches .* m/s and lasts .* s; give speed_m_s'):
+        read_drive_cycle(path)

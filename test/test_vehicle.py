@@ -295,3 +295,33 @@ def test_a_file_that_is_no_mapping_is_refused(tmp_path: Path) -> None:
     path.write_text('', encoding='utf-8')
     with pytest.raises(VehicleError, match=r'empty\.yaml: None is no vehicle'):
         read_vehicle(path)
+
+
+@pytest.mark.parametrize(('old', 'new', 'words'), [
+    ('mass_kg: 1600.0', 'mass_kg: 200.0', 'mass_kg = 200; usual is 300 to 40000'),
+    ('front_brake_share: 0.7', 'front_brake_share: 0.2', 'front_brake_share = 0.2; usual'),
+    ('ambient_temperature_degc: 20.0', 'ambient_temperature_degc: 70.0', 'usual is -40 to 55'),
+    ('0.97, 1.02', '0.4, 1.02', 'friction_factors[1] = 0.4; usual is 0.5 to 2')])
+def test_unusual_numbers_are_doubted(tmp_path: Path, old: str, new: str, words: str) -> None:
+    path = tmp_path / 'odd.yaml'
+    path.write_text(MIDSIZE.read_text(encoding='utf-8').replace(old, new), encoding='utf-8')
+    said: list[str] = []
+    read_vehicle(path, warn=said.append)
+    assert len(said) == 1
+    assert words in said[0]
+
+
+@pytest.mark.parametrize(('old', 'new', 'words'), [
+    ('mass_kg: 1600.0', 'mass_kg: 1.6', '1.6 t would be 1600'),
+    ('wheel_radius_m: 0.336', 'wheel_radius_m: 336', '336 mm would be 0.336'),
+    ('effective_radius_mm: 122.2', 'effective_radius_mm: 0.1222', '0.1222 m would be 122.2'),
+    ('front_brake_share: 0.7', 'front_brake_share: 70', '70 % would be 0.7'),
+    ('ambient_temperature_degc: 20.0', 'ambient_temperature_degc: 293.15', 'K would be 20'),
+    ('effective_radius_mm: 122.2', 'effective_radius_mm: 350', 'no less than wheel_radius_m')])
+def test_refusals_name_the_unit_that_was_meant(tmp_path: Path, old: str, new: str,
+                                               words: str) -> None:
+    path = tmp_path / 'bad.yaml'
+    path.write_text(MIDSIZE.read_text(encoding='utf-8').replace(old, new), encoding='utf-8')
+    with pytest.raises(VehicleError) as caught:
+        read_vehicle(path)
+    assert words in str(caught.value)

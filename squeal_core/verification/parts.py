@@ -55,7 +55,7 @@ def rebuild(model: BrakeModel) -> Parts:
     from squeal_core.fe.axisymmetric import disc_modes
     from squeal_core.fe.solid import pad_modes
 
-    brake = parse_brake(model.provenance.get('description', {}))
+    brake = parse_brake(model.provenance.get('description', {}), warn=lambda _: None)
     settings = model.provenance['settings']
     elements, half = tuple(settings['pad_elements']), 0.5 * _hat(brake).rotor_thickness
     if not all(type(count) is int and 1 <= count <= _MOST_ELEMENTS for count in elements):
