@@ -100,6 +100,8 @@ ORDER = (
     'squeal_core.settings',
     'squeal_core.settings_document',
     'squeal_core.plausibility',
+    'squeal_core.publishers',
+    'squeal_core.stuck',
     'squeal_core.onset',
     'squeal_core.engines',
     'squeal_core.sliding',
