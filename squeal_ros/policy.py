@@ -44,14 +44,14 @@ def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<!-- SROS2 policy of {NODE_NAME}, as `squeal policy` writes it; see docs/security.md.',
         '     What is not listed is denied. The node requests no service. -->',
-        '<policy version="0.2.0">', '  <contexts>',
-        f'    <context path="{namespace}/{NODE_NAME}">', '      <profiles>',
+        '<policy version="0.2.0">', '  <enclaves>',
+        f'    <enclave path="{namespace}/{NODE_NAME}">', '      <profiles>',
         f'        <profile ns="{namespace or "/"}" node="{NODE_NAME}">',
         *_block('topics publish', 'topic', _published(settings)),
         *_block('topics subscribe', 'topic', Router.of(settings).types),
         *_block('services reply', 'service', (f'~/{name}' for name in _SERVICES)),
         '        </profile>', '        <metadata>', *_parameters(settings), '        </metadata>',
-        '      </profiles>', '    </context>', '  </contexts>', '</policy>']
+        '      </profiles>', '    </enclave>', '  </enclaves>', '</policy>']
     return '\n'.join(lines) + '\n'
 
 

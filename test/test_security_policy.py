@@ -1,6 +1,7 @@
 """The security policy lists what the running node has in the graph, no more and no less."""
 
 from collections.abc import Iterator
+import re
 import subprocess
 import sys
 from typing import Any, NamedTuple
@@ -89,21 +90,75 @@ def test_parameters_are_the_nodes(case: Case) -> None:
                for name in overrides)
 
 
+class Element(NamedTuple):
+    """What sros2's policy.xsd 0.2.0 says of an element: attributes, and children in their order.
+
+    Attributes and the numbers of children are regular expressions; a child that ends in * may be
+    there any number of times.
+    """
+
+    required: dict[str, str] = {}
+    optional: dict[str, str] = {}
+    children: str = ''
+    text: bool = False
+
+
+RULE = 'ALLOW|DENY'
+# written from the published schema: root, what may stand in each element, and in which order
+SCHEMA = {
+    'policy': Element({'version': '0\\.2\\.0'}, children='enclaves '),
+    'enclaves': Element(children='(enclave )+'),
+    'enclave': Element({'path': '.*'}, children='(profiles )+'),
+    'profiles': Element(optional={'type': '.*'}, children='(profile )+(metadata )?'),
+    'profile': Element({'ns': '.*', 'node': '.*'}, children='(topics |services |actions )*'),
+    'topics': Element(optional={'publish': RULE, 'subscribe': RULE}, children='(topic )+'),
+    'services': Element(optional={'reply': RULE, 'request': RULE}, children='(service )+'),
+    'actions': Element(optional={'call': RULE, 'execute': RULE}, children='(action )+'),
+    **dict.fromkeys(('topic', 'service', 'action'), Element(text=True))}
+
+
+def faults(element: ElementTree.Element) -> Iterator[str]:
+    """Yield what the schema does not allow in an element and below."""
+    rule = SCHEMA[element.tag]
+    for name, value in element.attrib.items():
+        pattern = {**rule.required, **rule.optional}.get(name)
+        if pattern is None or not re.fullmatch(pattern, value):
+            yield f'{element.tag}: attribute {name}="{value}"'
+    for name in rule.required.keys() - element.attrib.keys():
+        yield f'{element.tag}: no attribute {name}'
+    if not re.fullmatch(rule.children, ''.join(f'{child.tag} ' for child in element)):
+        yield f'{element.tag}: children {[child.tag for child in element]}'
+    if (element.text or '').strip() and not rule.text:
+        yield f'{element.tag}: text {element.text}'
+    for child in element:
+        if child.tag in SCHEMA:
+            yield from faults(child)  # metadata may hold anything
+        elif child.tag != 'metadata':
+            yield f'{child.tag}: no such element'
+
+
 def test_structure_is_that_of_the_schema(case: Case) -> None:
-    """Elements, attributes and their order as sros2's policy.xsd 0.2.0 wants them."""
-    policy, namespace = case.policy, case.monitor.get_namespace()
-    assert (policy.tag, policy.attrib) == ('policy', {'version': '0.2.0'})
-    assert [child.tag for child in policy] == ['contexts']
-    (context,) = policy[0]
-    assert (context.tag, context.attrib) == (
-        'context', {'path': f'{namespace.rstrip("/")}/squeal_monitor'})
-    (profiles,) = context
-    assert [child.tag for child in profiles] == ['profile', 'metadata']
-    assert profiles[0].attrib == {'ns': namespace, 'node': 'squeal_monitor'}
-    assert [(block.tag, block.attrib, {item.tag for item in block}) for block in profiles[0]] == [
-        ('topics', {'publish': 'ALLOW'}, {'topic'}),
-        ('topics', {'subscribe': 'ALLOW'}, {'topic'}),
-        ('services', {'reply': 'ALLOW'}, {'service'})]
+    assert case.policy.tag == 'policy'
+    assert list(faults(case.policy)) == []
+    (enclave,) = case.policy.iter('enclave')
+    assert enclave.get('path') == f'{case.monitor.get_namespace().rstrip("/")}/squeal_monitor'
+    (profile,) = case.policy.iter('profile')
+    assert profile.attrib == {'ns': case.monitor.get_namespace(), 'node': 'squeal_monitor'}
+
+
+@pytest.mark.parametrize(('old', 'new'), [
+    ('enclaves', 'contexts'), ('<enclave ', '<context '), ('version="0.2.0"', 'version="0.1.0"'),
+    ('version="0.2.0"', ''), ('publish="ALLOW"', 'publish="YES"'), ('<topic>', '<service>'),
+    ('<services reply="ALLOW">', '<services publish="ALLOW">'), (' node="squeal_monitor"', ''),
+    ('<metadata>', '<topics/><metadata>'), ('path=', 'name=')])
+def test_the_check_of_the_structure_finds_faults(old: str, new: str) -> None:
+    text = SHIPPED.read_text(encoding='utf-8')
+    assert old in text
+    word, other = old.strip('<>= '), new.strip('<>= ')
+    changed = text.replace(old, new)
+    if word.isidentifier() and other.isidentifier():
+        changed = changed.replace(f'</{word}>', f'</{other}>')
+    assert list(faults(ElementTree.fromstring(changed)))
 
 
 def test_shipped_policy_is_what_the_command_prints() -> None:
