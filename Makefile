@@ -17,6 +17,7 @@ PYTHON_NEWEST ?= $(shell p=$(call interpreter,3.14 3.13 3.12 3.11); \
 	[ "$$($$p -V)" = "$$($(PYTHON) -V)" ] || echo $$p)
 PARALLEL := -n 2 --dist loadfile
 PYTEST := -m pytest $(PARALLEL)
+SOURCES := squeal_core squeal_ros test launch benchmark examples setup.py
 PIP := -m pip install --quiet --disable-pip-version-check
 # $(call suite,INTERPRETER,ENVIRONMENT,WHAT IT IS)
 suite = if [ -z "$(1)" ]; then echo 'make: no $(3) found here, so nothing is tested on it'; \
@@ -65,9 +66,11 @@ nastran: .venv-nastran/installed  ## tests of OP2 files, with pyNastran and nump
 	.venv-nastran/bin/python -c 'import pyNastran.op2.op2_geom'  # else its tests would skip
 	.venv-nastran/bin/python -m pytest -q -p no:cacheprovider -k op2 test/test_readers_*.py
 
-lint: $(VENV)/installed  ## ruff and mypy
+lint: $(VENV)/installed  ## ruff, mypy, and flake8 and pep257 as ament has them
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/ament_flake8 $(SOURCES) > $(VENV)/flake8 || { cat $(VENV)/flake8; exit 1; }
+	$(BIN)/ament_pep257 $(SOURCES) > $(VENV)/pep257 2>&1 || { cat $(VENV)/pep257; exit 1; }
 
 benchmark: $(VENV)/installed  ## timings, printed
 	$(BIN)/python benchmark/full_solve.py
@@ -75,33 +78,33 @@ benchmark: $(VENV)/installed  ## timings, printed
 clean:  ## remove the environments and what was made
 	rm -rf $(VENV) .venv-* demo_output build install log *.egg-info
 
-$(VENV)/installed: setup.py
+$(VENV)/installed: setup.py pyproject.toml
 	@test -n "$(PYTHON)" || { echo 'make: no Python 3.11 to 3.14 found; install one, or say' \
 		'which: make demo PYTHON=/path/to/python3.12' >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { echo 'make: no environment: $(PYTHON) lacks venv (Debian,' \
 		'Ubuntu: apt install python3-venv)' >&2; rm -rf $(VENV); exit 1; }
-	$(BIN)/python $(PIP) -e '.[all]'
+	$(BIN)/python $(PIP) -e '.[all,test,lint]'
 	@touch $@
 
 # numpy 1.26 lets pyNastran in, too
-.venv-ubuntu24/installed: setup.py
+.venv-ubuntu24/installed: setup.py pyproject.toml
 	$(PYTHON_UBUNTU24) -m venv --clear $(@D)
-	$(@D)/bin/python $(PIP) -e '.[all,nastran]' numpy==1.26.4 scipy==1.11.4
+	$(@D)/bin/python $(PIP) -e '.[all,nastran,test]' numpy==1.26.4 scipy==1.11.4
 	@touch $@
 
-.venv-newest/installed: setup.py
+.venv-newest/installed: setup.py pyproject.toml
 	$(PYTHON_NEWEST) -m venv --clear $(@D)
-	$(@D)/bin/python $(PIP) --upgrade -e '.[all]'
+	$(@D)/bin/python $(PIP) --upgrade -e '.[all,test]'
 	@touch $@
 
 # all that the package needs, but not the package: colcon is to build and install that
-.venv-colcon/installed: setup.py
+.venv-colcon/installed: setup.py pyproject.toml
 	$(PYTHON) -m venv --clear $(@D)
-	$(@D)/bin/python $(PIP) -e '.[all,colcon]'
+	$(@D)/bin/python $(PIP) -e '.[all,test,colcon]'
 	$(@D)/bin/python -m pip uninstall --quiet --yes squeal_ros
 	@touch $@
 
-.venv-nastran/installed: setup.py
+.venv-nastran/installed: setup.py pyproject.toml
 	$(PYTHON) -m venv --clear $(@D)
 	$(@D)/bin/python $(PIP) --only-binary=numpy -e '.[nastran]' pytest pytest-timeout \
 		hypothesis
