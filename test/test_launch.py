@@ -90,7 +90,8 @@ def test_node_is_what_setup_installs() -> None:
     (call,) = calls(MONITOR, 'LifecycleNode')
     node = texts(call)
     setup = (ROOT / 'setup.py').read_text(encoding='utf-8')
-    assert f"{node['executable']} = squeal_ros.start:monitor" in setup
+    project = (ROOT / 'pyproject.toml').read_text(encoding='utf-8')
+    assert f"{node['executable']} = 'squeal_ros.start:monitor'" in project
     package = (ROOT / 'package.xml').read_text(encoding='utf-8')
     assert f'<name>{node["package"]}</name>' in package
     for name in ('launch', 'launch_ros', 'ros2launch', 'ros2bag'):

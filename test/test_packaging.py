@@ -94,13 +94,6 @@ def test_package_xml_names_what_tests_need() -> None:
         'python3-numpy', 'python3-scipy', 'python3-yaml', 'rclpy'}
 
 
-def test_every_file_has_the_licence_header() -> None:
-    without = [str(path.relative_to(ROOT)) for path in SOURCES
-               if not path.read_text(encoding='utf-8').startswith(f'{HEADER}\n')
-               and path.stat().st_size]
-    assert without == []
-
-
 def test_the_source_archive_is_whole(tmp_path: Path) -> None:
     pytest.importorskip('setuptools')
     source = tmp_path / 'source'
