@@ -38,7 +38,7 @@ help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot in demo_output/
-	@$(BIN)/squeal demo
+	@$(BIN)/squeal demo --force
 
 test: $(VENV)/installed  ## all tests
 	$(BIN)/python $(PYTEST)

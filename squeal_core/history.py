@@ -8,9 +8,13 @@ from pathlib import Path
 from typing import IO
 
 from squeal_core.alarm import Alarm
+from squeal_core.bounded_reader import bounded_lines, open_bounded
 from squeal_core.errors import SquealError
 from squeal_core.monitor import Assessment
 from squeal_core.settings import MonitorSettings
+
+MAX_BYTES = 50_000_000_000  # rows are read one by one
+MAX_LINE = 100_000  # characters
 
 
 class HistoryError(SquealError):
@@ -77,8 +81,10 @@ def read_rows(path: str | Path) -> Iterator[Row]:
         Naming file, line and what is wrong.
     """
     try:
-        with open(path, encoding='utf-8', newline='') as file:
-            reader = csv.DictReader(file)
+        with open_bounded(path, MAX_BYTES, _file_error) as file:
+            reader = csv.DictReader(bounded_lines(file, MAX_LINE, lambda line: HistoryError(
+                f'{path}: line {line}: has more than {MAX_LINE} characters; give a table that '
+                '`squeal replay` wrote'), encoding='utf-8'))
             if tuple(reader.fieldnames or ()) != _COLUMNS:
                 raise HistoryError(f'{path}: its columns are {reader.fieldnames}; '
                                    f'give a table that `squeal replay` wrote')
@@ -86,6 +92,10 @@ def read_rows(path: str | Path) -> Iterator[Row]:
                 yield _parse(path, reader.line_num, values)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise HistoryError(f'{path}: cannot be read ({error}); check the path') from None
+
+
+def _file_error(where: object, what: str, remedy: str) -> HistoryError:
+    return HistoryError(f'{where}: {what}; {remedy}')
 
 
 def _parse(path: str | Path, line: int, values: dict[str, str]) -> Row:

@@ -291,7 +291,7 @@ def _replay(p: argparse.ArgumentParser) -> None:
     p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
     p.add_argument('--types', metavar='FOLDER',
                    help='.msg files of message types that the bag does not define')
-    p.add_argument('--force', action='store_true', help='replace existing outputs')
+    _force(p)
     p.add_argument('--json', action='store_true')
 
 
@@ -302,6 +302,7 @@ def _drive(p: argparse.ArgumentParser) -> None:
     p.add_argument('--wall-time', action='store_true',
                    help='stamp with the system clock, publish no /clock (speed-up 1)')
     p.add_argument('--record', metavar='BAG', help='record the published signals')
+    _force(p)
     p.add_argument('--namespace', default='')
 
 
@@ -313,6 +314,7 @@ def _demo(p: argparse.ArgumentParser) -> None:
                    help='assessments a second of the drive (default 1)')
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--output', default='demo_output', metavar='FOLDER')
+    _force(p)
 
 
 def _force(p: argparse.ArgumentParser) -> None:

@@ -19,6 +19,7 @@ from squeal_core.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.mode_vectors import Trust, trust
 from squeal_core.model_file import load_with_header
 from squeal_core.operating_point import OperatingPoint
+from squeal_core.output import OutputFiles
 from squeal_core.sensitivity import parameter_sensitivity
 from squeal_core.settings import load_settings
 from squeal_core.settings_document import settings_document
@@ -152,6 +153,9 @@ def drive(options: argparse.Namespace) -> int:
     from squeal_ros.demo import signals_of
     from squeal_ros.drive import BrakePlayer
 
+    if options.record:
+        check_output('--record', options.record, force=options.force,
+                     folder=Path(options.record).suffix != '.mcap')
     cycle, vehicle = _cycle_and_vehicle(options)
     signals = signals_of(cycle, vehicle, BrakeModel.load(options.model), rate=10.0,
                          duration=options.duration)
@@ -161,7 +165,8 @@ def drive(options: argparse.Namespace) -> int:
         report_progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real '
                         'time')
         if options.record:
-            with BagWriter(options.record) as bag:
+            with (OutputFiles(overwrite=options.force) as files,
+                  BagWriter(options.record, files) as bag):
                 list(player.play(speed_up=speed_up, simulated=simulated, record=bag.write))
         else:
             list(player.play(speed_up=speed_up, simulated=simulated))
@@ -181,7 +186,7 @@ def demo(options: argparse.Namespace) -> int:
     model = BrakeModel.load(chosen.model)
     signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
     files = demos.DemoFiles(folder=Path(options.output))
-    files.clear()
+    files.prepare(force=options.force)
     console = drive_console()
     console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
                   f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '

@@ -18,7 +18,7 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import DriveCycle
 from squeal_core.errors import SquealError
 from squeal_core.history import CsvWriter, read_rows, Row, SquealEvent
-from squeal_core.output import OutputFiles
+from squeal_core.output import check_target, make_folder, OutputFiles
 from squeal_core.settings import load_settings, MONITOR_KEYS, MonitorSettings
 from squeal_core.vehicle import brake_signals, BrakeSignals, Vehicle
 from squeal_core.view.table import DriveDisplay
@@ -74,10 +74,18 @@ class DemoFiles:
         yield 'replayed outputs', self.outputs
         yield 'their table', self.table
 
-    def clear(self) -> None:
-        """Make room for a new demo: only files a demo wrote are removed."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+    def prepare(self, *, force: bool) -> None:
+        """Make room for a new demo; files of an earlier one are removed only if they may be.
+
+        Raises
+        ------
+        OutputError
+            For files that are there, or a folder that cannot be written to.
+        """
+        make_folder(self.folder)
         for _, path in self.described():
+            check_target(path, overwrite=force)
+        for _, path in self.described():  # no mixture of two demos if this one fails
             path.unlink(missing_ok=True)
 
     def replayed_rows(self) -> Iterator[Row]:

@@ -46,7 +46,8 @@ def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
 
 
 def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] = (), *,
-                 force: bool = False, inputs: Sequence[str | Path] = ()) -> None:
+                 force: bool = False, folder: bool = False,
+                 inputs: Sequence[str | Path] = ()) -> None:
     """Refuse a file that could not or should not be written, before the work that it is for.
 
     Parameters
@@ -58,6 +59,8 @@ def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] =
         Of the formats that are known; none: any.
     force : bool
         Whether an existing file may be replaced.
+    folder : bool
+        Whether the output is a folder.
     inputs : sequence of paths
         What the command reads, which is never replaced.
     """
@@ -70,7 +73,7 @@ def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] =
         if os.path.realpath(path) == os.path.realpath(source):
             raise SquealError(f'{option}: {path} is what this command reads; give another name')
     try:
-        check_target(path, overwrite=force)
+        check_target(path, overwrite=force, folder=folder)
     except OutputError as error:
         raise SquealError(f'{option}: {error}') from None
 

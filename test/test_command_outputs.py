@@ -1,6 +1,7 @@
 """What commands write: never over a file unasked, never to a device, and said before the work."""
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 import json
 import os
 from pathlib import Path
@@ -162,3 +163,20 @@ def test_the_library_replaces_and_may_be_told_not_to(model: Path) -> None:
     small.save(model)
     with pytest.raises(ValueError, match='exists'):
         small.save(model, overwrite=False)
+
+
+@pytest.mark.skipif(not find_spec('rclpy') or not find_spec('rosbags'), reason='needs both')
+def test_a_recording_and_a_demo_need_force(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / 'live.csv').write_text('mine')
+    code, _, error = run(['demo', '--output', tmp_path], capsys)
+    assert (code, error.count('\n')) == (2, 1)
+    assert 'live.csv: exists; give --force' in error
+    code, _, error = run(['demo', '--output', tmp_path / 'live.csv'], capsys)
+    assert (code, error.count('\n')) == (2, 1)
+    for name, words in (('live.csv', 'exists'), ('none/a.mcap', 'does not exist'),
+                        ('../../../../../../dev/full', 'is a device')):
+        code, _, error = run(['drive', '--record', tmp_path / name], capsys)
+        assert (code, error.count('\n')) == (2, 1)
+        assert words in error
+    assert (tmp_path / 'live.csv').read_text() == 'mine'
+    assert [path.name for path in tmp_path.iterdir()] == ['live.csv']
