@@ -36,7 +36,7 @@ SECOND = 1_000_000_000  # ns
 BEGIN = 1000 * SECOND  # where simulated time begins
 STEP = SECOND // 20  # longest step of it
 # of simulated time, by when a condition must hold; on a slow machine things outside it may last
-LONGEST, LEAST = 300 * SECOND, 60.0
+LONGEST, LEAST = 100 * SECOND, 60.0
 # settings for a test that runs on the system's clock: a busy machine may pause for long
 PATIENT = {f'fl__{name}__max_age': 600.0 for name in ('rotor_speed', 'pressure', 'friction')}
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
