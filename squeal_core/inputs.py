@@ -44,9 +44,18 @@ class Sample:
 
 @dataclass(frozen=True)
 class Unreadable:
-    """What stands for a sample where a message holds no value: why it does not."""
+    """What stands for a sample where a message holds no value.
+
+    Parameters
+    ----------
+    reason : str
+        Why it does not.
+    is_other : bool
+        It is about something else, as of another publisher, and nothing is wrong with it.
+    """
 
     reason: str
+    is_other: bool = False
 
 
 @dataclass(frozen=True)
@@ -197,10 +206,11 @@ class Input:
         if len(self._samples) > _KEPT:
             self._drop_one()
 
-    def miss(self, reason: str) -> None:
+    def miss(self, instead: Unreadable) -> None:
         """Take note of a message that held no sample."""
-        self.refused['unreadable'] += 1
-        self._unreadable = reason
+        if not instead.is_other:
+            self.refused['unreadable'] += 1
+        self._unreadable = instead.reason
 
     def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
         """Ask the guards about a sample."""

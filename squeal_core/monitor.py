@@ -74,7 +74,7 @@ class BrakeMonitor:
     def receive(self, signal: Signal, sample: Sample | Unreadable) -> None:
         """Take a sample of an input this brake has; late ones find their place by stamp."""
         if isinstance(sample, Unreadable):
-            self._inputs[signal].miss(sample.reason)
+            self._inputs[signal].miss(sample)
             return
         self._latest[signal] = sample.value
         sliding = (self._latest.get('pressure', 0.0) >= self._settings.release_pressure

@@ -73,8 +73,11 @@ class Bag:
                     self._counts[connection.topic] += connection.msgcount
         self.types = dict(self.types)
 
-    def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any]]:
-        """Yield (topic, time of recording [ns], message) in order of recording.
+    def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any, int]]:
+        """Yield (topic, time of recording [ns], message, publisher) in order of recording.
+
+        Publishers of a topic are told apart where each has a connection of its own; the number is
+        0 elsewhere, as in what `ros2 bag record` writes.
 
         Parameters
         ----------
@@ -98,6 +101,7 @@ class Bag:
                                   if text not in self.notes)
                 if not chosen:
                     continue
+                publishers = Counter(c.topic for c in chosen)
                 for connection, time, data in _read(reader, chosen, file):
                     if connection.id not in stores:  # one that the file's own counts leave out
                         stores[connection.id] = self._store(connection)
@@ -107,7 +111,8 @@ class Bag:
                     except Exception as error:  # whatever bytes can do to a decoder
                         self._count_undecodable(connection.topic, data, error)
                         continue
-                    yield connection.topic, time, message
+                    several = publishers[connection.topic] > 1
+                    yield connection.topic, time, message, several * (connection.id + 1)
         self._compare(wanted, count)
 
     def _store(self, connection: Connection) -> Typestore:

@@ -52,6 +52,7 @@ class _Evidence:
     path: FieldPath
     messages: int = 0
     unreadable: int = 0
+    of_others: int = 0  # of these, about something else
     reason: str = ''
     hint: str = ''
     nearest: int | None = None  # smallest distance of a stamp from the time of recording [ns]
@@ -113,9 +114,10 @@ class InputFindings:
         seen = self._seen[brake, signal]
         seen.messages += 1
         if isinstance(sample, Unreadable):
-            seen.unreadable += 1
-            if seen.unreadable == 1:
+            if seen.unreadable == seen.of_others and not (sample.is_other and seen.unreadable):
                 seen.reason, seen.hint = sample.reason, hint(seen.path, message)
+            seen.unreadable += 1
+            seen.of_others += sample.is_other
             return
         offset = sample.stamp - received
         if seen.nearest is None or abs(offset) < abs(seen.nearest):
@@ -146,8 +148,11 @@ class InputFindings:
                    f'check that they are of type {source.type} and whole')
         elif not seen.messages:
             yield f'topic {topic} has no message in the bag', 'check that it was recorded'
-        if seen.unreadable:
-            yield (f'{seen.unreadable} of {seen.messages} messages on {topic} do not hold the '
+        unreadable = seen.unreadable
+        if unreadable < seen.messages:  # another publisher gives the value
+            unreadable -= seen.of_others
+        if unreadable:
+            yield (f'{unreadable} of {seen.messages} messages on {topic} do not hold the '
                    f'value ({seen.reason})', seen.hint or 'correct the field')
         limit = max(source.max_age, self.settings.stamp_tolerance)
         if seen.nearest is not None and abs(seen.nearest) * 1e-9 > limit:

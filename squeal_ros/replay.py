@@ -60,7 +60,7 @@ class Replay:
             raise self._nothing('has none of the topics')
         monitor, tick = VehicleMonitor(self._settings, self._model), 0
         try:
-            for topic, time, message in self._bag.messages(wanted):
+            for topic, time, message, publisher in self._bag.messages(wanted):
                 first = -(-time // self._settings.period)
                 if tick == 0:
                     tick = first
@@ -69,7 +69,7 @@ class Replay:
                     tick = first
                 yield from self._silence(monitor, tick, first)
                 tick = max(tick, first)
-                self._receive(monitor, topic, message, time)
+                self._receive(monitor, topic, message, time, publisher)
             if not tick:
                 raise self._nothing('has no message to read on the topics')
             yield monitor.assess(tick * self._settings.period)
@@ -82,10 +82,12 @@ class Replay:
         for number in range(tick, min(until, tick + _LONGEST_SILENCE // self._settings.period)):
             yield monitor.assess(number * self._settings.period)
 
-    def _receive(self, monitor: VehicleMonitor, topic: str, message: object, time: int) -> None:
+    def _receive(self, monitor: VehicleMonitor, topic: str, message: object, time: int,
+                 publisher: int) -> None:
         self._found.message(topic, message)
         for name in self._topics[topic]:
-            for brake, signal, sample in self._router.samples(name, message, time):
+            for brake, signal, sample in self._router.samples(
+                    name, message, time, connection=publisher):
                 self._found.value(brake, signal, sample, message, time)
                 monitor.receive(brake, signal, sample)
 

@@ -221,8 +221,9 @@ class Router:
                 found = source.sample(message, received, number, connection)
                 source.sight.see(received)
             except FieldError as error:
-                if not isinstance(error, OtherMessageError) or source.sight.misses(
+                is_other = isinstance(error, OtherMessageError)
+                if not is_other or source.sight.misses(
                         received, round(source.settings.max_age * 1e9)):
                     self.problems[f'{topic}: {error}'] += 1
-                found = Unreadable(str(error))
+                found = Unreadable(str(error), is_other)
             yield source.brake, source.signal, found

@@ -9,6 +9,14 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
+from rosbags.interfaces import (  # noqa: E402
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
 
@@ -24,6 +32,8 @@ from squeal_ros.replay import Outputs, Replay  # noqa: E402
 SECOND = 1_000_000_000
 FLOAT = 'std_msgs/msg/Float64'
 STORE = get_typestore(Stores.ROS2_JAZZY)
+QOS = Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, QosDurability.VOLATILE,
+          QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
 
 
 @pytest.fixture
@@ -65,7 +75,7 @@ def test_bag_round_trip(name: str, tmp_path: Path) -> None:
     path = write(tmp_path / name, entries)
     assert path.is_file() == name.endswith('.mcap')
     wanted = {topic: FLOAT for topic, _, _ in entries}
-    assert sorted((t, s, m.data) for t, s, m in Bag(path).messages(wanted)) == sorted(entries)
+    assert sorted((t, s, m.data) for t, s, m, _ in Bag(path).messages(wanted)) == sorted(entries)
     assert [p.name for p in tmp_path.iterdir()] == [name]
     with pytest.raises(OutputError, match='exists'), BagWriter(path):
         pass
@@ -164,9 +174,79 @@ def test_tail_of_undefined_bytes_is_left_out(tmp_path: Path) -> None:
     data = bytes(STORE.serialize_cdr(joints, 'sensor_msgs/msg/JointState')) + b'\xa0' * 12
     with BagWriter(tmp_path / 'a.mcap') as bag:
         bag.write('/joint_states', 'sensor_msgs/msg/JointState', SECOND, data)
-    (_, _, message), = Bag(tmp_path / 'a.mcap').messages(
+    (_, _, message, _), = Bag(tmp_path / 'a.mcap').messages(
         {'/joint_states': 'sensor_msgs/msg/JointState'})
     assert message.velocity.tolist() == [math.pi]
     with Reader(tmp_path / 'a.mcap') as reader:
         _, _, stored = next(reader.messages())
     assert len(stored) == len(data) - 12
+
+
+def test_two_connections_of_one_topic_that_contradict_each_other(
+        tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    """As two publishers recorded apart and merged: the one that says 0 Pa hides no squeal."""
+    library = BagMessages()
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        connections = {topic: bag.add_connection(topic, FLOAT, typestore=STORE)
+                       for topic in ('/speed', '/fl/friction', '/pressure')}
+        connections['second'] = bag.add_connection(
+            '/pressure', FLOAT, typestore=STORE, offered_qos_profiles=[QOS])
+        for topic, time, value in messages(4.0, step=0.02):
+            for name, number in ((topic, value), *([('second', 0.0)] * (topic == '/pressure'))):
+                data = STORE.serialize_cdr(library.type(FLOAT)(data=number), FLOAT)
+                bag.write(connections[name], time + (name == 'second'), data)
+    said = [tick[0] for tick in replay(tmp_path / 'bag', settings, kang)]
+    assert [found.state for found in said] == [
+        'released', 'released', 'steady', *['invalid'] * 3, *['released'] * 3]
+    assert 'contradicted by another publisher' in said[4].reason
+
+
+def test_a_second_publisher_of_other_joints_is_no_finding(tmp_path: Path,
+                                                          kang: BrakeModel) -> None:
+    kind = 'sensor_msgs/msg/JointState'
+    joints, library = STORE.types[kind], BagMessages()
+    header = STORE.types['std_msgs/msg/Header'](
+        STORE.types['builtin_interfaces/msg/Time'](0, 0), '')
+    pressure = {'fl.pressure.topic': 'pressure', 'fl.pressure.type': FLOAT,
+                'fl.pressure.field': 'data'}
+    with BagWriter(tmp_path / 'in.mcap') as bag:
+        for topic, time, value in messages(4.0):
+            if topic != '/speed':
+                bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
+                continue
+            none = np.array([])
+            for name, velocity in (('arm', [0.1]), ('fl_wheel_joint', [value])):
+                bag.write('/joint_states', kind, time,
+                          joints(header, [name], none, np.array(velocity), none))
+    played = Replay(Bag(tmp_path / 'in.mcap'), read_settings({
+        'brakes': ['fl'], 'rate': 2.0, **pressure}), kang)
+    assert {tick[0].state for tick in played} == {'steady', 'released'}
+    assert played.findings == []
+
+
+def test_a_friction_that_is_no_number_while_the_brake_is_released(
+        tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    """As torque over pressure gives it; a made-up stop."""
+    entries = messages(4.0)
+    braked = {time for topic, time, value in entries if topic == '/pressure' and value}
+    path = write(tmp_path / 'in.mcap', [
+        (topic, time, math.nan if topic == '/fl/friction' and time not in braked else value)
+        for topic, time, value in entries])
+    risks = [tick[0].risk for tick in replay(path, settings, kang)]
+    assert risks == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_a_long_drag_in_coarse_steps_is_not_stuck(tmp_path: Path, settings: MonitorSettings,
+                                                  kang: BrakeModel) -> None:
+    """Pressure in steps of 1 bar at 10 Hz, half a minute within one step."""
+    random, entries = np.random.default_rng(0), []
+    for tenth in range(450):
+        time = 100 * SECOND + tenth * SECOND // 10
+        pressure = 12.0 if tenth > 100 else abs(12.0 * math.sin(tenth / 5.0))
+        entries += [('/speed', time, 25.0 + 0.02 * round(random.normal(0.0, 3.0))),
+                    ('/fl/friction', time, 0.42 + random.normal(0.0, 0.003)),
+                    ('/pressure', time, 1e5 * round(pressure))]
+    ticks = [tick[0] for tick in replay(write(tmp_path / 'in.mcap', entries), settings, kang)]
+    assert len(ticks) == 91
+    assert {found.state for found in ticks} == {'steady', 'released'}
+    assert {found.state for found in ticks[22:]} == {'steady'}

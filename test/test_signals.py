@@ -210,7 +210,7 @@ def test_problems_are_counted_and_stop_nothing() -> None:
     for at in (0, 5, 6, 7, 8):  # the first half a second says nothing yet
         assert list(found.samples('joint_states', message, at * SECOND // 10)) == [
             ('a', 'rotor_speed', Unreadable(
-                "velocity[name=a_wheel_joint]: no 'a_wheel_joint' in the list 'name'")),
+                "velocity[name=a_wheel_joint]: no 'a_wheel_joint' in the list 'name'", True)),
             ('b', 'rotor_speed', Sample(at * SECOND // 10, 2.0))]
     assert list(found.samples('a/friction', Message(value=1), 99)) == [
         ('a', 'friction', Unreadable("data: the message has no field 'data'"))]
