@@ -23,7 +23,7 @@ _BAR_SAMPLES = 10
 _RELEASED = 0.4e5
 _AIR = (_RELEASED, 1.25e5)
 _BRAKED = 3e5
-_REST_TIME = 3 * _SECOND
+_REST_TIME, _VACUUM_TIME = 5 * _SECOND, 3 * _SECOND
 _REST_SAMPLES = 10
 _RETURNS = 3  # from braking to such a rest; a brake is rarely held at 1 bar between brakings
 _VACUUM, _NO_VACUUM = -0.8e5, -0.5e5  # no brake fluid is at less than 0.2 bar absolute for long
@@ -115,7 +115,7 @@ class AbsoluteGuard:
     """Tells a gauge pressure that is taken for an absolute one: it rests at a vacuum."""
 
     def __init__(self) -> None:
-        self._vacuum = _Rest(_REST_TIME, _REST_SAMPLES)
+        self._vacuum = _Rest(_VACUUM_TIME, _REST_SAMPLES)
         self._pressure = _Rest(_NO_VACUUM_TIME, _REST_SAMPLES)
         self._told = False
 
@@ -200,6 +200,7 @@ class RpmGuard:
         self._ramp = _LongRamp(ramp, self._memory)
         self._beyond = _Rest(_BEYOND_TIME, 2)
         self._rpm = self._leaping = False
+        self._low = False  # it leapt down by the same factor, so that it may leap back
         self._rpm_until: int | None = None  # None: until it leaps back
 
     def judge(self, stamp: int, value: float) -> str:
@@ -214,7 +215,8 @@ class RpmGuard:
         speed, seconds = abs(last.value), passed / _SECOND
         allowed = max(self._leap * seconds, _FLICKER + _SHARE * speed)
         change, as_rpm = abs(value - last.value), abs(value * RPM - last.value)
-        if self._rpm and as_rpm <= min(allowed, change):
+        nearer = as_rpm < change or as_rpm == change and speed <= _FLICKER  # both at rest
+        if self._rpm and nearer and as_rpm <= allowed:
             doubt = self._ramp.judge(stamp, value) or (beyond and not spike)
             return self._believe(stamp, value, rpm=True,
                                  doubt=doubt and self._rpm_until is not None)
@@ -224,9 +226,13 @@ class RpmGuard:
             doubt = self._ramp.judge(stamp, value) or beyond
             return _TO_RPM if spike else self._believe(stamp, value, rpm=doubt, doubt=doubt)
         self._ramp.forget()
-        if not self._leaping and as_rpm <= _ALIKE * speed + _BRAKING * seconds:
+        near = _ALIKE * speed + _BRAKING * seconds
+        returns = self._low and as_rpm <= near
+        if not self._leaping and as_rpm <= near and not returns:
             self._rpm_until = None
             return self._believe(stamp, value, rpm=True)
+        if not self._leaping:
+            self._low = abs(value - last.value * RPM) <= near * RPM
         self._leaping = True
         return (f'leaps there from {last.value:.4g} rad/s within {seconds:.3g} s, until a wheel '
                 'could be there')
