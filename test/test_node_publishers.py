@@ -21,7 +21,7 @@ OK, WARN, ERROR = (bytes([level]) for level in range(3))
 
 
 def header(acted: Stage) -> Header:
-    return Header(stamp=Time(nanoseconds=acted._now).to_msg())
+    return Header(stamp=Time(nanoseconds=acted.now).to_msg())
 
 
 @pytest.mark.usefixtures('often')
@@ -36,7 +36,7 @@ def test_publishers_that_contradict_each_other_are_named() -> None:
         for _ in range(12):
             drive(acted, 0.1)  # 0.05 s
             acted.publishers['pressure'] = liar
-            acted.send('pressure', Sample(acted._now, 0.0))
+            acted.send('pressure', Sample(acted.now, 0.0))
             acted.publishers['pressure'] = honest
         drive(acted, 0.1)
         assert math.isnan(acted.risk)
