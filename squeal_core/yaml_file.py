@@ -12,7 +12,8 @@ MAX_DEPTH = 30
 MAX_TEXT = 10_000  # characters of one key or value
 
 
-def read_yaml(path: str | Path, error_of: ErrorOf) -> Any:
+def read_yaml(path: str | Path, error_of: ErrorOf, *, most_bytes: int = MAX_BYTES,
+              most_nodes: int = MAX_NODES) -> Any:
     """Return the content of a YAML file.
 
     Parameters
@@ -20,6 +21,8 @@ def read_yaml(path: str | Path, error_of: ErrorOf) -> Any:
     path : path
     error_of : callable
         Makes the caller's error of where, what and remedy; raised for what is no plain YAML.
+    most_bytes, most_nodes : int
+        Of the file; of keys, values, lists and mappings in it.
     """
     import yaml
 
@@ -37,17 +40,17 @@ def read_yaml(path: str | Path, error_of: ErrorOf) -> Any:
                 seen.add(str(key.value))
             return super().construct_mapping(node, deep)
 
-    data = read_bounded(path, MAX_BYTES, error_of)
+    data = read_bounded(path, most_bytes, error_of)
     try:
         text = data.decode('utf-8')
-        _check_events(yaml, text, base)
+        _check_events(yaml, text, base, most_nodes)
         return yaml.load(text, Loader)  # a SafeLoader: plain data only
     except Exception as error:  # PyYAML lets ValueError, KeyError, RecursionError and more out
         text = ' '.join(str(error).split())[:200]
         raise error_of(path, f'is not YAML this can read ({text})', 'mend it') from None
 
 
-def _check_events(yaml: Any, text: str, loader: Any) -> None:
+def _check_events(yaml: Any, text: str, loader: Any, most_nodes: int) -> None:
     """Refuse, before anything is built, what no description has: bombs and endless nesting."""
     depth = count = 0
     for event in yaml.parse(text, loader):
@@ -61,6 +64,6 @@ def _check_events(yaml: Any, text: str, loader: Any) -> None:
         elif isinstance(event, yaml.ScalarEvent) and len(event.value) > MAX_TEXT:
             raise yaml.YAMLError(f'a text of {len(event.value)} characters in line {line}')
         count += isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)
-        if depth > MAX_DEPTH or count > MAX_NODES:
-            raise yaml.YAMLError(f'more than {MAX_NODES} keys and values, or nested more than '
+        if depth > MAX_DEPTH or count > most_nodes:
+            raise yaml.YAMLError(f'more than {most_nodes} keys and values, or nested more than '
                                  f'{MAX_DEPTH} deep, in line {line}')

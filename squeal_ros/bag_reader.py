@@ -1,8 +1,9 @@
 """Recorded bags, MCAP and sqlite3, read lazily; what is missing in one is said."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 try:
@@ -12,11 +13,19 @@ try:
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
-from squeal_core.errors import SquealError
+from squeal_core.errors import quoted, SquealError
 from squeal_core.output import kind_of
 from squeal_core.yaml_file import read_yaml
+from squeal_ros.bag_bounds import (
+    bound_decompression,
+    check_storage,
+    unpack_file,
+    unpack_message,
+)
 from squeal_ros.findings import same_type_name
 from squeal_ros.message_definitions import DefinitionError, MessageDefinitions
+
+bound_decompression()
 
 _SUFFIXES = ('.mcap', '.db3')
 _ZSTD = b'\x28\xb5\x2f\xfd'
@@ -60,6 +69,8 @@ class Bag:
         self.undecodable: Counter[str] = Counter()
         self._definitions = definitions or MessageDefinitions()
         self._stores: dict[tuple[str, str], Typestore] = {}
+        self._unpack: Callable[[bytes], bytes] = bytes
+        self._folder: TemporaryDirectory[str] | None = None
         self._expected: Counter[str] = Counter()  # by metadata.yaml
         self._hashes: dict[str, str] = {}  # of types, likewise
         if not self.path.exists():
@@ -107,7 +118,8 @@ class Bag:
                         stores[connection.id] = self._store(connection)
                     count[connection.topic] += 1
                     try:
-                        message = decode(stores[connection.id], data, connection.msgtype)[0]
+                        message = decode(stores[connection.id], self._unpack(data),
+                                         connection.msgtype)[0]
                     except Exception as error:  # whatever bytes can do to a decoder
                         self._count_undecodable(connection.topic, data, error)
                         continue
@@ -155,7 +167,8 @@ class Bag:
         present = sorted((p for p in self.path.iterdir() if p.suffix in _SUFFIXES and p.is_file()),
                          key=_natural)
         try:
-            about = read_yaml(self.path / 'metadata.yaml', BagError)[
+            about = read_yaml(
+                self.path / 'metadata.yaml', BagError, most_bytes=5_000_000, most_nodes=200_000)[
                 'rosbag2_bagfile_information']
             listed = [self.path / Path(name).name for name in about['relative_file_paths']]
             self._expected.update({item['topic_metadata']['name']: int(item['message_count'])
@@ -164,7 +177,8 @@ class Bag:
                 item['topic_metadata']['type']: str(
                     item['topic_metadata'].get('type_description_hash', ''))
                 for item in about['topics_with_message_count']})
-            packed = str(about.get('compression_mode') or '').lower() not in ('', 'none')
+            packed = str(about.get('compression_mode') or 'none').lower()
+            form = about.get('compression_format') or 'none'
         except (BagError, KeyError, TypeError, ValueError, AttributeError) as error:
             if not present:
                 raise BagError(self.path, 'has no storage file, and no metadata.yaml that can be '
@@ -173,8 +187,10 @@ class Bag:
                               'storage files are read without it')
             self._expected.clear()
             return present
-        if packed:
-            return [self.path]
+        if packed in ('file', 'message') and form != 'zstd':
+            raise BagError(self.path, f'is compressed by {quoted(form)}', 'unpack it first')
+        if packed == 'message':
+            self._unpack = unpack_message
         files = [file for file in listed if file.is_file()]
         missing = [file.name for file in listed if file not in files]
         if not files:
@@ -187,7 +203,15 @@ class Bag:
                               f'{", ".join(file.name for file in files)} is read')
         for file in files:
             self._note_log(file)
-        return files
+        return self._unpacked(files) if packed == 'file' else files
+
+    def _unpacked(self, files: list[Path]) -> list[Path]:
+        """Return the files unpacked into a folder that goes with this object."""
+        self._folder = TemporaryDirectory()
+        targets = [Path(self._folder.name, file.stem) for file in files]
+        for file, target in zip(files, targets, strict=True):
+            unpack_file(file, target, BagError)
+        return targets
 
     def _note_log(self, file: Path) -> None:
         log = file.with_name(f'{file.name}-wal')
@@ -203,6 +227,7 @@ class _opened:  # noqa: N801 - a context manager, used as a function
         self._path = path
 
     def __enter__(self) -> Reader:
+        check_storage(self._path, BagError)
         try:
             self._reader = Reader(self._path)
             self._reader.open()

@@ -19,6 +19,7 @@ except ImportError as error:
 
 from squeal_core.bounded_reader import read_text_bounded
 from squeal_core.errors import PlacedError
+from squeal_ros.bag_bounds import least_size
 
 _STANDARD = get_typestore(Stores.ROS2_JAZZY)
 _SEPARATOR = re.compile(r'^={80}[ \t]*\n', re.MULTILINE)
@@ -94,6 +95,11 @@ class MessageDefinitions:
                 raise _missing(bag, wanted, name, fault)
             needed[name] = fields
             pending.extend(_references(fields))
+        try:
+            least_size(wanted, needed)
+        except ValueError as error:
+            raise DefinitionError(bag, f'has a type that cannot be decoded ({error})',
+                                  'record it with a type of usual size') from None
         store = get_typestore(Stores.EMPTY)
         store.register(needed)
         if hasattr(store, 'max_sequence_length'):

@@ -155,6 +155,7 @@ ORDER = (
     'squeal_ros.reporting',
     'squeal_ros.node',
     'squeal_ros.findings',
+    'squeal_ros.bag_bounds',
     'squeal_ros.message_definitions',
     'squeal_ros.bag_reader',
     'squeal_ros.bag',
@@ -177,10 +178,12 @@ UPWARD = {('squeal_core.brake_model', 'squeal_core.model_file')}
 
 # optional packages, and the only modules (or packages of modules) that import them
 LEAVES = {
+    'lz4': ('squeal_ros.bag_bounds',),
     'rclpy': ('squeal_ros.guards', 'squeal_ros.parameters', 'squeal_ros.ticker',
               'squeal_ros.input_topics', 'squeal_ros.output_topics', 'squeal_ros.node',
               'squeal_ros.drive'),
-    'rosbags': ('squeal_ros.message_definitions', 'squeal_ros.bag_reader', 'squeal_ros.bag'),
+    'rosbags': ('squeal_ros.bag_bounds', 'squeal_ros.message_definitions',
+                'squeal_ros.bag_reader', 'squeal_ros.bag'),
     'skfem': ('squeal_core.fe',),
     'yaml': ('squeal_core.yaml_file',),
     'h5py': ('squeal_core.readers.hdf5_tables',),
