@@ -16,7 +16,7 @@ from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.critical import critical_value, CriticalValue
-from squeal_core.errors import quoted, SquealError
+from squeal_core.errors import did_you_mean, quoted, SquealError
 from squeal_core.mechanism import without_rotation
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.sweep import sweep
@@ -25,6 +25,7 @@ from squeal_core.tracking import Law, moved, PARAMETERS
 from squeal_ros.console import plain, ProgressBar, report_progress
 from squeal_ros.listing import sweep_lines, sweep_rows
 from squeal_ros.options import check_output, check_workers, operating_point
+from squeal_ros.point_checks import check_band, check_point, check_values
 
 MOST_POINTS = 100_000
 PICTURES = ('.png', '.svg', '.pdf')
@@ -76,10 +77,13 @@ def locus(options: argparse.Namespace) -> int:
 
 def critical(options: argparse.Namespace) -> int:
     """Where a parameter has a mode begin to grow, bracketed and confirmed."""
-    model = BrakeModel.load(options.model)
     if options.parameter not in PARAMETERS:
         raise SquealError(f'--parameter: is {quoted(options.parameter)}; give one of '
-                          f'{", ".join(PARAMETERS)}')
+                          f'{", ".join(PARAMETERS)}{did_you_mean(options.parameter, PARAMETERS)}')
+    check_point(options)
+    check_values(f'--bounds of {options.parameter}', options.parameter, options.bounds or ())
+    check_band(options.band)
+    model = BrakeModel.load(options.model)
     _check_numbers(options.modes, model)
     if options.without_rotation:
         model = without_rotation(model)
@@ -154,6 +158,9 @@ def _start(options: argparse.Namespace,
     model = BrakeModel.load(options.model)
     spans = [_axis(text) for text in options.over or []]
     axes = dict(spans)
+    check_point(options)
+    for name, values in axes.items():
+        check_values(f'--over {name}', name, {float(values[0]), float(values[-1])})
     if len(axes) < len(spans):
         raise SquealError(f'--over: {", ".join(name for name, _ in spans)}; give each one once')
     if not axes:
@@ -193,9 +200,10 @@ def _axis(text: str) -> tuple[str, FloatArray]:
             raise ValueError
         return name, np.linspace(*ends, int(count))
     except ValueError:
+        near = '' if name in PARAMETERS else did_you_mean(name, PARAMETERS)
         raise SquealError(
             f'--over: {quoted(text)} is no axis; write NAME=FROM:TO:COUNT with a name out of '
-            f'{", ".join(PARAMETERS)}, at most {MOST_POINTS} points') from None
+            f'{", ".join(PARAMETERS)}, at most {MOST_POINTS} points{near}') from None
 
 
 def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],

@@ -30,6 +30,7 @@ from squeal_ros.console import plain, report_progress, warn
 from squeal_ros.listing import counts_in_words, rank
 from squeal_ros.model_info import model_lines
 from squeal_ros.options import check_output, operating_point, positive, shipped
+from squeal_ros.point_checks import check_point
 
 
 def build(options: argparse.Namespace) -> int:
@@ -67,6 +68,7 @@ def info(options: argparse.Namespace) -> int:
 
 def modes(options: argparse.Namespace) -> int:
     """Show the complex modes at an operating point."""
+    check_point(options)
     model = BrakeModel.load(options.model)
     if options.without_rotation:
         model = without_rotation(model)

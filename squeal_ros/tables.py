@@ -20,6 +20,7 @@ from squeal_core.tabulation import TableSettings, Tabulation
 from squeal_core.vehicle import read_vehicle
 from squeal_ros.console import plain, ProgressBar, warn
 from squeal_ros.options import check_output, positive, shipped
+from squeal_ros.point_checks import check_point
 
 _TESTS = 2000  # points at which coverage is measured
 _DRIVE_RATES = 20.0, 100.0  # points a second: of anchors, and of the test
@@ -70,6 +71,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.most < 1 or options.seed < 0:
         raise SquealError(f'--most is {options.most}, --seed {options.seed}; give a number of '
                           'anchors from 1, and a seed from 0')
+    check_point(options)
     given = [name for name in _RANGES if getattr(options, name) is not None]
     if options.drive and given:
         raise SquealError(f'--drive: says all, and --{given[0].replace("_", "-")} is given too; '

@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from rows import each
 
 import squeal_core
 from squeal_core import BrakeModel, OperatingPoint
@@ -151,3 +152,64 @@ def test_a_negative_number_with_an_exponent_is_no_option(
     _, out, _ = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', '--friction', '0.4',
                        '--friction-slope', '-1e-1')
     assert 'slope -0.1 s/m' in out
+
+
+@each(('option', 'value', 'words'), [
+    ('--friction', '42', '42 % would be 0.42'), ('--friction', '-0.4', 'that of the speed'),
+    ('--pressure', '-8e5', 'is -800000 Pa; give 0 to'),
+    ('--friction-slope', '500', 'is 500 s/m; give 0 to 100 s/m'),
+    ('--preload', '1e9', 'is 1e+09 N; give 0 to')])
+def test_options_that_nothing_can_follow(option: str, value: str, words: str,
+                                         capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', option, value)
+    assert (code, out, len(err.splitlines())) == (2, '', 1)
+    assert err.startswith(f'squeal: {option}: is ')
+    assert words in err
+
+
+@each(('option', 'value', 'words'), [
+    ('--pressure', '8', '8 bar would be 800000 Pa'), ('--preload', '2', '2 kN would be 2000 N'),
+    ('--friction', '0.02', 'models were validated at 0.05 to 0.9'),
+    ('--contact-stiffness', '35', '35 N/mm^3 would be 3.5e+10 N/m^3'),
+    ('--rotor-speed', '900', '900 rpm would be 94.2478 rad/s')])
+def test_options_that_are_doubted(option: str, value: str, words: str,
+                                  capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', option, value,
+                            '--json')
+    assert code == 0
+    assert json.loads(out)['modes']
+    assert len(err.splitlines()) == 1
+    assert err.startswith(f'squeal: warning: {option}: is {value}')
+    assert words in err
+
+
+@each(('arguments', 'words'), [
+    (('map', 'kang2009', '--over', 'contact_pressure=1:2:1'), '--over contact_pressure: is 1 Pa'),
+    (('critical', 'kang2009', '--rotor-speed', '5', '--friction', '0.4', '--band', '1.25', '16'),
+     '1.25 to 16 kHz would be 1250 16000')])
+def test_axes_and_bands_are_doubted(arguments: tuple[str, ...], words: str,
+                                    capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = squeal(capsys, *arguments)
+    assert code == 0
+    assert words in err
+
+
+def test_ordinary_points_are_not_doubted(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (('--preload', '2000'), ('--pressure', '8e5', '--friction', '0'),
+                      ('--friction-law', '--contact-stiffness', '7e10')):
+        code, _, err = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', *arguments)
+        assert (code, err) == (0, '')
+
+
+def test_build_says_what_it_doubts_and_refuses_before_any_work(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str],
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    shipped = (ROOT / 'config' / 'brakes' / 'kang2009.yaml').read_text(encoding='utf-8')
+    monkeypatch.setattr('squeal_core.build.build_model', lambda *_, **__: pytest.fail('worked'))
+    path = tmp_path / 'mine.yaml'
+    path.write_text(shipped.replace('{value: 16.0', '{value: 0.014').replace(
+        'damping_ratio: {value: 0.002', 'damping_ratio: {value: 0.2'))
+    code, out, err = squeal(capsys, 'build', str(path), '-o', str(tmp_path / 'm.npz'))
+    assert (code, out) == (2, '')
+    assert err == ('squeal: mine.yaml.disc.rotor_thickness_mm: is 0.014 mm; give 0.5 to 300 mm '
+                   '(0.014 m would be 14 mm)\n')

@@ -167,6 +167,7 @@ ORDER = (
     'squeal_ros.console',
     'squeal_ros.listing',
     'squeal_ros.options',
+    'squeal_ros.point_checks',
     'squeal_ros.commands',
     'squeal_ros.tables',
     'squeal_ros.analysis',

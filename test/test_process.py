@@ -101,7 +101,7 @@ def test_modes_take_slope_from_option_or_law() -> None:
     (['modes', 'nobody', '--rotor-speed', '5'], 'nobody'),
     (['modes', 'kang2009', '--rotor-speed', '0'], 'rotor_speed'),
     (['modes', 'kang2009', '--rotor-speed', 'nan'], 'rotor_speed'),
-    (['modes', 'kang2009', '--rotor-speed', '5', '--preload', '-1'], 'contact_pressure'),
+    (['modes', 'kang2009', '--rotor-speed', '5', '--preload', '-1'], '--preload'),
     (['build', 'nobody.yaml', '-o', 'x.npz'], 'nobody.yaml'),
     (['info', 'README.md'], 'README.md'),
     (['replay', 'nobody.mcap', '-o', 'x.mcap'], 'nobody.mcap'),
