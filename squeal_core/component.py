@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 import math
+from typing import Any
 
 import numpy as np
+from scipy.sparse import identity
 
 from squeal_core.audit import interpolation
 from squeal_core.brake import Contact, ModalResults
-from squeal_core.modal_basis import keep_whole_doublets, ModalBasis
+from squeal_core.modal_basis import keep_whole_doublets, ModalBasis, Quadrature
 from squeal_core.nodal_modes import NodalModes
 
 # neighbours this close in frequency are a doublet; a mesh without symmetry splits it a little
@@ -15,6 +17,12 @@ _DOUBLET = 5e-3
 # how far modal masses that are stated may lie from integrated ones: lumped masses differ by more
 # than a tenth on coarse meshes, confused units by more than two
 _STATED_MASS = 0.25
+# least fraction of the mass that modes carry in each rigid motion: with elements, and by nodes
+# alone, over which flexible modes are not quite orthogonal to rigid motion
+_CARRIED, _CARRIED_BY_NODES = 0.1, 0.5
+_OPEN = math.radians(60.0)  # largest angle without nodes; coarse meshes have one every 30
+_AROUND = 128  # points around the ring
+_MATCHING = 0.5  # a fraction: 1 of whole discs, 0.3 in cylindrical components
 _BESIDE = 0.02  # how far a contact face may lie from its place, in thicknesses
 
 
@@ -63,7 +71,9 @@ def read_component(results: ModalResults, count: int, contact: Contact,
         raise ReaderError(results.file, f'has {len(nodal.names)} modes, but the brake is to keep '
                           f'{count}', 'export more modes, or keep fewer (modes)')
     _check_place(nodal, results, contact, faces)
+    _check_bearing(nodal, results, is_disc)
     if is_disc:
+        _check_whole(nodal, results, contact)
         count = keep_whole_doublets(nodal.angular_frequencies, count, tolerance=_DOUBLET)
     nodal = nodal.keep(count)
     basis: ModalBasis
@@ -74,6 +84,8 @@ def read_component(results: ModalResults, count: int, contact: Contact,
     else:
         basis = PlanarModes(LayeredNodes(nodal))
         _check_masses(basis, results, volume=is_disc)
+    if is_disc:
+        _check_axes(basis, results, contact, faces[0])
     return Component(basis, results.density, interpolation(basis, nodal))
 
 
@@ -100,6 +112,78 @@ def _check_place(nodal: NodalModes, results: ModalResults, contact: Contact,
         if abs(found - face) > _BESIDE * results.thickness:
             raise ReaderError(results.file, f'has its contact face at z = {found:.4g} m, the '
                               f'brake at {face:.4g} m', remedy)
+
+
+def _check_bearing(nodal: NodalModes, results: ModalResults, is_disc: bool) -> None:
+    """Refuse a disc that is not held, and a pad without all of its rigid modes.
+
+    A pad on springs has none of zero frequency, but modes that carry it as a rigid body.
+    """
+    from squeal_core.readers import ReaderError
+    from squeal_core.readers.rigid_modes import rigid_mass_fractions
+    rigid = int(np.count_nonzero(nodal.angular_frequencies == 0.0))
+    if is_disc:
+        if rigid:
+            raise ReaderError(results.file, f'has {rigid} rigid modes: the disc is free',
+                              'hold the disc at its hub, as the wheel bearing does')
+        return
+    if rigid == 6:
+        return
+    least = float(rigid_mass_fractions(nodal, _node_masses(nodal, results.density))[0])
+    enough = _CARRIED if nodal.elements else _CARRIED_BY_NODES
+    if least < enough:
+        raise ReaderError(
+            results.file, f'has {rigid} rigid modes, and no mode carries the pad in a further '
+            f'rigid motion ({least:.2g} of its mass, at least {enough:g})', 'export all modes '
+            'from the first one on: a free pad has six rigid ones, none left out')
+
+
+def _node_masses(nodal: NodalModes, density: float) -> Any:
+    """Mass matrix of the nodes: by the elements; without them the same mass at each."""
+    from squeal_core.fe.mass import mass_matrix
+    if nodal.elements:
+        return mass_matrix(nodal, density)
+    mass = 1.0 / float(np.median(np.sum(nodal.shapes**2, axis=(1, 2))))
+    return identity(len(nodal.coordinates)) * mass
+
+
+def _check_whole(nodal: NodalModes, results: ModalResults, contact: Contact) -> None:
+    """Refuse a sector: whatever its modes are, they are not those of the ring."""
+    from squeal_core.readers import ReaderError
+    x, y = nodal.coordinates[:, :2].T
+    radius = np.hypot(x, y)
+    swept = (radius > 0.99 * contact.inner_radius) & (radius < 1.01 * contact.outer_radius)
+    angle = np.sort(np.arctan2(y[swept], x[swept]))
+    gap = float(np.diff(angle, append=angle[0] + 2.0 * np.pi).max())
+    if gap > _OPEN:
+        raise ReaderError(
+            results.file, f'has no node in {np.degrees(gap):.0f} degrees of the ring that the '
+            'pads sweep: a sector, as in a model with symmetry planes or cyclic symmetry',
+            'solve and export the whole disc of 360 degrees, and check origin_m and axis')
+
+
+def _check_axes(basis: ModalBasis, results: ModalResults, contact: Contact, face: float) -> None:
+    """Refuse a disc whose displacements are not along the global Cartesian axes.
+
+    Around the ring the in-plane parts of a mode have as many waves as its part along the axis
+    has. Cylindrical components that are read as Cartesian ones have one more or one less.
+    """
+    from squeal_core.readers import ReaderError
+    angle = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+    ones = np.ones(_AROUND)
+    shapes = basis.sample(Quadrature(contact.mean_radius * ones, angle, face * ones, ones))
+    radial, tangential, normal = (np.abs(np.fft.rfft(part, axis=1))**2 for part in (
+        shapes.radial, shapes.tangential, shapes.normal))
+    in_plane = radial + tangential
+    waves = np.argmax(in_plane + normal, axis=1)
+    total = in_plane.sum(axis=1)
+    matching = in_plane[np.arange(len(waves)), waves] / np.where(total > 0.0, total, 1.0)
+    if matching[total > 0.0].size and matching[total > 0.0].mean() < _MATCHING:
+        raise ReaderError(
+            results.file, f'moves in the plane of the disc in other waves than along the axis '
+            f'({matching.mean():.0%} in the same, at least {_MATCHING:.0%}): results in a '
+            'cylindrical or another local system', 'export results in the global Cartesian system '
+            '(Ansys RSYS,0; CalculiX GLOBAL=YES; Nastran CD blank), and check axis')
 
 
 def _check_masses(basis: ModalBasis, results: ModalResults, *, volume: bool) -> None:

@@ -1,6 +1,7 @@
 """Modal masses of nodal shapes, integrated over their elements; needs no scikit-fem."""
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -60,15 +61,27 @@ def modal_masses(modes: NodalModes, density: float) -> FloatArray:
     ModesError
         For modes without elements, and elements that are turned inside out.
     """
+    return np.diag(mass_products(modes.shapes, mass_matrix(modes, density))).copy()
+
+
+def mass_matrix(modes: NodalModes, density: float) -> Any:
+    """Return the consistent mass matrix of the nodes, sparse (M, M), for each direction [kg].
+
+    Raises
+    ------
+    ModesError
+        As `modal_masses`.
+    """
     if not modes.elements:
         raise ModesError(f'{modes.source or "modes"}: there are no elements to integrate over; '
                          'export them, or state the modal masses')
-    total = np.zeros(len(modes.shapes))
-    for block in modes.elements:
-        mass = density * _mass_matrix(modes, block)
-        flat = modes.shapes.transpose(1, 0, 2).reshape(len(modes.coordinates), -1)
-        total += np.sum(flat * (mass @ flat), axis=0).reshape(-1, 3).sum(axis=1)
-    return np.asarray(total)
+    return density * sum(_mass_matrix(modes, block) for block in modes.elements)
+
+
+def mass_products(shapes: FloatArray, mass: Any) -> FloatArray:
+    """Return the products (N, N) of shapes (N, M, 3) over a mass matrix (M, M)."""
+    return np.asarray(sum(shapes[:, :, axis] @ (mass @ shapes[:, :, axis].T)
+                          for axis in range(3)))
 
 
 def reference_nodes(kind: str) -> FloatArray:

@@ -69,7 +69,8 @@ def read_modes(path: str | Path, *, format: str | None = None, length_unit: str 
     Returns
     -------
     NodalModes
-        Mass normalised; modes below 1 Hz are rigid and have a frequency of exactly zero.
+        Mass normalised. Modes below 1 Hz, or a thousandth of the highest frequency (10 Hz at
+        most), are exact rigid motions of a frequency of exactly zero.
 
     Raises
     ------

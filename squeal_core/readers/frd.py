@@ -16,6 +16,10 @@ _TYPES: dict[int, tuple[str, tuple[int, ...]]] = {
 _SURFACES = {7: 3, 8: 6, 9: 4, 10: 8, 11: 2, 12: 3}  # nodes of shells and beams, which we skip
 _PER_LINE = 10
 _NORMAL_MODES = 2
+# the file tells neither how many sectors the ring has nor which copy of a mode is spurious: with
+# 0 nodal diameters CalculiX 2.20 writes some modes twice
+_WHOLE = ('solve the whole ring of 360 degrees, without *CYCLIC SYMMETRY MODEL, and give its .frd '
+          'file')
 _ASCII = 'write ASCII: it is what *NODE FILE gives'
 
 
@@ -29,6 +33,7 @@ class _Found:
     frequencies_hz: list[float] = field(default_factory=list)
     masses: list[float] = field(default_factory=list)
     mass: float = 0.0  # of the mode that is next
+    diameters: int = -1  # its nodal diameters in a cyclic symmetry step, else -1
 
 
 def read(path: Path) -> RawModes:
@@ -43,7 +48,9 @@ def read(path: Path) -> RawModes:
             i = _result(text, i, found)
         else:
             if text.lines[i][:10] == b'    1PSTEP':
-                found.mass = 0.0
+                found.mass, found.diameters = 0.0, -1
+            elif text.lines[i][:9] == b'    1PHID':
+                found.diameters = int(text.number(i, 9, 40, int))
             elif text.lines[i][:8] == b'    1PGM':
                 found.mass = text.number(i, 8, 40)
             i += 1
@@ -124,7 +131,11 @@ def _result(text: Text, i: int, found: _Found) -> int:
     name = text.line(i)[5:13].strip()
     while text.line(i)[:3] in (b' -4', b' -5'):
         i += 1
-    if name != b'DISP' or kind != _NORMAL_MODES or text.lines[head][63:73].strip() != b'MODAL':
+    modal = kind == _NORMAL_MODES and text.lines[head][63:73].strip() == b'MODAL'
+    if modal and (found.diameters >= 0 or name == b'DISPI'):
+        raise text.error(head, 'has a mode of one sector in cyclic symmetry (nodal diameters '
+                         f'{max(found.diameters, 0)}, real and imaginary part)', _WHOLE)
+    if name != b'DISP' or not modal:
         while text.line(i).strip() != b'-3':
             i += 1
         return i + 1

@@ -24,7 +24,32 @@ _FREQUENCY = re.compile(r'^\s*FREQ\s*=\s*([-+.\dE]+)')
 _TIME = re.compile(r'^\s*TIME\s*=')
 _GLUED = re.compile(r'(?<=[\d.])(?=[-+])')  # a full column leaves no blank before a minus
 _ROW = re.compile(r'\s*\d+[\s,]')
+_NOT_READ = 'this layout is not read'
+_LAYOUTS = ('these are: NLIST and PRNSOL,U,COMP of Ansys, *NODE lines and reports of U of Abaqus, '
+            'and the table of docs/modal_results.md')
 _REMEDY = 'see docs/modal_results.md for what to print'
+_PLAIN_NAME = re.compile(r'[A-Z_][A-Z\d_.-]*|@LOC|\d+')
+_WHOLE = 'solve the whole ring of 360 degrees without cyclic symmetry, and list its modes'
+_REAL = 'list real normal modes, without damping, friction and rotation'
+# what a line says of nodes or results that are not global, Cartesian, real and whole
+_REFUSED: tuple[tuple[re.Pattern[str], str, str], ...] = (
+    (re.compile(r'\bDSYS\s*=\s*0*[1-9]\d*'), 'lists nodes in another coordinate system than the '
+     'global Cartesian one', 'list them after DSYS,0'),
+    (re.compile(r'\bRSYS\s*=\s*(?!0+\b)\w|\bIN (?!(THE )?(GLOBAL (CARTESIAN )?)?'
+                r'COORDINATE SYSTEMS?\s*[#=]?\s*(0|$))[A-Z ]*COORDINATE SYSTEM'),
+     'lists results in another coordinate system than the global Cartesian one',
+     'list them after RSYS,0'),
+    (re.compile(r'^\s*\*NODE\b.*\bSYSTEM\s*=\s*[CS]'), 'lists nodes in cylindrical or spherical '
+     'coordinates', 'list them in the global Cartesian system'),
+    (re.compile(r'^\s*NODE\b.*CSYS'), 'lists results in a coordinate system of the user',
+     'report them without a transformation'),
+    (re.compile(r'HARMONIC INDEX|\bHRM-INDEX|NODAL DIAMETER|CYCLIC (SYMMETRY|SECTOR|EXPANSION)'),
+     'belongs to a cyclic symmetry analysis: a sector, or half of a doublet', _WHOLE),
+    (re.compile(r'^\s*(REAL|IMAG\w*) (ONLY|PART|COMPONENT)|^\s*COMPLEX\s*:|'
+                r'\bMODE\s+\d+\s*:.*(\bDAMP|\bRE\(|COMPLEX)'),
+     'belongs to complex modes', _REAL))
+# keywords of Abaqus after which numbers move or turn the nodes: each with what it does
+_MOVED = {'*SYSTEM': 'gives nodes in a system of its own', '*INSTANCE': 'moves its nodes'}
 
 
 @dataclass
@@ -62,7 +87,10 @@ def read_text(text: Text) -> RawModes:
         elif line.strip(' ,\t'):
             section = _next(text, i, line, found, section)
     if not found.coordinates:
-        raise ReaderError(text.path, 'holds no table of coordinates', _REMEDY)
+        raise ReaderError(text.path, f'holds no table of coordinates: {_NOT_READ}', _LAYOUTS)
+    if not found.modes:
+        raise ReaderError(text.path, 'holds no table of displacements below a frequency: '
+                          f'{_NOT_READ}', _LAYOUTS)
     fields = [_field(rows, f'mode {" substep ".join(mode)}')
               for mode, rows in found.modes.items()]
     return assemble(text.path, _field(found.coordinates, 'table of coordinates'), fields,
@@ -77,6 +105,7 @@ def _field(rows: list[list[float]], where: str) -> NodeField:
 def _next(text: Text, i: int, line: str, found: _Found, section: _Section) -> _Section:
     """What a line that is no row of numbers begins, ends, or leaves as it is."""
     words = line.replace(',', ' ').split()
+    _check_kind(text, i, line)
     if line.partition(',')[0].strip() == '*NODE':  # not *NODE OUTPUT
         return _Section((0, 1, 2), 3, found.coordinates)
     if words[0] == 'NODE' and len(words) > 1 and not words[1].isdigit():
@@ -94,6 +123,18 @@ def _next(text: Text, i: int, line: str, found: _Found, section: _Section) -> _S
     return _Section()
 
 
+def _check_kind(text: Text, i: int, line: str) -> None:
+    """Refuse nodes and results that are not what this reads, by what the line says of them."""
+    for pattern, what, remedy in _REFUSED:
+        if pattern.search(line):
+            raise text.error(i, f'{what} ({quoted(line.strip())})', remedy)
+    keyword = line.partition(',')[0].strip()
+    following = text.lines[i + 1].strip() if i + 1 < len(text.lines) else b''
+    if keyword in _MOVED and following and not following.startswith(b'*'):
+        raise text.error(i, f'{_MOVED[keyword]} ({keyword})',
+                         'list the nodes where the results have them, in the global system')
+
+
 def _begin(text: Text, i: int, mode: tuple[str, ...], frequency: str, found: _Found) -> None:
     """A mode begins, or a further page of it."""
     value = _number(text, i, frequency)
@@ -109,6 +150,9 @@ def _head(text: Text, i: int, names: list[str], found: _Found) -> _Section:
         places = {known[name]: k for k, name in enumerate(names) if name in known}
         if len(places) < 3:
             continue
+        if not all(_PLAIN_NAME.fullmatch(name) for name in names):
+            raise text.error(i, f'has the heading {quoted(text.line(i).decode("latin-1"))}: '
+                             f'{_NOT_READ}', _LAYOUTS)
         if known is _SHAPES and found.mode is None:
             raise text.error(i, 'begins displacements with no frequency above them',
                              'print the results of a modal analysis')
@@ -120,7 +164,9 @@ def _head(text: Text, i: int, names: list[str], found: _Found) -> _Section:
 def _row(text: Text, i: int, line: str, section: _Section) -> list[float]:
     words = _GLUED.sub(' ', line).replace(',', ' ').split()
     if not max(section.columns) + 2 <= len(words) <= section.width + 1:
-        raise text.error(i, f'has {len(words)} numbers, not {section.width + 1}', _REMEDY)
+        what = f'has {len(words)} numbers, not {section.width + 1}'
+        raise (text.error(i, what, _REMEDY) if section.rows else
+               text.error(i, f'{what}: {_NOT_READ}', _LAYOUTS))
     if len(words[0]) > 15:
         raise text.error(i, f'has node number {quoted(words[0])}', 'number nodes below 1e15')
     return [int(words[0]), *(_number(text, i, words[1 + k]) for k in section.columns)]

@@ -7,13 +7,17 @@ import numpy as np
 
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import quoted
-from squeal_core.fe.mass import modal_masses
+from squeal_core.fe.mass import mass_matrix, mass_products
 from squeal_core.nodal_modes import ModesError, NodalModes
 from squeal_core.readers.raw import ReaderError
+from squeal_core.readers.rigid_modes import exact_rigid_modes, in_plane_first, rigid_fields
 
 # what the mass of a component may be to the box around it [kg/m^3]: from a spidery light alloy
 # to a full box of lead, with a wide margin for uneven meshes
 _LIGHTEST, _HEAVIEST = 20.0, 50_000.0
+# lumped masses and two materials under one density reach 0.2, twice the same mode gives 1
+_SHARED_MASS = 0.3
+_SAME = 0.995  # the same where there are no elements: twice the same shape
 _PLANAR = 0.01  # of its length: a flatter set of nodes is a face, not a body
 _STATE = ('state modal_mass (1 for mass-normalised modes, in mass_unit), or density where there '
           'are elements')
@@ -44,12 +48,17 @@ def normalised(modes: NodalModes, stated: FloatArray | None, density: float | No
     if still.size:
         raise ReaderError(modes.source, f'mode {still[0] + 1} moves no node',
                           'export its displacements')
+    modes = exact_rigid_modes(modes)
     masses = stated
     if density is not None and modes.elements:
         masses = _integrated(modes, density, stated, tolerance)
+    else:
+        flat = modes.shapes.reshape(len(modes.shapes), -1)
+        _check_orthogonal(modes, flat @ flat.T, _SAME)
     if masses is None:
         raise ReaderError(modes.source, 'does not say how its shapes are normalised', _STATE)
-    scaled = replace(modes, shapes=modes.shapes / np.sqrt(masses)[:, None, None])
+    scaled = in_plane_first(replace(
+        modes, shapes=modes.shapes / np.sqrt(masses)[:, None, None]))
     _check_box(scaled)
     if total_mass is not None:
         _check_total(scaled, total_mass, tolerance)
@@ -79,11 +88,7 @@ def rigid_mass(modes: NodalModes) -> float | None:
     shapes = modes.shapes[modes.angular_frequencies == 0.0]
     if len(shapes) != 6:
         return None
-    x, y, z = (modes.coordinates - modes.coordinates.mean(axis=0)).T
-    zero, one = np.zeros_like(x), np.ones_like(x)
-    columns = [[one, zero, zero], [zero, one, zero], [zero, zero, one],
-               [zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    field = np.array([np.stack(column, axis=1).ravel() for column in columns]).T
+    field = rigid_fields(modes.coordinates).reshape(6, -1).T
     parts = np.linalg.lstsq(field, shapes.reshape(6, -1).T, rcond=None)[0].T
     shift, turn = parts[:, :3], parts[:, 3:]
     # phi(c) = shift + turn x c
@@ -96,11 +101,13 @@ def rigid_mass(modes: NodalModes) -> float | None:
 def _integrated(modes: NodalModes, density: float, stated: FloatArray | None,
                 tolerance: float) -> FloatArray:
     try:
-        found = modal_masses(modes, density)
+        products = mass_products(modes.shapes, mass_matrix(modes, density))
     except ModesError as error:
         raise ReaderError(modes.source, 'cannot be integrated over: '
                           f'{str(error).removeprefix(f"{modes.source}: ")}',
                           'or leave density away') from None
+    found = np.diag(products)
+    _check_orthogonal(modes, products, _SHARED_MASS)
     if stated is None:
         return found
     off = np.abs(found / stated - 1.0)
@@ -111,6 +118,18 @@ def _integrated(modes: NodalModes, density: float, stated: FloatArray | None,
             f'and elements, {stated[worst]:.6g} kg by what is stated', 'check density, '
             'modal_mass, mass_unit and length_unit')
     return stated
+
+
+def _check_orthogonal(modes: NodalModes, products: FloatArray, limit: float) -> None:
+    """Refuse shapes that share mass: natural modes of one analysis do not."""
+    sizes = np.sqrt(np.diag(products))
+    shared = np.abs(products / np.outer(sizes, sizes) - np.eye(len(products)))
+    if shared.max() > limit:
+        first, second = sorted(np.unravel_index(int(shared.argmax()), shared.shape))
+        raise ReaderError(
+            modes.source, f'modes {first + 1} and {second + 1} are not orthogonal: they share '
+            f'{shared.max():.3g} of their mass, more than {limit:g}',
+            'export real normal modes of one analysis, each once')
 
 
 def _check_box(modes: NodalModes) -> None:

@@ -17,7 +17,9 @@ MASS_UNITS_KG = {'kg': 1.0, 't': 1e3, 'g': 1e-3, 'lb': 0.45359237, 'slinch': 175
 # old axes that become x, y and z: cyclic, so that right hands stay right hands
 _CYCLES = {'x': (1, 2, 0), 'y': (2, 0, 1), 'z': (0, 1, 2)}
 
-RIGID_HZ = 1.0  # below this, a mode is taken as rigid, its frequency as zero
+# below this, a mode is taken as rigid, its frequency as zero: prestress and coarse solvers leave
+# some Hz, a thousandth of what the file reaches; no component bends as slowly
+RIGID_HZ, _RIGID_PART, _MOST_RIGID_HZ = 1.0, 1e-3, 10.0
 _MOST_RIGID = 6
 _HIGHEST_HZ = 1e6
 _SMALLEST_M, _LARGEST_M = 1e-3, 10.0
@@ -72,17 +74,21 @@ def frequencies(raw: RawModes, given_hz: Sequence[float] | None) -> FloatArray:
     if found.shape != (len(raw.shapes),):
         raise ReaderError(raw.source, f'has {len(raw.shapes)} modes but {found.size} frequencies',
                           'give one each mode')
-    bad = ~np.isfinite(found) | (found <= -RIGID_HZ) | (found > _HIGHEST_HZ)
+    finite = found[np.isfinite(found)]
+    limit = float(np.clip(_RIGID_PART * np.abs(finite).max(initial=0.0), RIGID_HZ,
+                          _MOST_RIGID_HZ))
+    bad = ~np.isfinite(found) | (found <= -limit) | (found > _HIGHEST_HZ)
     if bad.any():
         raise ReaderError(raw.source, f'mode {bad.argmax() + 1} has {found[bad.argmax()]} Hz',
                           'give real normal modes of a stable component, frequencies in Hz')
-    hertz = np.where(np.abs(found) < RIGID_HZ, 0.0, found)
+    hertz = np.where(np.abs(found) < limit, 0.0, found)
     fall = np.flatnonzero(np.diff(hertz) < 0.0)
     if fall.size:
         raise ReaderError(raw.source, f'mode {fall[0] + 2} has {hertz[fall[0] + 1]} Hz after '
                           f'{hertz[fall[0]]} Hz', 'give the modes of one analysis, rising')
     rigid = int(np.count_nonzero(hertz == 0.0))
     if rigid > _MOST_RIGID:
-        raise ReaderError(raw.source, f'has {rigid} modes below {RIGID_HZ} Hz, but one free '
-                          'component has six', 'give one component, frequencies in Hz')
+        raise ReaderError(raw.source, f'has {rigid} modes below {limit:.1f} Hz, but one free '
+                          'component has six', 'give one component without mechanisms, '
+                          'frequencies in Hz')
     return hertz

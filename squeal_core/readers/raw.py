@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal_core.arrays import FloatArray, readonly
+from squeal_core.bounded_reader import read_bounded
 from squeal_core.errors import PlacedError, quoted
 from squeal_core.fe.mass import EDGES
 from squeal_core.nodal_modes import ElementBlock
@@ -75,12 +76,8 @@ class NodeField:
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return a whole file, if it is there and not too large."""
-    try:
-        check_size(path, path.stat().st_size, MAX_BYTES, 'bytes')
-        return path.read_bytes()
-    except OSError as error:
-        raise ReaderError(path, f'cannot be read ({error.strerror})', 'check the path') from None
+    """Return a whole regular file, if it is there and not too large."""
+    return read_bounded(path, MAX_BYTES, ReaderError)
 
 
 def check_size(where: object, count: int, most: int, what: str) -> None:
@@ -97,7 +94,8 @@ def assemble(path: Path, nodes: NodeField, fields: Sequence[NodeField],
              length_unit_m: float | None = None) -> RawModes:
     """Return raw modes of nodes, fields and cells that name nodes by the file's numbers.
 
-    Nodes that the modes say nothing about are left out: they carry no part of the component.
+    Nodes that the modes say nothing about, and nodes of no element where there are elements, are
+    left out: they carry no part of the component.
 
     Raises
     ------
@@ -110,9 +108,14 @@ def assemble(path: Path, nodes: NodeField, fields: Sequence[NodeField],
     check_size(path, len(fields), MAX_MODES, 'modes')
     check_size(path, nodes.ids.size, MAX_NODES, 'nodes')
     check_size(path, len(fields) * nodes.ids.size * 3, MAX_VALUES, 'values')
-    for field in (nodes, *fields):
-        _check_field(path, field)
+    _check_field(path, nodes)
     kept = _kept(path, nodes, fields[0])
+    if any(len(numbers) for numbers in cells.values()):
+        named = np.unique(np.concatenate([np.ravel(numbers) for numbers in cells.values()]))
+        fields = [_within(field, named) for field in fields]
+        kept &= np.isin(nodes.ids, named)
+    for field in fields:
+        _check_field(path, field)
     ids = nodes.ids[kept]
     where = nodes.values[kept]
     shapes = np.stack([field.values[_places(path, ids, field)] for field in fields])
@@ -122,6 +125,13 @@ def assemble(path: Path, nodes: NodeField, fields: Sequence[NodeField],
     return RawModes(
         where, None if frequencies_hz is None else np.array(frequencies_hz, float), shapes, blocks,
         None if modal_masses is None else np.array(modal_masses, float), str(path), length_unit_m)
+
+
+def _within(field: NodeField, named: IntArray) -> NodeField:
+    """The part of a field at nodes of elements; a reference point moves as it likes."""
+    inside = np.isin(field.ids, named)
+    return field if inside.all() else NodeField(field.ids[inside], field.values[inside],
+                                                field.where)
 
 
 def _check_field(path: Path, field: NodeField) -> None:

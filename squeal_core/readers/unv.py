@@ -11,7 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal_core.readers.raw import AGAIN, assemble, NodeField, RawModes, ReaderError
+from squeal_core.errors import quoted
+from squeal_core.readers.phases import real_shape
+from squeal_core.readers.raw import AGAIN, assemble, IntArray, NodeField, RawModes, ReaderError
 from squeal_core.readers.text import Text
 
 _MARK = b'    -1'
@@ -27,7 +29,9 @@ _DESCRIPTORS: dict[int, tuple[str, tuple[int, ...]]] = {
 _SOLIDS = range(101, 120)
 _NORMAL_MODE, _DISPLACEMENT = 2, 8
 _VECTORS = {2: 3, 3: 6}  # data characteristic -> values a node: translations, and rotations
-_REAL = (2, 4)  # data types: single, double precision
+_REAL, _COMPLEX = (2, 4), (5, 6)  # data types: single, double precision
+_GLOBAL = (0, 1)  # coordinate systems that no dataset need define
+_EXPORT_GLOBAL = 'export nodes and results in global Cartesian coordinates'
 
 
 @dataclass
@@ -35,6 +39,8 @@ class _Found:
     """What was met so far."""
 
     nodes: NodeField | None = None
+    systems: dict[int, bool] = field(default_factory=dict)  # by label: is it the global one
+    placed: IntArray | None = None  # node, and the systems of its coordinates and displacements
     cells: dict[str, list[list[int]]] = field(default_factory=dict)
     fields: list[NodeField] = field(default_factory=list)
     frequencies_hz: list[float] = field(default_factory=list)
@@ -46,14 +52,13 @@ def read(path: Path) -> RawModes:
     """Read a universal file; datasets of other numbers are passed over."""
     text, found = Text.read(path), _Found()
     readers = {15: _nodes_15, 2411: _nodes_2411, 2412: _elements, 55: _shape_55, 2414: _shape_2414,
-               164: _units}
+               164: _units, 18: _systems_18, 2420: _systems_2420}
     for number, start, stop in _datasets(text):
         if number in readers:
             readers[number](text, start, stop, found)
-    if found.nodes is None:
-        raise ReaderError(path, 'holds no nodes (dataset 15 or 2411)', 'export the nodes as well')
+    nodes = _global_nodes(path, found)
     masses = found.masses if min(found.masses, default=0.0) > 0.0 else None
-    return assemble(path, found.nodes, found.fields, found.frequencies_hz, found.cells,
+    return assemble(path, nodes, found.fields, found.frequencies_hz, found.cells,
                     modal_masses=masses, length_unit_m=found.length_unit_m)
 
 
@@ -73,15 +78,45 @@ def _datasets(text: Text) -> Iterator[tuple[int, int, int]]:
 
 def _keep_nodes(text: Text, start: int, found: _Found, heads: np.ndarray,
                 values: np.ndarray, number: int) -> None:
-    bad = np.flatnonzero((heads[:, 1:3] > 1).any(axis=1))
-    if bad.size:
-        node, place, shift = heads[bad[0], :3].tolist()
-        raise ReaderError(f'{text.path}, dataset {number} at line {start}', f'gives node {node} '
-                          f'in coordinate systems {place} and {shift}; the global Cartesian one '
-                          '(0 or 1) is read', 'export in global Cartesian coordinates')
     if found.nodes is not None:
         raise text.error(start - 1, 'begins a second dataset of nodes', 'export one component')
+    found.placed = heads[:, :3]
     found.nodes = NodeField(heads[:, 0], values, f'dataset {number} at line {start}')
+
+
+def _global_nodes(path: Path, found: _Found) -> NodeField:
+    """Return the nodes; refuse them and their results in others than the global system."""
+    if found.nodes is None or found.placed is None:
+        raise ReaderError(path, 'holds no nodes (dataset 15 or 2411)', 'export the nodes as well')
+    labels = np.unique(found.placed[:, 1:])
+    others = [label for label in labels.tolist()
+              if not found.systems.get(label, label in _GLOBAL)]
+    bad = np.flatnonzero(np.isin(found.placed[:, 1:], others).any(axis=1))
+    if bad.size:
+        node, place, shift = found.placed[bad[0]].tolist()
+        raise ReaderError(f'{path}, {found.nodes.where}', f'gives node {node} in coordinate '
+                          f'systems {place} and {shift}; the global Cartesian one is read, which '
+                          f'{quoted(others)} is not', _EXPORT_GLOBAL)
+    return found.nodes
+
+
+def _systems_2420(text: Text, start: int, stop: int, found: _Found) -> None:
+    """Six records each: label and type; name; three axes and an origin."""
+    for i in range(start + 2, stop - 5, 6):
+        label, kind = (text.number(i, 10 * k, 10 * k + 10, int) for k in range(2))
+        matrix = text.fixed(range(i + 2, i + 6), 0, 25, 3)
+        found.systems[label] = kind == 0 and np.allclose(matrix, np.eye(4, 3), atol=1e-9)
+
+
+def _systems_18(text: Text, start: int, stop: int, found: _Found) -> None:
+    """Four records each: label and type; name; origin, a point on x, a point in the xz plane."""
+    for i in range(start, stop - 3, 4):
+        label, kind = (text.number(i, 10 * k, 10 * k + 10, int) for k in range(2))
+        origin_x, on_xz = text.fixed(range(i + 2, i + 3), 0, 13, 6), text.fixed(
+            range(i + 3, i + 4), 0, 13, 3)
+        across = [*origin_x[0, :3], *origin_x[0, 4:], on_xz[0, 1]]
+        found.systems[label] = bool(kind == 0 and np.allclose(across, 0.0, atol=1e-9)
+                                    and origin_x[0, 3] > 0.0 and on_xz[0, 2] > 0.0)
 
 
 def _nodes_15(text: Text, start: int, stop: int, found: _Found) -> None:
@@ -123,41 +158,51 @@ def _elements(text: Text, start: int, stop: int, found: _Found) -> None:
 
 
 def _shape_55(text: Text, start: int, stop: int, found: _Found) -> None:
-    width = _mode_width(text, start + 5)
-    if width:
+    layout = _mode_layout(text, start + 5)
+    if layout:
         found.frequencies_hz.append(text.number(start + 7, 0, 13))
         found.masses.append(text.number(start + 7, 13, 26))
-        _keep_shape(text, start, range(start + 8, stop), width, found, 55)
+        _keep_shape(text, start, range(start + 8, stop), layout, found, 55)
 
 
 def _shape_2414(text: Text, start: int, stop: int, found: _Found) -> None:
     at_nodes = text.number(start + 2, 0, 10, int) == 1
-    width = _mode_width(text, start + 8) if at_nodes else 0
-    if width:
+    layout = _mode_layout(text, start + 8) if at_nodes else None
+    if layout:
         found.frequencies_hz.append(text.number(start + 11, 13, 26))
         found.masses.append(text.number(start + 11, 39, 52))
-        _keep_shape(text, start, range(start + 13, stop), width, found, 2414)
+        _keep_shape(text, start, range(start + 13, stop), layout, found, 2414)
 
 
-def _mode_width(text: Text, i: int) -> int:
-    """Values a node, from the record that says what the data are; 0 for what is no mode shape."""
+def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
+    """Values a node and whether they are complex, from the record that says what the data are.
+
+    None for what is no mode shape.
+    """
     _, analysis, vector, quantity, kind, width = (
         text.number(i, 10 * k, 10 * k + 10, int) for k in range(6))
-    if analysis in (3, 7) or (analysis == _NORMAL_MODE and kind not in _REAL):
+    if analysis in (3, 7) or (analysis == _NORMAL_MODE and kind not in (*_REAL, *_COMPLEX)):
         raise text.error(i, f'has complex modes (analysis type {analysis}, data type {kind})',
                          'export real normal modes')
     if analysis != _NORMAL_MODE or quantity not in (_DISPLACEMENT, 0, 1):
-        return 0
+        return None
     if _VECTORS.get(vector) != width:
         raise text.error(i, f'has {width} values a node of data characteristic {vector}, not 3 '
                          'translations, or 3 with 3 rotations', 'export displacement vectors')
-    return int(width)
+    return int(width), kind in _COMPLEX
 
 
-def _keep_shape(text: Text, start: int, rows: range, width: int, found: _Found,
+def _keep_shape(text: Text, start: int, rows: range, layout: tuple[int, bool], found: _Found,
                 number: int) -> None:
-    if len(rows) % 2:
+    """A record of the node, then its values, six a record; complex ones are pairs."""
+    width, is_complex = layout
+    records = 1 + -(-width * (1 + is_complex) // 6)
+    if len(rows) % records:
         raise text.error(rows.stop - 1, f'ends dataset {number} in the middle of a node')
-    ids = text.fixed(rows[::2], 0, 10, 1, int)[:, 0]
-    values = text.fixed(rows[1::2], 0, 13, width)[:, :3]
-    found.fields.append(NodeField(ids, values, f'dataset {number} at line {start}'))
+    ids = text.fixed(rows[::records], 0, 10, 1, int)[:, 0]
+    # the three translations are in the first record of values
+    values = text.fixed(rows[1::records], 0, 13, 6 if is_complex else width)
+    where = f'dataset {number} at line {start}'
+    if is_complex:
+        values = real_shape(values[:, ::2] + 1j * values[:, 1::2], f'{text.path}, {where}')
+    found.fields.append(NodeField(ids, values[:, :3], where))
