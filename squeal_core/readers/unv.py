@@ -181,11 +181,14 @@ def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
     """
     _, analysis, vector, quantity, kind, width = (
         text.number(i, 10 * k, 10 * k + 10, int) for k in range(6))
-    if analysis in (3, 7) or (analysis == _NORMAL_MODE and kind not in (*_REAL, *_COMPLEX)):
+    if analysis in (3, 7):
         raise text.error(i, f'has complex modes (analysis type {analysis}, data type {kind})',
                          'export real normal modes')
     if analysis != _NORMAL_MODE or quantity not in (_DISPLACEMENT, 0, 1):
         return None
+    if kind not in (*_REAL, *_COMPLEX):
+        raise text.error(i, f'has data type {kind}, not real or complex numbers '
+                         f'({", ".join(map(str, (*_REAL, *_COMPLEX)))})', 'export real numbers')
     if _VECTORS.get(vector) != width:
         raise text.error(i, f'has {width} values a node of data characteristic {vector}, not 3 '
                          'translations, or 3 with 3 rotations', 'export displacement vectors')
