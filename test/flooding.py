@@ -1,8 +1,8 @@
-"""A process that floods topics: `flooding.py '[["topic", "kind", 20.0, 500.0], ...]' SECONDS`.
+"""A process that floods topics: `flooding.py '[["topic", "kind", 20.0, 500.0], ...]'`.
 
-Each topic gets messages at its first rate [Hz], and at each of its other rates in turn for the
-time given. A line on stdin begins each flood, the last one ends the process; what was sent so far
-is printed as JSON at every change.
+Each topic gets messages at its first rate [Hz], and at each of its other rates in turn. A line on
+stdin begins each flood and another ends it, the last one ends the process; what was sent so far is
+printed as JSON at every change.
 """
 
 from collections.abc import Callable
@@ -70,18 +70,17 @@ def told() -> bool:
     return bool(select.select([sys.stdin], [], [], 0.0)[0] and sys.stdin.readline())
 
 
-def main(topics: list[Any], seconds: float) -> None:
+def main(topics: list[Any]) -> None:
     context = Context()
     rclpy.init(context=context)
     node = rclpy.create_node('flood', context=context)
     taps = [Tap(node, *topic) for topic in topics]
     for stage in range(1, len(taps[0].rates)):
         pour(taps, 0, told)
-        end = time.monotonic() + seconds
-        pour(taps, stage, lambda end=end: time.monotonic() >= end)  # type: ignore[misc]
+        pour(taps, stage, told)
     pour(taps, 0, told)
     context.try_shutdown()
 
 
 if __name__ == '__main__':
-    main(json.loads(sys.argv[1]), float(sys.argv[2]))
+    main(json.loads(sys.argv[1]))

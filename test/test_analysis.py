@@ -353,7 +353,7 @@ def test_ctrl_c_at_a_terminal_keeps_what_is_done(tmp_path: Path) -> None:
         while b'] 5 of 5000 points' not in shown:
             shown += os.read(ours, 4096)
         os.killpg(process.pid, signal.SIGINT)
-        output, _ = process.communicate(timeout=60)
+        output, _ = process.communicate(timeout=600)
     os.close(ours)
     summary, record = json.loads(output), load_sweep(path)
     assert process.returncode == 1

@@ -173,7 +173,7 @@ def start(arguments: list[str], environment: dict[str, str]) -> tuple[str, int]:
         if 'watching' in said:
             node.send_signal(signal.SIGTERM)
         said += node.stderr.read()
-        return said, node.wait(20)
+        return said, node.wait(600)
 
 
 @pytest.mark.skipif(importlib.util.find_spec('rclpy') is None, reason='needs rclpy')

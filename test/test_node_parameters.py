@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import LATCHED, PATIENT, Vehicle, vehicle  # noqa: E402
+from harness import LATCHED, Vehicle, vehicle  # noqa: E402
 from processes import short_and_long  # noqa: E402
 from rcl_interfaces.msg import Parameter as ParameterMessage  # noqa: E402
 from rcl_interfaces.msg import ParameterType, ParameterValue  # noqa: E402
@@ -70,7 +70,7 @@ def test_a_band_moves_in_one_step_or_not_at_all() -> None:
 
 
 def test_the_rate_changes_without_a_step_back() -> None:
-    with vehicle(rate=50.0, **PATIENT) as car:
+    with vehicle(rate=50.0) as car:
         car.until(lambda: car.risk > 0.99)
         for rate in (2.0, 100.0, 7.3):
             assert put(car, 'rate', rate).successful

@@ -102,7 +102,7 @@ def test_the_source_archive_is_whole(tmp_path: Path) -> None:
         '.*_cache', '.hypothesis'))
     code = f'from setuptools import build_meta; build_meta.build_sdist({str(tmp_path)!r})'
     subprocess.run([sys.executable, '-c', code], cwd=source, check=True, capture_output=True,
-                   timeout=200)
+                   timeout=600)
     (archive,) = tmp_path.glob('*.tar.gz')
     with tarfile.open(archive) as packed:
         there = {name.partition('/')[2] for name in packed.getnames()}

@@ -29,7 +29,7 @@ def environment() -> Iterator[dict[str, str]]:
 
 
 def run(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=cwd,
+    return subprocess.run(command, capture_output=True, text=True, timeout=600, cwd=cwd,
                           env=ENVIRONMENT, check=False)
 
 
@@ -42,7 +42,7 @@ def test_signals_end_the_node_cleanly(number: signal.Signals) -> None:
         assert 'watching' in node.stderr.readline()
         node.send_signal(number)
         rest = node.stderr.read()
-        assert node.wait(5) == 0
+        assert node.wait(600) == 0
     assert 'Traceback' not in rest
 
 
@@ -144,7 +144,7 @@ def interrupted(command: list[str], moment: str, count: int) -> tuple[int, list[
         for _ in range(count):
             process.send_signal(signal.SIGINT)
         said += process.stderr.readlines()
-        code = process.wait(60)
+        code = process.wait(600)
     return code, [line for line in said if not line.startswith('import time')]
 
 

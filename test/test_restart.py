@@ -34,7 +34,7 @@ SIGNALS = {'fl__rotor_speed__topic': 'fl/rotor_speed', 'fl__pressure__topic': 'f
 def signals(domain: int, transport: str) -> Iterator[subprocess.Popen[Any]]:
     """Run a process that gives all inputs of `fl` until the context ends."""
     topics = [[f'fl/{kind}', kind, 50.0] for kind in ('rotor_speed', 'pressure', 'friction')]
-    with processes.process([str(Path(__file__).with_name('flooding.py')), json.dumps(topics), '0'],
+    with processes.process([str(Path(__file__).with_name('flooding.py')), json.dumps(topics)],
                            processes.environment(domain, transport), stdin=subprocess.PIPE,
                            stdout=subprocess.DEVNULL) as started:
         yield started

@@ -28,7 +28,7 @@ from squeal_ros.drive import BrakePlayer  # noqa: E402
 RATE = 10.0  # Hz
 MINUTE, HOUR = 72.0, 3600.0  # s
 SPEED_UP = 12.0  # at most
-ANSWER = 1.0  # s after which time goes on without
+FIRST, ANSWER = 1.0, 600.0  # s after which time goes on without: the node may not be heard yet
 WARM = {MINUTE: 3, HOUR: 1}  # sixths: what is made once was made by then
 # of memory; in a minute Python's pools still grow
 GROWTH = {MINUTE: 1.25, HOUR: 1.02}
@@ -38,7 +38,7 @@ TABLE = 4.0  # MB: the table is full early, so that nothing but a leak can grow
 
 def wait_for_answer(car: Vehicle) -> None:
     """Return when the node has said something of a brake since the last call: once a tick."""
-    end = time.monotonic() + ANSWER
+    end = time.monotonic() + (ANSWER if car.count else FIRST)
     while car.said.pop('squeal_risk', None) is None and time.monotonic() < end:
         car.executor.spin_once(timeout_sec=0.1)
 

@@ -294,7 +294,7 @@ def test_workers_equal_one_process_bit_for_bit(tmp_path: Path) -> None:
     pinned = {**os.environ, 'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1',
               'PYTHONPATH': str(Path(__file__).parents[1])}
     run = subprocess.run([sys.executable, script], env=pinned, capture_output=True, text=True,
-                         timeout=120)
+                         timeout=600)
     assert run.stderr == ''
     assert run.stdout.split() == ['True'] * 5
 
@@ -323,7 +323,7 @@ def test_ctrl_c_with_workers(tmp_path: Path) -> None:
         assert process.stdout is not None
         assert process.stdout.readline() == '1\n'
         os.killpg(process.pid, signal.SIGINT)
-        output, complaints = process.communicate(timeout=60)
+        output, complaints = process.communicate(timeout=600)
     last = output.splitlines()[-1].split()
     assert (last[0], last[2]) == ('kept', 'False')
     assert 1 <= int(last[1]) < 20000

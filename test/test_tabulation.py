@@ -412,7 +412,7 @@ def _workers() -> list[threading.Thread]:
 
 def _ended(threads: Sequence[threading.Thread]) -> bool:
     for thread in threads:
-        thread.join(timeout=20.0)
+        thread.join(timeout=600.0)
     return not any(thread.is_alive() for thread in threads)
 
 
