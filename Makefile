@@ -12,16 +12,14 @@ interpreter = $(shell for p in $(foreach v,$(1),python$(v) \
 	$(wildcard $(or $(PYENV_ROOT),$(HOME)/.pyenv)/versions/$(v).*/bin/python)); do \
 	$$p -c 'import venv' 2>/dev/null && echo $$p && break; done)
 PYTHON_UBUNTU24 ?= $(call interpreter,3.12)
-# none, if it is the one of .venv
-PYTHON_NEWEST ?= $(shell p=$(call interpreter,3.14 3.13 3.12 3.11); \
-	[ "$$($$p -V)" = "$$($(PYTHON) -V)" ] || echo $$p)
+PYTHON_NEWEST ?= $(call interpreter,3.14 3.13 3.12 3.11)
 PARALLEL := -n 2 --dist loadfile
 PYTEST := -m pytest $(PARALLEL)
 SOURCES := squeal_core squeal_ros test launch benchmark examples setup.py
 PIP := -m pip install --quiet --disable-pip-version-check
-# $(call suite,INTERPRETER,ENVIRONMENT,WHAT IT IS)
-suite = if [ -z "$(1)" ]; then echo 'make: no $(3) found here, so nothing is tested on it'; \
-	else $(MAKE) --no-print-directory $(2)/installed && $(2)/bin/python $(PYTEST) $(FEWER); fi
+# $(call found,INTERPRETER,WHAT IT IS,VARIABLE)
+found = @test -n "$(1)" || { echo 'make: no $(2) found; install one, or say which:' \
+	'make $(3)=/path/to/python' >&2; exit 1; }
 # more than half of the time goes into these: physics at length, faults in pairs, damaged files,
 # floods; what they call of Python, numpy and scipy others call too, so BRIEF=1 spares them
 LONG_TESTS := $(foreach t,critical faults flood mechanism model_file mutations node_faults \
@@ -43,11 +41,12 @@ demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot
 test: $(VENV)/installed  ## all tests
 	$(BIN)/python $(PYTEST)
 
-test-ubuntu24:  ## all tests (BRIEF=1: but the longest) on Ubuntu 24.04's Python, numpy and scipy
-	@$(call suite,$(PYTHON_UBUNTU24),.venv-ubuntu24,Python 3.12)
+# BRIEF=1: but the longest
+test-ubuntu24: .venv-ubuntu24/installed  ## all tests on Ubuntu 24.04's Python, numpy and scipy
+	.venv-ubuntu24/bin/python $(PYTEST) $(FEWER)
 
-test-newest:  ## all tests, likewise, on the newest Python found, with the newest numpy and scipy
-	@$(call suite,$(PYTHON_NEWEST),.venv-newest,Python newer than that of .venv)
+test-newest: .venv-newest/installed  ## all tests on the newest Python found, newest numpy and scipy
+	.venv-newest/bin/python $(PYTEST) $(FEWER)
 
 colcon: .venv-colcon/installed  ## colcon build and colcon test in a clean workspace
 	@set -o pipefail; space=$$(mktemp -d) && trap 'rm -rf "$$space"' EXIT && mkdir -p $$space/src/squeal_ros && \
@@ -86,11 +85,13 @@ $(VENV)/installed: setup.py pyproject.toml
 
 # numpy 1.26 lets pyNastran in, too
 .venv-ubuntu24/installed: setup.py pyproject.toml
+	$(call found,$(PYTHON_UBUNTU24),Python 3.12,PYTHON_UBUNTU24)
 	$(PYTHON_UBUNTU24) -m venv --clear $(@D)
 	$(@D)/bin/python $(PIP) -e '.[all,nastran,test]' numpy==1.26.4 scipy==1.11.4
 	@touch $@
 
 .venv-newest/installed: setup.py pyproject.toml
+	$(call found,$(PYTHON_NEWEST),Python 3.11 to 3.14,PYTHON_NEWEST)
 	$(PYTHON_NEWEST) -m venv --clear $(@D)
 	$(@D)/bin/python $(PIP) --upgrade -e '.[all,test]'
 	@touch $@
