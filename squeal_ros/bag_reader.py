@@ -22,7 +22,7 @@ from squeal_ros.bag_bounds import (
     unpack_file,
     unpack_message,
 )
-from squeal_ros.findings import same_type_name
+from squeal_ros.findings import full_type_name, same_type_name
 from squeal_ros.message_definitions import DefinitionError, MessageDefinitions
 
 bound_decompression()
@@ -58,15 +58,16 @@ class Bag:
         Message types of each topic, with their counts.
     notes : list of str
         What a user should know of the bag.
-    undecodable : Counter
-        Messages of each topic that are none of their type, or are damaged.
+    undecodable : dict
+        Of each topic with messages that are none of their type, or are damaged: how many, and
+        why the first is not.
     """
 
     def __init__(self, path: str | Path, definitions: MessageDefinitions | None = None) -> None:
         self.path = Path(path)
         self.notes: list[str] = []
         self.types: dict[str, Counter[str]] = defaultdict(Counter)
-        self.undecodable: Counter[str] = Counter()
+        self.undecodable: dict[str, tuple[int, str]] = {}
         self._definitions = definitions or MessageDefinitions()
         self._stores: dict[tuple[str, str], Typestore] = {}
         self._unpack: Callable[[bytes], bytes] = bytes
@@ -119,7 +120,7 @@ class Bag:
                     count[connection.topic] += 1
                     try:
                         message = decode(stores[connection.id], self._unpack(data),
-                                         connection.msgtype)[0]
+                                         full_type_name(connection.msgtype))[0]
                     except Exception as error:  # whatever bytes can do to a decoder
                         self._count_undecodable(connection.topic, data, error)
                         continue
@@ -135,12 +136,11 @@ class Bag:
         return self._stores[key]
 
     def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
-        self.undecodable[topic] += 1
-        if self.undecodable[topic] == 1:
-            packed = bytes(data[:4]) == _ZSTD
-            what = 'it is compressed: give the folder with its metadata.yaml' if packed else (
-                f'{type(error).__name__}: {" ".join(str(error).split())[:120]}')
-            self.notes.append(f'{topic}: a message cannot be decoded ({what})')
+        packed = bytes(data[:4]) == _ZSTD
+        why = 'compressed: give the folder with its metadata.yaml' if packed else (
+            f'{type(error).__name__}: {" ".join(str(error).split())[:120]}')
+        first = self.undecodable.get(topic, (0, why))
+        self.undecodable[topic] = first[0] + 1, first[1]
 
     def _compare(self, wanted: Mapping[str, str], count: Counter[str]) -> None:
         """Compare the messages that were read with those that should be there."""

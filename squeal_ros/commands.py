@@ -134,7 +134,7 @@ def replay(options: argparse.Namespace) -> int:
     if options.rate is not None:
         chosen = replace(chosen, rate=positive('--rate', options.rate))
     outputs = replaying.Outputs(Path(options.output), chosen, overwrite=options.force)
-    outputs.check()
+    outputs.check((options.bag, *filter(None, (options.config, chosen.model, chosen.table))))
     model = BrakeModel.load(chosen.model)
     bag = Bag(options.bag, MessageDefinitions(options.types))
     ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)

@@ -123,7 +123,7 @@ class InputFindings:
         if seen.nearest is None or abs(offset) < abs(seen.nearest):
             seen.nearest = offset
 
-    def listed(self, types: Mapping[str, Counter[str]], undecodable: Mapping[str, int]
+    def listed(self, types: Mapping[str, Counter[str]], undecodable: Mapping[str, tuple[int, str]]
                ) -> list[Finding]:
         """Return the findings, given the types and undecodable messages of each topic."""
         merged: dict[tuple[str, str], list[str]] = {}
@@ -133,7 +133,7 @@ class InputFindings:
         return [Finding(tuple(inputs), *said) for said, inputs in merged.items()]
 
     def _of_input(self, seen: _Evidence, types: Mapping[str, Counter[str]],
-                  undecodable: Mapping[str, int]) -> Iterator[tuple[str, str]]:
+                  undecodable: Mapping[str, tuple[int, str]]) -> Iterator[tuple[str, str]]:
         topic, source = seen.topic, seen.source
         if topic not in types:
             yield f'topic {topic} is not in the bag', self._nearest_topics(topic, source, types)
@@ -143,9 +143,10 @@ class InputFindings:
             yield (f'topic {topic} is of type {" and ".join(others)} in the bag and '
                    f'{source.type} in the settings', f'set its type: {others[0]}')
             return
-        if undecodable.get(topic):
-            yield (f'{undecodable[topic]} messages on {topic} cannot be decoded',
-                   f'check that they are of type {source.type} and whole')
+        if topic in undecodable:
+            count, why = undecodable[topic]
+            yield (f'{count} messages on {topic} cannot be decoded ({why})',
+                   f'check that they are whole and of type {source.type}')
         elif not seen.messages:
             yield f'topic {topic} has no message in the bag', 'check that it was recorded'
         unreadable = seen.unreadable
@@ -173,7 +174,7 @@ class InputFindings:
     def _nearest_topics(self, topic: str, source: InputSettings,
                         types: Mapping[str, Counter[str]]) -> str:
         prefix = self._namespace_in(types)
-        if prefix and not source.topic.startswith('/'):
+        if prefix and absolute(source.topic, prefix) in types:
             return f'its topics are in the namespace {prefix}: give --namespace {prefix}'
         same = [name for name, kinds in types.items()
                 if any(same_type_name(kind, source.type) for kind in kinds)]
@@ -206,9 +207,14 @@ def absolute(topic: str, namespace: str) -> str:
         '//', '/')
 
 
+def full_type_name(name: str) -> str:
+    """Return `pkg/msg/Name` of `pkg/Name`, which is short for it."""
+    return name if name.count('/') != 1 else name.replace('/', '/msg/')
+
+
 def same_type_name(one: str, other: str) -> bool:
-    """Tell whether two names are of one type: `pkg/Name` is short for `pkg/msg/Name`."""
-    return one.replace('/msg/', '/') == other.replace('/msg/', '/')
+    """Tell whether two names are of one type."""
+    return full_type_name(one) == full_type_name(other)
 
 
 def hint(path: FieldPath, message: Any) -> str:
@@ -224,12 +230,15 @@ def hint(path: FieldPath, message: Any) -> str:
                 names = [str(entry) for entry in getattr(owner, str(name))]
                 if key not in names:
                     return _instead(key, names, f'the message has in its list {name!r}: ')
+                if len(value) != len(names):
+                    return (f'have its source send as many values as there are in {name!r}: '
+                            f'{len(value)} and {len(names)} now')
                 value = value[names.index(key)]
         except AttributeError:
             return _instead(str(name), _fields(value if kind == 'attribute' else owner),
                             'its fields are: ')
         except IndexError:
-            return f'its list has {len(value)} entries'
+            return f'its list has {len(value)} entries, counted from 0'
         except (KeyError, TypeError, ValueError):
             break
     fields = _fields(value)
@@ -237,7 +246,7 @@ def hint(path: FieldPath, message: Any) -> str:
         return f'name one of its fields: {_listed(fields)}'
     if hasattr(value, '__len__') and not isinstance(value, str):
         return f'name one of its {len(value)} entries: {path.text}[0]'
-    return ''
+    return f'name a number; fields of the message: {_listed(_fields(message))}'
 
 
 def _instead(wrong: str, names: list[str], before: str) -> str:

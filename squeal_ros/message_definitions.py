@@ -20,11 +20,14 @@ except ImportError as error:
 from squeal_core.bounded_reader import read_text_bounded
 from squeal_core.errors import PlacedError
 from squeal_ros.bag_bounds import least_size
+from squeal_ros.findings import full_type_name
 
 _STANDARD = get_typestore(Stores.ROS2_JAZZY)
 _SEPARATOR = re.compile(r'^={80}[ \t]*\n', re.MULTILINE)
 _HEADER = re.compile(r'(MSG|IDL): *(\S+)[ \t]*\n')
-_PREPROCESSOR = re.compile(r'^[ \t]*#[^\n]*$', re.MULTILINE)
+_PREPROCESSOR = re.compile(
+    r'^[ \t]*#[ \t]*(include|if|ifdef|ifndef|elif|else|endif|define|undef|pragma)\b[^\n]*$',
+    re.MULTILINE)
 _MOST_BYTES = 1_000_000  # of one definition file
 _MOST_FILES = 100_000  # looked through in a folder of definitions
 _LONGEST_ARRAY = 1_000_000  # entries of an array of fixed length
@@ -77,7 +80,7 @@ class MessageDefinitions:
         DefinitionError
             Naming the type that no definition is found for, and where one may come from.
         """
-        wanted, own, fault = connection.msgtype, dict[str, Any](), ''
+        wanted, own, fault = full_type_name(connection.msgtype), dict[str, Any](), ''
         try:
             own = _parse(connection)
         except Exception as error:  # the parsers let assertions and key errors through
@@ -101,7 +104,13 @@ class MessageDefinitions:
             raise DefinitionError(bag, f'has a type that cannot be decoded ({error})',
                                   'record it with a type of usual size') from None
         store = get_typestore(Stores.EMPTY)
-        store.register(needed)
+        try:
+            store.register(needed)
+        except Exception as error:  # a type with parts that rosbags does not know
+            raise DefinitionError(
+                bag, f'its definition of {wanted} cannot be used '
+                f'({" ".join(str(error).split())[:120]})', 'give one of known types (--types '
+                'FOLDER), or leave the topic out') from None
         if hasattr(store, 'max_sequence_length'):
             store.max_sequence_length = 16 * _LONGEST_ARRAY
         if not own:
@@ -187,7 +196,7 @@ def _parse(connection: Connection) -> dict[str, Any]:
         if header:
             types |= _parse_block(block[header.end():], header[2], idl=header[1] == 'IDL')
         elif block.strip():
-            types |= _parse_block(block, connection.msgtype, idl=idl)
+            types |= _parse_block(block, full_type_name(connection.msgtype), idl=idl)
     return types
 
 

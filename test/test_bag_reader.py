@@ -229,8 +229,7 @@ def test_messages_that_are_damaged_are_counted_and_the_others_read(tmp_path: Pat
         database.execute('UPDATE messages SET data = ? WHERE id = 6', (b'\x28\xb5\x2f\xfd1234',))
     bag = Bag(folder)
     assert len(values(bag)) == 78
-    assert bag.undecodable.total() == 2
-    assert any('cannot be decoded' in note for note in bag.notes)
+    assert sum(count for count, _ in bag.undecodable.values()) == 2
 
 
 def test_a_log_that_was_not_merged_is_told(tmp_path: Path) -> None:

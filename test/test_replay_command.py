@@ -201,6 +201,9 @@ def test_outputs_are_refused_before_any_work(run: Run, tmp_path: Path) -> None:
     assert main(arguments) == 2
     assert (tmp_path / 'out.csv').read_text() == 'mine'
     assert not (tmp_path / 'out.mcap').exists()
+    for name in ('bag', 'bag/bag.mcap', 'config.yaml'):  # what is read is never replaced
+        assert main(['replay', str(tmp_path / 'bag'), '-o', str(tmp_path / name), '--force',
+                     '--config', arguments[-1]]) == 2
     assert main([*arguments, '--force']) == 0
     assert (tmp_path / 'out.csv').read_text().startswith('time_s,')
     assert {path.name for path in tmp_path.iterdir()} == {'bag', 'config.yaml', 'out.csv',
