@@ -67,7 +67,7 @@ def values(bag: Bag) -> list[tuple[Any, ...]]:
     """Return topic, time and number of all messages."""
     return sorted((topic, time, float(message.data) if topic == '/fl/friction'
                    else (float(message.speed), float(message.pressures[0])))
-                  for topic, time, message in bag.messages(WANTED))
+                  for topic, time, message, _ in bag.messages(WANTED))
 
 
 @pytest.fixture(scope='module')
@@ -118,7 +118,7 @@ def test_the_bags_own_definition_wins(storage: StoragePlugin, tmp_path: Path) ->
     folder = write_bag(tmp_path / 'bag', [Entry('/x', WHEELS, START, reports()[0].message)],
                        storage=storage, definitions={WHEELS: 'std_msgs/Header header\n'
                                                      'float32 fast\nfloat32[2] p\n' + HEADER_MSG})
-    (_, _, message), = Bag(folder).messages({'/x': WHEELS})
+    (_, _, message, _), = Bag(folder).messages({'/x': WHEELS})
     assert message.fast == 20.0
     assert not hasattr(message, 'speed')
 
@@ -218,7 +218,7 @@ def test_parts_of_a_split_bag_in_order_and_one_of_them_lost(tmp_path: Path) -> N
                                                              make(FLOAT, data=float(number)))])
         storage_file(part).rename(folder / f'bag_{number}.mcap')
     bag = Bag(folder)
-    assert [m.data for _, _, m in bag.messages(WANTED)] == [0.0, 1.0, 2.0, 10.0]
+    assert [m.data for _, _, m, _ in bag.messages(WANTED)] == [0.0, 1.0, 2.0, 10.0]
 
 
 def test_messages_that_are_damaged_are_counted_and_the_others_read(tmp_path: Path) -> None:
