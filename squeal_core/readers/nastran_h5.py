@@ -13,10 +13,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from squeal_core.arrays import FloatArray
+from squeal_core.bounded_reader import check_readable
 from squeal_core.readers.raw import (
     AGAIN,
     assemble,
-    check_size,
     IntArray,
     MAX_BYTES,
     MAX_VALUES,
@@ -51,10 +51,7 @@ _PATIENCE_S, _BYTES_PER_S = 10.0, 10e6
 
 def read(path: Path) -> RawModes:
     """Read nodes, solid elements, eigenvectors and generalised masses."""
-    try:
-        check_size(path, path.stat().st_size, MAX_BYTES, 'bytes')
-    except OSError as error:
-        raise ReaderError(path, f'cannot be read ({error.strerror})', 'check the path') from None
+    check_readable(path, MAX_BYTES, ReaderError)
     if importlib.util.find_spec('h5py') is None:
         raise ReaderError(path, 'cannot be read without h5py',
                           "pip install -e '.[readers]' in the checkout")
@@ -70,7 +67,7 @@ def _tables(path: Path, target: Path) -> Tables:
     try:
         run = subprocess.run(
             [sys.executable, '-P', script, str(path), str(target), json.dumps(_WANTED),
-             str(MAX_VALUES // 3)], capture_output=True, timeout=patience, check=False,
+             str(8 * MAX_VALUES)], capture_output=True, timeout=patience, check=False,
             env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))})
         said = run.stderr.decode('utf-8', errors='replace').strip().split('\n')[-1][:200]
     except subprocess.TimeoutExpired:
@@ -78,6 +75,10 @@ def _tables(path: Path, target: Path) -> Tables:
     if run is None or run.returncode:
         if run is not None and run.returncode < 0:
             said = f'the HDF5 library fell by signal {-run.returncode}'
+        if said.startswith('refused: '):
+            raise ReaderError(f'{path}, {said.removeprefix("refused: ").partition(" ")[0]}',
+                              said.partition(' ')[2].partition(' ')[2],
+                              'write all tables into one file, as Nastran does')
         raise ReaderError(path, f'is damaged or no HDF5 file ({said})', AGAIN)
     tables: dict[str, dict[str, Any]] = {}
     with np.load(target, allow_pickle=False) as arrays:

@@ -9,11 +9,11 @@ import warnings
 import numpy as np
 
 from squeal_core.arrays import FloatArray
+from squeal_core.bounded_reader import check_readable
 from squeal_core.readers.nastran_h5 import by_kind, check_systems, ELEMENTS, PYRAMIDS
 from squeal_core.readers.raw import (
     AGAIN,
     assemble,
-    check_size,
     IntArray,
     MAX_BYTES,
     NodeField,
@@ -27,10 +27,7 @@ _REMEDY = 'ask Nastran for PARAM,POST,-1 and PARAM,OGEOM,YES in SOL 103'
 
 def read(path: Path) -> RawModes:
     """Read nodes, solid elements, eigenvectors and generalised masses."""
-    try:
-        check_size(path, path.stat().st_size, MAX_BYTES, 'bytes')
-    except OSError as error:
-        raise ReaderError(path, f'cannot be read ({error.strerror})', 'check the path') from None
+    check_readable(path, MAX_BYTES, ReaderError)
     with warnings.catch_warnings(), redirect_stdout(io.StringIO()), \
             redirect_stderr(io.StringIO()):
         warnings.simplefilter('ignore')  # its own concern; ours go into one line
