@@ -3,6 +3,8 @@
     ros2 launch squeal_ros squeal_monitor.launch.py config:=my.yaml use_sim_time:=true
 """
 
+from pathlib import Path
+
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.launch_context import LaunchContext
 from launch.launch_description_entity import LaunchDescriptionEntity
@@ -31,7 +33,14 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def monitor(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the node; a function, because a model that is not given must not be set at all."""
+    """Return the node; a function, because a model that is not given must not be set at all.
+
+    Settings that are not there end the launch: ROS would start the node with its defaults.
+    """
+    config = Path(LaunchConfiguration('config').perform(context))
+    if not config.is_file():
+        raise FileNotFoundError(f'config:={config}: there is no such file; give the settings of '
+                                'the monitor, a ROS parameter file')
     overrides = {'use_sim_time': ParameterValue(
         LaunchConfiguration('use_sim_time'), value_type=bool)}
     if LaunchConfiguration('model').perform(context):

@@ -39,6 +39,7 @@ class PlacedError(SquealError):
 
     def __init__(self, where: object, what: str, remedy: str) -> None:
         super().__init__(f'{where}: {what}; {remedy}')
+        self.where, self.what, self.remedy = where, what, remedy
 
 
 class BrakeDescriptionError(PlacedError):

@@ -139,8 +139,8 @@ MONITOR_KEYS = (
     Key('mode_shapes', False, '-', 'publish the worst mode as markers, once a second at most',
         change='configure'),
     Key('mode_shape_size', 0.01, 'm', 'largest displacement that is drawn', 1e-4, 1.0),
-    Key('mode_shape_frame', '{brake}', '-',
-        'frame of the markers, z along the axis; {brake} stands for the name'),
+    Key('mode_shape_frame', '<brake>', '-',
+        'frame of the markers, z along the axis; <brake> stands for the name'),
 )
 
 _INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {

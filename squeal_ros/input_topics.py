@@ -13,10 +13,11 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 
-from squeal_core.errors import ConfigurationError
+from squeal_core.errors import ConfigurationError, did_you_mean
 from squeal_ros.guards import Aside
 from squeal_ros.health import Rate
 from squeal_ros.message_types import RosMessages
+from squeal_ros.silence import Silence
 
 # what settings may change of a topic's quality of service
 POLICIES = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
@@ -96,6 +97,7 @@ class InputTopics:
         self._node, self._receive, self._complain = node, receive, complain
         self._aside = aside
         self._looked: int | None = None
+        self._silence = Silence()
         self._taken = time.monotonic_ns()
         self._topics = {topic: _Topic(library.type(name)) for topic, name in types.items()}
         try:
@@ -117,6 +119,7 @@ class InputTopics:
             for _ in _queue(topic):
                 pass
             topic.sequence = None
+        self._silence.begin()
         self._taken = time.monotonic_ns()
 
     def take(self) -> None:
@@ -166,7 +169,24 @@ class InputTopics:
             self._looked = steady
             self._aside.open = True
             self._look()
+            self._log_silence(steady)
         return tuple(text for topic in self._topics.values() for text in topic.wrong)
+
+    def _log_silence(self, steady: int) -> None:
+        """Log inputs that bring nothing, with what is published under a similar name."""
+        silent = self._silence.due({name: t.received for name, t in self._topics.items()}, steady)
+        if not silent:
+            return
+        published = [name for name, _ in self._node.get_topic_names_and_types()
+                     if self._node.count_publishers(name)]
+        words = []
+        for name in silent:
+            publishers = self._topics[name].names
+            words.append(f'{name} (published by {", ".join(publishers)})' if publishers else
+                         f'{name} (nobody publishes it)'
+                         f'{did_you_mean(self._node.resolve_topic_name(name), published)}')
+        self._node.get_logger().warning(f'no message came on {", ".join(words)}; check topics, '
+                                        'namespace, ROS_DOMAIN_ID and quality of service')
 
     def _look(self) -> None:
         for name, topic in self._topics.items():

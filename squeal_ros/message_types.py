@@ -1,11 +1,11 @@
 """ROS message types by name, without rosidl_runtime_py; no rclpy needed either."""
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-from squeal_core.errors import ConfigurationError
+from squeal_core.errors import ConfigurationError, did_you_mean
 
 
 class RosMessages:
@@ -20,6 +20,11 @@ class RosMessages:
             self._known[name] = _find(name)
         return self._known[name]
 
+    def fields(self, name: str) -> Mapping[str, str]:
+        """Return the fields of a message type and their types, as ROS writes them."""
+        fields: Mapping[str, str] = self.type(name).get_fields_and_field_types()
+        return fields
+
     def floats(self, values: Sequence[float]) -> Any:
         return array('d', values)
 
@@ -29,10 +34,18 @@ class RosMessages:
 
 def _find(name: str) -> Any:
     package, _, rest = name.partition('/')
+    short = rest.rpartition('/')[2]
     try:
-        found = getattr(import_module(f'{package}.msg'), rest.rpartition('/')[2])
-        found.get_fields_and_field_types  # noqa: B018 - whatever else a module holds lacks it
-    except (ImportError, AttributeError, ValueError, TypeError):
-        raise ConfigurationError('type', f'{name!r} is no message type known here',
-                                 'install its package or mend the name') from None
+        module = import_module(f'{package}.msg')
+    except (ImportError, ValueError, TypeError):
+        raise ConfigurationError(
+            'type', f'is {name!r}, and there is no message package {package!r} here',
+            'source the workspace that has it, or mend the name') from None
+    found = getattr(module, short, None)
+    if not hasattr(found, 'get_fields_and_field_types'):  # whatever else a module holds lacks it
+        types = [word for word in dir(module) if hasattr(
+            getattr(module, word), 'get_fields_and_field_types')]
+        raise ConfigurationError(
+            'type', f'is {name!r}, and {package} has no message type {short!r} (package/msg/Name)',
+            f'mend the name{did_you_mean(short, types)}')
     return found

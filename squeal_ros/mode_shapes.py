@@ -76,7 +76,9 @@ class ModeShapes:
         mode: Mode = assessment.flutter[0]
         vector = mode_vectors(self._model, assessment.point, mode.eigenvalue).right
         points, amplitude = surface.displaced(vector, self._settings.mode_shape_size)
-        frame = self._settings.mode_shape_frame.replace('{brake}', assessment.brake)
+        frame = self._settings.mode_shape_frame
+        for word in ('<brake>', '{brake}'):  # the latter in settings of earlier versions
+            frame = frame.replace(word, assessment.brake)
         return self._painter.picture(assessment, mode, frame, surface.patches, points, amplitude)
 
 

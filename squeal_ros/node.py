@@ -22,6 +22,7 @@ from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import ConfigurationError, SquealError
 from squeal_core.monitor import Assessment, Reading, VehicleMonitor
 from squeal_core.settings import MonitorSettings, NODE_NAME, pressure_references
+from squeal_ros.field_check import check_fields
 from squeal_ros.grid import Beat
 from squeal_ros.guards import Aside, guard_services, guarded, SturdyExecutor
 from squeal_ros.health import Health
@@ -204,6 +205,7 @@ class _Configured:
         self._node, library = node, RosMessages()
         model = BrakeModel.load(node.settings.model)
         self.router = Router.of(node.settings)
+        check_fields(node.settings, library.fields, node.get_logger().warning)
         self.monitor = VehicleMonitor(node.settings, model)
         self._said: set[str] = set()
         aside = Aside()

@@ -1,6 +1,7 @@
 """Parameters of the node: declared from the table of keys, checked on set, applied after."""
 
 from collections.abc import Callable, Iterable
+import re
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -19,6 +20,7 @@ from squeal_core.settings import (
 )
 
 _QOS = 'qos_overrides.'
+_EXPONENT = re.compile(r'[-+]?\d+(\.\d*)?[eE][-+]?\d+')
 _CHANGE = {'tick': 'takes effect at the next tick',
            'configure': 'takes effect when the node is configured; fixed from then to its cleanup',
            'start': 'fixed at the start of the node'}
@@ -68,8 +70,8 @@ class NodeParameters:
         unknown = [p.name for p in parameters if not self._node.has_parameter(p.name)]
         if unknown:  # rclpy would refuse them without saying which
             raise ParameterNotDeclaredException(unknown)
-        return [Parameter(p.name, Parameter.Type.DOUBLE, float(p.value))
-                if p.type_ == Parameter.Type.INTEGER and self._is_real(p.name) else p
+        return [Parameter(p.name, Parameter.Type.DOUBLE, number)
+                if self._is_real(p.name) and (number := _real(p)) is not None else p
                 for p in parameters]
 
     def _is_real(self, name: str) -> bool:
@@ -106,6 +108,15 @@ class NodeParameters:
                              for name, value in changes.items()})
         self.settings = read_settings(self._values)
         self._applied(self.settings)
+
+
+def _real(parameter: Parameter) -> float | None:
+    """Return a whole number as a real one, and so 1e-06, which YAML takes for a text."""
+    if parameter.type_ == Parameter.Type.INTEGER:
+        return float(parameter.value)
+    if parameter.type_ != Parameter.Type.STRING or not _EXPONENT.fullmatch(parameter.value):
+        return None
+    return float(parameter.value)
 
 
 def _descriptor(key: Key) -> ParameterDescriptor:

@@ -193,3 +193,28 @@ def test_node_takes_what_launch_gives_it(model: str | None, words: str, code: in
     assert words in said
     assert returned == code
     assert 'not this one' not in said
+
+
+def test_settings_that_are_not_there_stop_the_launch(tmp_path: Path,
+                                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    """The function of the launch file, run with what stands for launch and launch_ros."""
+    class Stand:
+        def __init__(self, *values: Any, **options: Any) -> None:
+            self.values, self.options = values, options
+
+        def perform(self, context: dict[str, str]) -> str:
+            return context[self.values[0]]
+
+    for module, names in API.items():
+        monkeypatch.setitem(sys.modules, module, type(
+            'Module', (), {**dict.fromkeys(names, Stand), '__path__': []}))
+    monkeypatch.setitem(sys.modules, 'launch_ros', type('Module', (), {'__path__': []}))
+    space: dict[str, Any] = {}
+    exec(compile(FILES[MONITOR].read_text(encoding='utf-8'), MONITOR, 'exec'), space)
+    settings = tmp_path / 'settings.yaml'
+    with pytest.raises(FileNotFoundError, match=r'settings\.yaml: there is no such file; give'):
+        space['monitor']({'config': str(settings), 'model': ''})
+    settings.write_text('')
+    (node,) = space['monitor']({'config': str(settings), 'model': 'mine.npz'})
+    assert node.options['executable'] == 'squeal_monitor'
+    assert set(node.options['parameters'][1]) == {'use_sim_time', 'model'}

@@ -1,0 +1,43 @@
+"""Inputs that bring nothing are logged, the first time and then now and again."""
+
+import pytest
+
+from squeal_ros.silence import AGAIN, FIRST, Silence
+
+SECOND = 1_000_000_000
+
+
+def test_topics_that_never_brought_a_message() -> None:
+    silence, said = Silence(), {}
+    for second in range(130):  # one topic is heard all the time
+        found = silence.due({'a': second, 'b': 0}, second * SECOND)
+        if found:
+            said[second] = found
+    first, again = FIRST // SECOND, (FIRST + AGAIN) // SECOND
+    assert said == {first: ('b',), again: ('b',), again + AGAIN // SECOND: ('b',)}
+
+
+def test_inputs_that_all_fall_silent_and_one_that_may() -> None:
+    silence = Silence()
+    for second in range(20):  # friction came once: while the brake was applied
+        assert silence.due({'speed': second, 'friction': 1}, second * SECOND) == ()
+    said = [second for second in range(20, 40)
+            if silence.due({'speed': 19, 'friction': 1}, second * SECOND)]
+    assert said == [19 + FIRST // SECOND]
+    silence.begin()  # active again
+    assert silence.due({'speed': 19, 'friction': 1}, 40 * SECOND) == ()
+
+
+def test_the_node_names_topics_of_a_similar_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip('rclpy', reason='needs rclpy')
+    from harness import vehicle
+
+    monkeypatch.setattr('squeal_ros.silence.FIRST', 0)
+    with vehicle(bring_up=False, fl__pressure__topic='fl/brake_presure') as car:
+        said: list[str] = []
+        log = car.monitor.get_logger()
+        monkeypatch.setattr(car.monitor, 'get_logger', lambda: log)
+        monkeypatch.setattr(log, 'warning', lambda text, **_: said.append(text))
+        car.monitor.bring_up()
+        car.until(lambda: any('fl/brake_presure (nobody publishes it) (did you mean '
+                              '/fl/brake_pressure?)' in text for text in said))
