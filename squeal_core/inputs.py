@@ -14,7 +14,7 @@ from squeal_core.settings import InputSettings, MonitorSettings, Signal, UNITS
 from squeal_core.stuck import StuckGuard
 
 Status: TypeAlias = Literal[
-    'good', 'never received', 'stale', 'stuck', 'contradicted', 'invalid',
+    'good', 'never received', 'stale', 'stuck', 'contradicted', 'implausible', 'invalid',
     'outside validated range', 'time went backwards']
 
 # samples kept of an input: between two ticks, and stamped ahead of them

@@ -16,6 +16,7 @@ import numpy as np
 
 from squeal_core.assessment import Assessment, Begun, concluded, explained, State
 from squeal_core.brake_model import BrakeModel
+from squeal_core.cross_checks import CrossChecks
 from squeal_core.engines import Engines
 from squeal_core.errors import ConfigurationError
 from squeal_core.inputs import Input, Reading, Sample, Status, Unreadable, validated_ranges
@@ -27,7 +28,7 @@ __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
 
 # what an input's status makes of the brake's state, the gravest first
 _STATES: dict[Status, State] = {
-    'invalid': 'invalid', 'contradicted': 'invalid', 'stuck': 'invalid',
+    'invalid': 'invalid', 'contradicted': 'invalid', 'stuck': 'invalid', 'implausible': 'invalid',
     'never received': 'stale', 'stale': 'stale',
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
 
@@ -85,11 +86,10 @@ class BrakeMonitor:
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
-        return assess_together([self], time)[0]
+        return assess_together([self], time, [self.read(time)])[0]
 
-    def _begin(self, time: int) -> Assessment | Begun:
+    def _begin(self, time: int, inputs: Mapping[Signal, Reading]) -> Assessment | Begun:
         """Return the assessment at a time [ns], or what it begins with where the brake slides."""
-        inputs = self._read(time)
         friction, source, coefficient = self._friction(inputs)
         begun = Begun(self.brake.name, time, inputs)
         if all(reading.status == 'good' for reading in friction.values()):
@@ -112,7 +112,8 @@ class BrakeMonitor:
                 or speed.status == 'good'
                 and abs(speed.value) < self._settings.minimum_rotor_speed)
 
-    def _read(self, time: int) -> dict[Signal, Reading]:
+    def read(self, time: int) -> dict[Signal, Reading]:
+        """Return what is known of each input at a time [ns]."""
         if self._time is not None and time < self._time:
             for one in self._inputs.values():
                 one.go_back(time)
@@ -162,9 +163,11 @@ class BrakeMonitor:
         return None
 
 
-def assess_together(monitors: Sequence[BrakeMonitor], time: int) -> tuple[Assessment, ...]:
-    """Assess brakes of the same engines at a time [ns]: those that slide, all in one."""
-    every = [monitor._begin(time) for monitor in monitors]
+def assess_together(monitors: Sequence[BrakeMonitor], time: int,
+                    readings: Sequence[Mapping[Signal, Reading]]) -> tuple[Assessment, ...]:
+    """Assess brakes of the same engines from readings of a time [ns]: those that slide in one."""
+    every = [monitor._begin(time, inputs)
+             for monitor, inputs in zip(monitors, readings, strict=True)]
     if not any(isinstance(one, Begun) for one in every):
         _await_application(monitors, every)
     known = iter(_judged([(monitor._sliding, begun) for monitor, begun in zip(
@@ -216,6 +219,7 @@ class VehicleMonitor:
         self.engines = Engines(model, settings)
         self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.engines)
                        for brake in settings.brakes}
+        self.cross_checks = CrossChecks(settings)
 
     def close(self) -> None:
         """End the engines' workers."""
@@ -225,15 +229,22 @@ class VehicleMonitor:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
         self.settings = settings
         self.engines.retune(settings)
+        self.cross_checks.update_settings(settings)
         for brake in settings.brakes:
             self.brakes[brake.name].retune(brake, settings)
 
     def receive(self, brake: str, signal: Signal, sample: Sample | Unreadable) -> None:
         self.brakes[brake].receive(signal, sample)
+        if isinstance(sample, Sample):
+            self.cross_checks.receive(brake, signal, sample)
 
     def assess(self, time: int) -> tuple[Assessment, ...]:
-        return assess_together(tuple(self.brakes.values()), time)
+        """Assess all brakes at a time [ns]; what other brakes contradict is invalid."""
+        monitors = tuple(self.brakes.values())
+        readings = [monitor.read(time) for monitor in monitors]
+        return assess_together(monitors, time, self.cross_checks.check(time, readings))
 
     def reset(self) -> None:
+        self.cross_checks.reset()
         for monitor in self.brakes.values():
             monitor.reset()

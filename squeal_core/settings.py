@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+from squeal_core.axles import axle_partners
 from squeal_core.errors import ConfigurationError, did_you_mean, quoted
 from squeal_core.yaml_file import read_yaml
 
@@ -108,6 +109,32 @@ MONITOR_KEYS = (
     Key('stuck_changes', 20.0, '-',
         'changes that an input must have shown, and that the others show, to call it stuck',
         0.0, 1e6),
+    Key('axles', ('auto',), '-', 'brakes that share an axle, to check one against the other: '
+        'auto, by their names; none; or one left+right an axle'),
+    Key('contradicting_pressure', 1.5e5, 'Pa', 'a brake that reads released is doubted when its '
+        'axle partner reads this much and the vehicle brakes; 0: pressures are not compared',
+        0.0, 1e7),
+    Key('axle_pressure_ratio', 0.7, '-', 'less than this fraction of the pressure of its axle '
+        'partner (and 1 bar) is doubted; 0: only a released brake', 0.0, 0.9),
+    Key('unbraked_deceleration', 12.0, 'rad/s^2', 'wheels that slow more than engine, '
+        'regeneration and hills can do (12 is 4 m/s^2 on a 0.33 m wheel) belie low pressures; '
+        '0: not checked', 0.0, 1e3),
+    Key('deceleration_per_pressure', 10.0, 'rad/s^2 per MPa',
+        'what the largest pressure adds to that at most; 10 is 0.33 m/s^2 a bar', 0.0, 1e4),
+    Key('pressure_slew', 1e8, 'Pa/s', 'a pressure that keeps leaping away and back faster is '
+        'doubted, and one that alternates faster than ABS (18 Hz); 0: not checked', 0.0, 1e12),
+    Key('wheel_speed_tolerance', 0.13, '-', 'by which a wheel speed may differ from the others, '
+        'beyond what a turn does (a spare wheel: 0.11); 0: not checked', 0.0, 1.0),
+    Key('friction_ratio', 0.6, '-', 'a friction below this fraction of that of the axle partner '
+        'is doubted, of the middle one of other axles 0.75 of it; 0: not checked', 0.0, 0.95),
+    Key('contradiction_time', 0.5, 's', 'how long a contradiction lasts before it is told',
+        0.0, 60.0),
+    Key('slip_time', 2.0, 's',
+        'the same while wheels slip or turn unlike (ABS, bends), and for fractions', 0.0, 60.0),
+    Key('single_brake_time', 5.0, 's', 'the same while no other axle brakes on both sides '
+        '(ESP, torque vectoring), and for wheels that may spin', 0.0, 600.0),
+    Key('lock_time', 3.0, 's', 'the same for a wheel at rest whose brake reads pressure',
+        0.0, 60.0),
     Key('friction_deviation', 0.02, '-', 'standard deviation of the friction coefficient',
         0.0, 1.0),
     Key('pressure_deviation', 0.03, '-', 'standard deviation of the pressure, relative', 0.0, 1.0),
@@ -250,6 +277,18 @@ class MonitorSettings:
     wheel_acceleration_peak: float
     wheel_acceleration_mean: float
     stuck_changes: float
+    axles: tuple[str, ...]
+    contradicting_pressure: float
+    axle_pressure_ratio: float
+    unbraked_deceleration: float
+    deceleration_per_pressure: float
+    pressure_slew: float
+    wheel_speed_tolerance: float
+    friction_ratio: float
+    contradiction_time: float
+    slip_time: float
+    single_brake_time: float
+    lock_time: float
     friction_deviation: float
     pressure_deviation: float
     rotor_speed_deviation: float
@@ -318,6 +357,9 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
         if not low < high:  # type: ignore[operator]
             raise ConfigurationError(name.format('high'), f'is {high} and the low end {low} '
                                      f'{unit}', 'make it the larger')
+    axles = top['axles']
+    assert isinstance(axles, tuple)
+    axle_partners(names, axles)
     brakes = tuple(_read_brake(name, parameters) for name in names)
     return MonitorSettings(brakes=brakes, **top)  # type: ignore[arg-type]
 

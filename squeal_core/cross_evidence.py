@@ -1,0 +1,130 @@
+"""What is gathered about the inputs of one brake, to compare it with the others."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import math
+from typing import NamedTuple, Self
+
+from squeal_core.settings import BrakeSettings, Signal
+from squeal_core.signal_windows import SignalWindow, STEP
+
+_SECOND = 1_000_000_000
+_AGREEMENT = 3 * _SECOND // 10  # ns for which an input must agree again
+COMPARED: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
+_UNTIL: dict[Signal, str] = {
+    'pressure': 'held until it brakes as the others do',
+    'rotor_speed': 'held until it turns as the others do',
+    'friction': 'held until it is like the others'}
+
+
+class Contradiction(NamedTuple):
+    """What speaks against an input in one step, and how long it must last to be told."""
+
+    kind: str
+    after: float  # s
+    text: str
+    adds_up: bool = False  # over brakings, until the input agrees
+
+
+@dataclass
+class Doubt:
+    """The evidence against one input, and what was told of it until the input agrees again."""
+
+    until: str
+    text: str = ''
+    kind: str = ''
+    _present: bool = False
+    _elapsed: dict[str, int] = field(default_factory=dict)  # ns by kind
+    _adding: set[str] = field(default_factory=set)
+    _agreed: int = 0
+
+    def weigh(self, found: Sequence[Contradiction], *, agrees: bool) -> None:
+        """Take the evidence of one step."""
+        kept = {} if agrees and not found else {
+            kind: elapsed for kind, elapsed in self._elapsed.items() if kind in self._adding}
+        self._elapsed = kept | {
+            one.kind: self._elapsed.get(one.kind, 0) + STEP for one in found}
+        self._adding |= {one.kind for one in found if one.adds_up}
+        self._agreed = self._agreed + STEP if agrees and not found else 0
+        self._present = bool(found)
+        told = [one for one in found if self._elapsed[one.kind] >= one.after * _SECOND]
+        if told or (self.text and found):
+            first = (told or found)[0]
+            self.kind, self.text = first.kind, first.text
+        elif self._agreed >= _AGREEMENT:
+            self.text = self.kind = ''
+
+    def pause(self) -> None:
+        """Take a step that says nothing."""
+        self._agreed, self._present = 0, False
+
+    def begin_anew(self) -> None:
+        """Forget evidence that is not yet enough; what was told stays."""
+        self._elapsed.clear()
+        self.pause()
+
+    @property
+    def said(self) -> str:
+        """What is wrong, in words that follow the value; '' for nothing."""
+        return self.text and (self.text if self._present else f'{self.text}; {self.until}')
+
+
+class Wheel:
+    """One brake: windows of its inputs, and the doubts about them.
+
+    `pressure`, `smooth` (pressure over 0.5 s), `speed` and `friction` are those of the last step
+    as far as they may speak against other brakes, else NaN.
+
+    Parameters
+    ----------
+    brake : BrakeSettings
+    """
+
+    def __init__(self, brake: BrakeSettings) -> None:
+        self.name = brake.name
+        self.partner: Self | None = None
+        self.others: list[Self] = []  # without the partner
+        self.windows = {signal: SignalWindow(one.max_age, one.minimum, one.maximum)
+                        for signal, one in brake.inputs.items() if signal in COMPARED}
+        self.forget()
+
+    def update_settings(self, brake: BrakeSettings) -> None:
+        """Take other settings of the same inputs."""
+        for signal, window in self.windows.items():
+            one = brake.inputs[signal]
+            window.update_settings(one.max_age, one.minimum, one.maximum)
+
+    def forget(self, after: int | None = None) -> None:
+        """Drop everything; samples up to a time [ns] stay where one is given."""
+        for window in self.windows.values():
+            window.forget(after)
+        self.doubts = {signal: Doubt(_UNTIL[signal]) for signal in self.windows}
+        self.usable = dict.fromkeys(self.windows, True)
+        self.pressure = self.smooth = self.speed = self.friction = math.nan
+        self.share = 0.0  # of its pressure in the mean of other axles, learned; 0: not yet
+
+    def begin_anew(self) -> None:
+        """Forget evidence that is not yet enough."""
+        for signal, window in self.windows.items():
+            window.begin_anew()
+            self.doubts[signal].begin_anew()
+
+    def advance(self, end: int) -> None:
+        """Look at the samples up to the end of a step [ns]."""
+        for signal, window in self.windows.items():
+            window.advance(end, swings=signal == 'pressure')
+        believed = self._believed('pressure')
+        self.pressure, self.smooth = believed.mean, believed.smooth
+        self.speed = abs(self._believed('rotor_speed').mean)
+        self.friction = self._believed('friction').mean
+
+    def own(self, signal: Signal) -> SignalWindow:
+        """Return the window of an input to be judged; one without values if it is not usable."""
+        return self.windows[signal] if self.usable.get(signal) else _NOTHING
+
+    def _believed(self, signal: Signal) -> SignalWindow:
+        told = signal in self.doubts and self.doubts[signal].text
+        return _NOTHING if told else self.own(signal)
+
+
+_NOTHING = SignalWindow(0.0, 0.0, 0.0)
