@@ -277,7 +277,7 @@ def _span(wheel: Wheel, motion: Motion, settings: MonitorSettings) -> _Span | No
     if partner is not None and math.isnan(partner.speed):
         partner = None
     others = [other for other in wheel.others if not math.isnan(other.speed)]
-    turning = min(_TURNING[0] / motion.fastest**2, _TURNING[1]) if motion.fastest else 0.0
+    turning = min(_TURNING[0] / max(motion.fastest, 1.0)**2, _TURNING[1])
     if partner is not None and others:
         reference = max(others, key=lambda other: other.speed)
         turning = min(max(_spread(other) for other in others) or turning, turning)

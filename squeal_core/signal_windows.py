@@ -25,7 +25,7 @@ class SignalWindow:
     max_age : float
         Older than this the newest sample is no value [s].
     minimum, maximum : float
-        Values outside are no values.
+        Samples outside are dropped.
     """
 
     def __init__(self, max_age: float, minimum: float, maximum: float) -> None:
@@ -53,7 +53,7 @@ class SignalWindow:
 
     def receive(self, stamp: int, value: float) -> None:
         """Take a sample, to be looked at when its time has come."""
-        if stamp <= 0 or not math.isfinite(value):
+        if stamp <= 0 or not self._minimum <= value <= self._maximum:
             return
         self._waiting.append((stamp, value))
         if len(self._waiting) > _KEPT:
@@ -71,8 +71,7 @@ class SignalWindow:
                     self.swings.add(stamp, value)
         elif end - self._newest <= self._max_age:
             self.mean = self.high = self._last
-        if end - self._newest > self._max_age or not (
-                self._minimum <= self._last <= self._maximum):
+        if end - self._newest > self._max_age:
             self.mean = self.high = math.nan
         known = not math.isnan(self.mean) and not math.isnan(self.smooth)
         self.smooth = self.smooth + _SMOOTHING * (self.mean - self.smooth) if known else self.mean

@@ -30,13 +30,13 @@ class Reporter:
     unreadable : callable
         Count of messages without the field that was looked for.
     engine : callable
-        Figures of the engine, by name.
+        Figures of the engine, and which brakes are compared, by name.
     """
 
     def __init__(self, name: str, settings: MonitorSettings, library: messages.MessageLibrary,
                  health: Health, model: BrakeModel, inputs: InputTopics, outputs: OutputTopics,
                  unreadable: Callable[[], int],
-                 engine: Callable[[], Mapping[str, float]]) -> None:
+                 engine: Callable[[], Mapping[str, object]]) -> None:
         self._name, self._settings = name, settings
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
