@@ -49,7 +49,7 @@ def test_every_figure_is_a_value() -> None:
         assert [s.hardware_id for s in (fl, fr)] == ['fl', 'fr']
         texts = {'state', 'friction_source', 'modes_from', 'risk_basis', 'risk_by_mode',
                  'unstable_frequencies_hz', 'unstable_growth_rates_1_s', 'mode_shapes', 'model',
-                 'audit_failed_names'}
+                 'audit_failed_names', 'cross_checks'}
         for status in (fl, fr, node):
             keys = [item.key for item in status.values]
             assert len(set(keys)) == len(keys)
