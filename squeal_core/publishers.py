@@ -12,20 +12,27 @@ from typing import NamedTuple
 from squeal_core.settings import Signal
 
 _SHARE = 0.8  # of max_age: the window of comparison, so that its end is within one max_age
-_KEPT, _MOST = 512, 8  # samples of a track, and tracks
+_SLICES, _MOST = 16, 8  # of the window, and tracks
 # unit of the signal; by so much honest sensors of one quantity may differ around zero
 _DIFFERENCE: dict[Signal, float] = {
     'rotor_speed': 0.5, 'pressure': 2e4, 'friction': 0.05, 'temperature': 10.0}
 
 
-class _Point(NamedTuple):
-    stamp: int
-    value: float
-
-
 class _Span(NamedTuple):
-    """What values a publisher gave; both ends NaN where none was a number."""
+    """What values a publisher gave; `low` above `high` where none was a number."""
 
+    low: float = math.inf
+    high: float = -math.inf
+
+    @property
+    def is_empty(self) -> bool:
+        return self.low > self.high
+
+
+class _Slice(NamedTuple):
+    """A short stretch of time from a stamp on [ns]."""
+
+    start: int
     low: float
     high: float
 
@@ -35,16 +42,23 @@ class _Track:
     connection: int
     number: int
     began: int
-    points: deque[_Point] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    stamp: int = 0
+    value: float = math.nan
+    slices: deque[_Slice] = field(default_factory=lambda: deque(maxlen=_SLICES + 2))
 
     def add(self, stamp: int, value: float, window: int) -> None:
-        self.points.append(_Point(stamp, value))
-        while len(self.points) > 2 and abs(stamp - self.points[0].stamp) > window:
-            self.points.popleft()
+        self.stamp, self.value = stamp, value
+        low, high = (value, value) if math.isfinite(value) else _Span()
+        last = self.slices[-1] if self.slices else None
+        if last and 0 <= stamp - last.start < window // _SLICES:
+            self.slices[-1] = _Slice(last.start, min(low, last.low), max(high, last.high))
+        else:
+            self.slices.append(_Slice(stamp, low, high))
+        while abs(stamp - self.slices[0].start) > window:
+            self.slices.popleft()
 
     def span(self) -> _Span:
-        numbers = [point.value for point in self.points if math.isfinite(point.value)]
-        return _Span(min(numbers), max(numbers)) if numbers else _Span(math.nan, math.nan)
+        return _Span(min(one.low for one in self.slices), max(one.high for one in self.slices))
 
 
 class PublisherGuard:
@@ -88,7 +102,7 @@ class PublisherGuard:
         if len(self._tracks) == 1:
             return ''
         self._tracks = [one for one in self._tracks
-                        if abs(stamp - one.points[-1].stamp) <= self._window]
+                        if abs(stamp - one.stamp) <= self._window]
         if abs(stamp - track.began) < self._window:
             return ''
         own = track.span()
@@ -109,13 +123,13 @@ class PublisherGuard:
             return self._tracks[-1]
         last = max(one.number for one in tracks)
         found = min((one for one in tracks if one.number == last),
-                    key=lambda one: _distance(one.points[-1].value, value))
+                    key=lambda one: _distance(one.value, value))
         found.number = number
         return found
 
     def _apart(self, one: _Span, other: _Span) -> bool:
-        if math.isnan(one.low) or math.isnan(other.low):
-            return math.isnan(one.low) != math.isnan(other.low)
+        if one.is_empty or other.is_empty:
+            return one.is_empty != other.is_empty
         largest = max(abs(end) for end in (*one, *other))
         gap = max(one.low - other.high, other.low - one.high)
         return gap > self._absolute + self._relative * largest
@@ -129,6 +143,6 @@ def _distance(one: float, other: float) -> float:
 
 
 def _words(span: _Span) -> str:
-    if math.isnan(span.low):
+    if span.is_empty:
         return 'no number'
     return f'{span.low:.4g}' if span.low == span.high else f'{span.low:.4g} to {span.high:.4g}'

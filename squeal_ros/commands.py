@@ -21,7 +21,7 @@ from squeal_core.model_file import load_with_header
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.output import OutputFiles
 from squeal_core.sensitivity import parameter_sensitivity
-from squeal_core.settings import load_settings
+from squeal_core.settings import load_settings, pressure_references
 from squeal_core.settings_document import settings_document
 from squeal_core.stability import complex_modes, Mode
 from squeal_core.tracking import identities
@@ -138,6 +138,7 @@ def replay(options: argparse.Namespace) -> int:
     model = BrakeModel.load(chosen.model)
     bag = Bag(options.bag, MessageDefinitions(options.types))
     ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
+    report_progress(pressure_references(chosen))
     outputs.write(iter(ticks))
     report = ReplayReport(outputs.summary, outputs.events, ticks.findings, bag.notes)
     if options.json:
