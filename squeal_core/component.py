@@ -125,7 +125,7 @@ def _check_bearing(nodal: NodalModes, results: ModalResults, is_disc: bool) -> N
     if is_disc:
         if rigid:
             raise ReaderError(results.file, f'has {rigid} rigid modes: the disc is free',
-                              'hold the disc at its hub, as the wheel bearing does')
+                              'clamp the disc at its hub, against turning too')
         return
     if rigid == 6:
         return

@@ -1,6 +1,7 @@
 """CalculiX solves the pad of Kang (2009) on a mesh of its own; its modes are those found here."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 import shutil
 import subprocess
@@ -12,7 +13,7 @@ import pytest
 from squeal_core.brake import Brake, Material
 from squeal_core.fe.mass import EDGES
 from squeal_core.modal_basis import modal_assurance, Quadrature
-from squeal_core.readers import read_modes
+from squeal_core.readers import read_modes, ReaderError
 
 MODES, ELEMENTS = 20, (8, 16, 2)
 
@@ -87,3 +88,43 @@ def test_modes_agree(results: Path, brake: Brake, pad: Any) -> None:
     turn = np.linalg.lstsq(theirs[:6].T, own[:6].T, rcond=None)[0]
     np.testing.assert_allclose(turn @ turn.T, np.eye(6), atol=1e-4)
     np.testing.assert_allclose(turn.T @ theirs[:6], own[:6], atol=1e-4 * np.abs(own[:6]).max())
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('test_readers_calculix.ELEMENTS', (2, 3, 1))
+
+
+def test_local_results_show_by_their_shapes(coarse: None, brake: Brake, tmp_path: Path) -> None:
+    """*TRANSFORM with GLOBAL=NO leaves no mark in the file; with GLOBAL=YES nothing changes."""
+    plain = deck(*mesh_of(brake), brake.pad.material, 8)
+    turned = plain.replace('*MATERIAL', '*TRANSFORM, NSET=ALL, TYPE=C\n0, 0, 0, 0, 0, 1\n'
+                           '*MATERIAL')
+    want, found = (read_modes(solved(tmp_path, text), length_unit='mm', mass_unit='t')
+                   for text in (plain, turned))
+    np.testing.assert_allclose(found.shapes[:6], want.shapes[:6], atol=1e-3)
+    local = solved(tmp_path, turned.replace('*NODE FILE', '*NODE FILE, GLOBAL=NO'))
+    with pytest.raises(ReaderError, match='is no rigid motion: .* CalculiX GLOBAL=YES'):
+        read_modes(local, length_unit='mm', mass_unit='t')
+
+
+def test_cyclic_symmetry_is_refused(coarse: None, brake: Brake, tmp_path: Path) -> None:
+    """Of a sector alone, and of all copies of it, whatever the number of nodal diameters."""
+    contact = replace(brake.contact, angle=np.pi / 3.0)
+    where, elements = mesh_of(replace(brake, contact=contact))
+    angle = np.arctan2(where[:, 1], where[:, 0])
+    low, high = (np.flatnonzero(np.abs(angle - side * np.pi / 6.0) < 1e-6) for side in (-1, 1))
+    inner = np.flatnonzero(np.abs(np.hypot(*where[:, :2].T) - 100.0) < 1e-6)
+    text = deck(where, elements, brake.pad.material, 4, np.setdiff1d(inner, low))
+    sides = ''.join(f'*NSET, NSET=N{name}\n' + ''.join(f'{node + 1},\n' for node in nodes)
+                    + f'*SURFACE, NAME={name}, TYPE=NODE\nN{name}\n'
+                    for name, nodes in (('LOW', low), ('HIGH', high)))
+    for copies, diameters in ((1, 0), (6, 2)):
+        model = (f'{sides}*TIE, NAME=SIDES, CYCLIC SYMMETRY\nLOW, HIGH\n*CYCLIC SYMMETRY MODEL, '
+                 f'N=6, NGRAPH={copies}, TIE=SIDES\n0, 0, 0, 0, 0, 1\n*MATERIAL')
+        select = (f'*FREQUENCY\n4\n*SELECT CYCLIC SYMMETRY MODES, NMIN={diameters}, '
+                  f'NMAX={diameters}\n')
+        path = solved(tmp_path, text.replace('*MATERIAL', model).replace(
+            '*FREQUENCY\n4\n', select))
+        with pytest.raises(ReaderError, match=rf'cyclic symmetry \(nodal diameters {diameters}'):
+            read_modes(path, length_unit='mm', mass_unit='t')

@@ -167,5 +167,5 @@ def test_discs_that_are_sectors_or_free(brake: Brake, tmp_path: Path) -> None:
     spin = np.stack([-where[:, 1], where[:, 0], 0.0 * where[:, 0]], axis=1)
     shapes[0] = spin * np.linalg.norm(shapes[1]) / np.linalg.norm(spin)
     path = table(tmp_path / 'disc.csv', where, [0.0, 901.0, 1600.0, 1601.0], shapes)
-    with pytest.raises(ReaderError, match='has 1 rigid modes: the disc is free; hold the disc'):
+    with pytest.raises(ReaderError, match='has 1 rigid modes: the disc is free; clamp the disc'):
         read_component(results(path, 7150.0, 0.016), 4, brake.contact, (0.008, -0.008))
