@@ -95,7 +95,8 @@ def bounded_lines(file: BinaryIO, most_letters: int, error_of: Callable[[int], S
                 raise error_of(number)
             yield line
     finally:
-        text.detach()
+        if not file.closed:  # whoever reads no further may have closed it
+            text.detach()
 
 
 def check_readable(path: str | Path, most_bytes: int, error_of: ErrorOf) -> int:
