@@ -16,6 +16,10 @@ _REMEDIES = (
     ('looks like rpm', 'set its scale: 0.10472, if it is in rpm'),
     ('stamped ahead', 'set its stamp: receipt, or stamp with the clock of the recording'),
     ('without a stamp', 'set its stamp: receipt'),
+    ('given as gauge', 'set its reference: absolute'),
+    ('given as absolute', 'set its reference: gauge'),
+    ('contradicted', 'have one publisher on its topic'),
+    ('implausible', 'check the sensor and its unit against the brakes it is compared with'),
     ('stuck', 'check the sensor; stuck_after and stuck_changes say when a value counts as stuck'),
     ('outside validated range', 'see the validated_... settings: the model says nothing beyond '
                                 'them'),
