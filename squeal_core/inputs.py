@@ -19,6 +19,9 @@ Status: TypeAlias = Literal[
 
 # samples kept of an input: between two ticks, and stamped ahead of them
 _KEPT = 4096
+# settings of which the guards are made, besides those of the input
+_OF_GUARDS = ('bar_suspected_below', 'reference_check', 'publisher_tolerance',
+              'wheel_acceleration_peak', 'wheel_acceleration_mean', 'stuck_changes')
 _TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a friction table
 
 
@@ -145,16 +148,20 @@ class Input:
         self.signal = signal
         self.refused: Counter[str] = Counter()
         self._tick: int | None = None
+        self._guarded: object = None
         self.retune(limits, settings, validated)
         self.forget()
 
     def retune(self, limits: InputSettings, settings: MonitorSettings,
                validated: Validated) -> None:
-        """Take other settings; samples stay, the guards begin anew."""
+        """Take other settings; samples stay, and guards whose settings change begin anew."""
         self._limits, self._settings, self._validated = limits, settings, validated
         self._max_age = round(limits.max_age * 1e9)
         self._ahead = settings.period + round(settings.stamp_tolerance * 1e9)
-        self._begin()
+        guarded = limits, tuple(getattr(settings, name) for name in _OF_GUARDS)
+        if guarded != self._guarded:
+            self._guarded = guarded
+            self._begin()
 
     def _begin(self) -> None:
         """Begin the guards anew."""

@@ -54,6 +54,18 @@ def test_bar_is_remembered_over_a_release_and_forgotten_at_the_first_pascal() ->
     assert judged(guard, [2e6, 20.0, -2e6], start=2.0) == [''] * 3
 
 
+def test_what_is_told_is_remembered_over_a_change_of_other_settings() -> None:
+    watch, other, off = monitor(), monitor(risk_warning=0.9), monitor(bar_suspected_below=0)
+    for tenths in range(20):
+        feed(watch, TICK + tenths * SECOND // 10, **{**GOOD, 'pressure': 20.0})
+    last = TICK + 2 * SECOND
+    for settings, told in ((other, True), (off, False)):
+        watch.retune(settings.brake, settings._settings)
+        feed(watch, last, **{**GOOD, 'pressure': 20.0})
+        assert ('bar given as Pa' in watch.assess(last).reason) is told
+        last += SECOND // 10
+
+
 def test_what_is_no_bar() -> None:
     ramp = np.linspace(0.0, 5e4, 200)  # 0.5 bar over 2 s: below 500 Pa for 20 ms
     noise = np.random.default_rng(1).normal(0.0, 100.0, 5000)
