@@ -34,7 +34,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    options, unknown = parser().parse_known_args(arguments)
+    top = parser()
+    first = (sys.argv[1:] if arguments is None else list(arguments))[:1]
+    if first and first[0].startswith('-') and first[0] not in ('-h', '--help', '--version'):
+        top.error(f'unrecognized arguments: {first[0]}')  # argparse would miss the command only
+    options, unknown = top.parse_known_args(arguments)
     if unknown:
         options.parser.error(f'unrecognized arguments: {" ".join(unknown)}')
     run: Callable[[argparse.Namespace], int] = options.run

@@ -244,5 +244,7 @@ def _mechanism_json(model: BrakeModel, point: OperatingPoint,
 
 
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
+    if options.duration is not None:
+        positive('--duration', options.duration)
     return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv'), warn=warn),
             read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn))

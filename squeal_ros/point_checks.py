@@ -60,9 +60,15 @@ def check_values(where: str, name: str, values: Iterable[float], *, signed: bool
 
 def check_value(where: str, name: str, value: float | None) -> None:
     """Refuse or doubt one number, which may not be given; zero is no doubtful number."""
-    if value is None or not math.isfinite(value) or value == 0.0:
+    if value is None:
         return
     about = _RANGES[name]
+    if not math.isfinite(value):
+        raise SquealError(f'{where}: is {value}; give a finite number')
+    if value == 0.0:
+        if name == 'rotor_speed':
+            raise SquealError(f'{where}: is 0 rad/s; steady sliding needs another speed')
+        return
     size = abs(value) if about.signed else value
     near = hint(size, about.dimension, 1.0, about.unit, about.usual)
     if not about.possible[0] <= size <= about.possible[1]:

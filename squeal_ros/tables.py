@@ -72,6 +72,8 @@ def _check(options: argparse.Namespace) -> None:
         raise SquealError(f'--most is {options.most}, --seed {options.seed}; give a number of '
                           'anchors from 1, and a seed from 0')
     check_point(options)
+    if options.duration is not None:
+        positive('--duration', options.duration)
     given = [name for name in _RANGES if getattr(options, name) is not None]
     if options.drive and given:
         raise SquealError(f'--drive: says all, and --{given[0].replace("_", "-")} is given too; '

@@ -136,7 +136,9 @@ def test_remedies_name_no_package_that_a_stranger_could_publish() -> None:
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [
-    (['moddes', 'kang2009'], 'did you mean modes?'),
+    (['moddes', 'kang2009'], 'did you mean modes?'), (['--verson'], 'did you mean --version?'),
+    (['tabulate', 'kang2009', '--drive', 'us06', '--duration', '-3', '-o', 'x.npz'],
+     '--duration: is -3'),
     (['modes', 'kang2009', '--rotor-speed', '5', '--frction', '3'], 'did you mean --friction?'),
     (['modes', 'kang2009', '--rotor-speed', '5x'], "invalid float value: '5x'"),
     (['modes', 'kang2009'], 'required: --rotor-speed'), ([], 'required: COMMAND')])

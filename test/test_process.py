@@ -99,8 +99,8 @@ def test_modes_take_slope_from_option_or_law() -> None:
 
 @pytest.mark.parametrize(('arguments', 'words'), [
     (['modes', 'nobody', '--rotor-speed', '5'], 'nobody'),
-    (['modes', 'kang2009', '--rotor-speed', '0'], 'rotor_speed'),
-    (['modes', 'kang2009', '--rotor-speed', 'nan'], 'rotor_speed'),
+    (['modes', 'kang2009', '--rotor-speed', '0'], '--rotor-speed'),
+    (['modes', 'kang2009', '--rotor-speed', 'nan'], '--rotor-speed'),
     (['modes', 'kang2009', '--rotor-speed', '5', '--preload', '-1'], '--preload'),
     (['build', 'nobody.yaml', '-o', 'x.npz'], 'nobody.yaml'),
     (['info', 'README.md'], 'README.md'),
