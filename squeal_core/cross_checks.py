@@ -40,8 +40,11 @@ class CrossChecks:
         """Take other settings of the same brakes; what was gathered stays."""
         self._settings = settings
         self.partners = axle_partners(tuple(self._wheels), settings.axles)
+        order = list(self._wheels)
         for brake in settings.brakes:
             wheel = self._wheels[brake.name]
+            other = self.partners.get(brake.name, brake.name)
+            wheel.is_first = order.index(brake.name) <= order.index(other)
             wheel.update_settings(brake)
             wheel.partner = self._wheels.get(self.partners.get(brake.name, ''))
             wheel.others = [other for other in self._wheels.values()
@@ -109,8 +112,8 @@ class CrossChecks:
             pressure, speed = wheel.doubts['pressure'], wheel.doubts['rotor_speed']
             pressure.weigh([*rules.against_pressure(wheel, wheels, motion, end, settings)],
                            agrees=rules.pressure_agrees(wheel, pressure.kind, settings))
-            speed.weigh([*rules.against_speed(wheel, motion, settings)],
-                        agrees=rules.speed_agrees(wheel, motion, settings))
+            slow_or_fast, agrees = rules.against_speed(wheel, motion, settings)
+            speed.weigh(slow_or_fast, agrees=agrees)
             if (friction := wheel.doubts.get('friction')) is not None:
                 found, compared = rules.against_friction(wheel, settings)
                 if compared:

@@ -12,9 +12,9 @@ _SECOND = 1_000_000_000
 _AGREEMENT = 3 * _SECOND // 10  # ns for which an input must agree again
 COMPARED: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
 _UNTIL: dict[Signal, str] = {
-    'pressure': 'held until it brakes as the others do',
-    'rotor_speed': 'held until it turns as the others do',
-    'friction': 'held until it is like the others'}
+    'pressure': 'until it brakes as the others do',
+    'rotor_speed': 'until it turns as the others do',
+    'friction': 'until it is like the others'}
 
 
 class Contradiction(NamedTuple):
@@ -66,7 +66,7 @@ class Doubt:
     @property
     def said(self) -> str:
         """What is wrong, in words that follow the value; '' for nothing."""
-        return self.text and (self.text if self._present else f'{self.text}; {self.until}')
+        return self.text and (self.text if self._present else f'{self.text}, {self.until}')
 
 
 class Wheel:
@@ -84,6 +84,7 @@ class Wheel:
         self.name = brake.name
         self.partner: Self | None = None
         self.others: list[Self] = []  # without the partner
+        self.is_first = True  # of its axle, in the order of the settings: a side
         self.windows = {signal: SignalWindow(one.max_age, one.minimum, one.maximum)
                         for signal, one in brake.inputs.items() if signal in COMPARED}
         self.forget()

@@ -156,8 +156,8 @@ def _others_brake(wheel: Wheel, settings: MonitorSettings) -> bool:
 
 def _one_sided(wheel: Wheel, ratio: float) -> bool:
     """Tell whether another axle brakes less on one side too, as on a road of two grips."""
-    return any(other.partner is not None and other.smooth < ratio * other.partner.smooth
-               for other in wheel.others)
+    return any(other.partner is not None and other.is_first == wheel.is_first
+               and other.smooth < ratio * other.partner.smooth for other in wheel.others)
 
 
 def _mean_pressure(wheels: Sequence[Wheel]) -> float:
@@ -240,32 +240,25 @@ class _Span(NamedTuple):
     only_partner: bool = False
 
 
-def against_speed(wheel: Wheel, motion: Motion,
-                  settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against the speed of a wheel."""
+def against_speed(wheel: Wheel, motion: Motion, settings: MonitorSettings
+                  ) -> tuple[list[Contradiction], bool]:
+    """Return what speaks against the speed of a wheel, and whether others turn alike."""
     own = abs(wheel.own('rotor_speed').mean)
     span = _span(wheel, motion, settings)
-    if span is None or math.isnan(own):
-        yield from _slow_axle(wheel, own, settings)
-        return
+    if span is None or math.isnan(own) or span.low <= own <= span.high:
+        found = list(_slow_axle(wheel, own, settings))
+        return found, span is not None and not found and not math.isnan(own)
     braking = wheel.own('pressure').smooth >= settings.release_pressure
-    if own < span.low:
-        at_rest = own < settings.minimum_rotor_speed
-        after = (settings.lock_time if braking
-                 else settings.single_brake_time if span.only_partner
-                 else settings.contradiction_time if at_rest else settings.slip_time)
-        yield Contradiction('slow', after, _though(wheel, span.wheel, 'rotor_speed'))
-    elif own > span.high:
-        after = settings.slip_time if braking else settings.single_brake_time
-        yield Contradiction('fast', after, _though(wheel, span.wheel, 'rotor_speed'))
+    if own > span.high:
+        kind, after = 'fast', settings.slip_time if braking else settings.single_brake_time
+    elif braking:
+        kind, after = 'slow', settings.lock_time
+    elif span.only_partner:
+        kind, after = 'slow', settings.single_brake_time
     else:
-        yield from _slow_axle(wheel, own, settings)
-
-
-def speed_agrees(wheel: Wheel, motion: Motion, settings: MonitorSettings) -> bool:
-    """Tell whether a wheel turns as the others allow, and there are others that turn."""
-    span = _span(wheel, motion, settings)
-    return span is not None and span.low <= abs(wheel.own('rotor_speed').mean) <= span.high
+        at_rest = own < settings.minimum_rotor_speed
+        kind, after = 'slow', settings.contradiction_time if at_rest else settings.slip_time
+    return [Contradiction(kind, after, _though(wheel, span.wheel, 'rotor_speed'))], False
 
 
 def _span(wheel: Wheel, motion: Motion, settings: MonitorSettings) -> _Span | None:

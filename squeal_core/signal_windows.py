@@ -30,6 +30,7 @@ class SignalWindow:
 
     def __init__(self, max_age: float, minimum: float, maximum: float) -> None:
         self._waiting: list[tuple[int, float]] = []
+        self._in_order = True
         self.update_settings(max_age, minimum, maximum)
         self.forget()
 
@@ -55,6 +56,8 @@ class SignalWindow:
         """Take a sample, to be looked at when its time has come."""
         if stamp <= 0 or not self._minimum <= value <= self._maximum:
             return
+        self._in_order = self._in_order and (
+            not self._waiting or stamp >= self._waiting[-1][0])
         self._waiting.append((stamp, value))
         if len(self._waiting) > _KEPT:
             del self._waiting[0]
@@ -82,10 +85,14 @@ class SignalWindow:
         waiting = self._waiting
         if not waiting:
             return waiting
-        if any(b[0] < a[0] for a, b in zip(waiting, waiting[1:], strict=False)):
+        if not self._in_order:
             waiting.sort(key=_by_stamp)
-        count = bisect_right(waiting, end, key=_by_stamp)
-        due, self._waiting = waiting[:count], waiting[count:]
+            self._in_order = True
+        if waiting[-1][0] <= end:
+            due, self._waiting = waiting, []
+        else:
+            count = bisect_right(waiting, end, key=_by_stamp)
+            due, self._waiting = waiting[:count], waiting[count:]
         return due if not due or due[0][0] >= self._newest else [
             sample for sample in due if sample[0] >= self._newest]
 
