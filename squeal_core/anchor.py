@@ -23,6 +23,7 @@ import numpy as np
 
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.block_series import BlockLayout
+from squeal_core.coupling_floor import CouplingFloor
 from squeal_core.encounters import Encounters
 from squeal_core.monomials import Monomials
 from squeal_core.operating_point import OperatingPoint
@@ -57,6 +58,8 @@ class Anchor:
         Square of the step over that at which a block meets another, were these two alone.
     encounters : Encounters
         Pairs of roots that the ratio of a block's terms does not show.
+    floor : CouplingFloor
+        Least remainder by couplings over gaps, whatever the terms.
     rounding : (blocks,) array
         Error of the eigensolution at the anchor [1/s].
     mirrored : (n,) bool array
@@ -73,6 +76,7 @@ class Anchor:
     majorants: tuple[FloatArray, ...]
     nearness: FloatArray
     encounters: Encounters
+    floor: CouplingFloor
     rounding: FloatArray
     mirrored: Any
 
@@ -81,7 +85,7 @@ class Anchor:
         """Size in memory [bytes], with what is made of it at first use."""
         bounds = 4 * 4 * self.sizes.size * self.monomials.count
         return int(self.series.nbytes + sum(m.nbytes for m in self.majorants)
-                   + self.nearness.nbytes + self.encounters.nbytes + bounds)
+                   + self.nearness.nbytes + self.encounters.nbytes + self.floor.nbytes + bounds)
 
     @cached_property
     def layout(self) -> BlockLayout:
@@ -117,6 +121,7 @@ class Anchor:
         entries = (terms @ self._parts).view(complex)
         remainder = self._remainder(np.abs(terms).astype(np.float32))
         remainder += self.encounters.left_out(steps)
+        np.maximum(remainder, self.floor.bound(steps), out=remainder)
         remainder += self.rounding
         return self.layout.solved(entries, remainder)
 
@@ -140,10 +145,11 @@ class Anchor:
         found = sizes @ self._bounds
         bounds = found.reshape(*found.shape[:-1], 4, -1)
         last, final, near = bounds[..., 1, :], bounds[..., 2, :], bounds[..., 3, :]
-        ratios = final[..., None, :] / bounds[..., :2, :]
-        ratio = np.maximum(ratios[..., 1, :], np.sqrt(np.maximum(ratios[..., 0, :], near)))
-        final = np.maximum(final, ratio * last)  # of a veering every other degree vanishes
-        left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, 1.0 - _DIVERGENT)
+        with np.errstate(over='ignore'):  # where terms of less degree vanish
+            ratios = final[..., None, :] / bounds[..., :2, :]
+            ratio = np.maximum(ratios[..., 1, :], np.sqrt(np.maximum(ratios[..., 0, :], near)))
+            final = np.maximum(final, ratio * last)  # of a veering every other degree vanishes
+            left = _SAFETY * final * ratio / np.maximum(1.0 - ratio, 1.0 - _DIVERGENT)
         left[ratio >= _DIVERGENT] = np.inf
         return np.asarray(left, float)
 

@@ -13,10 +13,11 @@ from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.block_recursion import Lower, Recursion
 from squeal_core.block_series import BlockLayout
 from squeal_core.brake_model import BrakeModel
+from squeal_core.coupling_floor import coupling_floor
 from squeal_core.encounters import encounters
 from squeal_core.monomials import Monomials
 from squeal_core.operating_point import Coefficients, OperatingPoint
-from squeal_core.stability import state_matrix
+from squeal_core.stability import frequency_scale, state_matrix
 from squeal_core.steps import completed, Steps
 from squeal_core.workers import pause
 
@@ -25,6 +26,7 @@ _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would
 _SLOPE_STEP = 0.01  # s/m; the slope may be zero
 _COUPLING = 0.07  # root of the second-order term from which on two modes share a block
 _DEFECTIVE = 4.9e-5  # part of the largest eigenvalue by which some are off: vectors are one
+_SMALL = 0.01  # of the damping or stiffness that is the spectrum's scale
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
@@ -86,8 +88,16 @@ class _Frame:
         steps = [np.array(there.coefficients())[rows] - centre
                  for there in _neighbours(point, stiffness_step)]
         scales = np.abs(steps).max(axis=0, initial=0.0)
-        scales[scales == 0.0] = 1.0
+        still = np.flatnonzero(scales == 0.0)
+        scales[still] = [_small_change(model, point, rows[i]) for i in still.tolist()]
         return cls(rows, centre, scales, [step / scales for step in steps])
+
+
+def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
+    """Return a step of a coefficient that no parameter's step moves, as at no friction."""
+    name = Coefficients._fields[row]
+    scale = frequency_scale(model, point) ** (1 if name in _DAMPING else 2)
+    return _SMALL * scale / float(np.abs(getattr(model, name)).max()) or 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +144,7 @@ def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series:
         majorants=tuple(readonly(layout.norms(term.astype(complex)).T) for term in terms[-3:]),
         nearness=readonly(np.float32(_nearness(roots, couplings, blocks, monomials))),
         encounters=encounters(roots, couplings, blocks, frame.steps, monomials.degree),
+        floor=coupling_floor(roots, couplings, blocks, monomials.degree),
         rounding=readonly([spectrum.rounding[block].max() for block in blocks]),
         mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
 

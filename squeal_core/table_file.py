@@ -17,6 +17,7 @@ from squeal_core.anchor import Anchor
 from squeal_core.arrays import readonly
 from squeal_core.block_series import BlockLayout
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.coupling_floor import CouplingFloor, LONGEST
 from squeal_core.encounters import Encounters
 from squeal_core.errors import quoted, SquealError, TableFileError
 from squeal_core.monomials import Monomials
@@ -31,7 +32,7 @@ from squeal_core.npz_archive import (
 from squeal_core.operating_point import Coefficients, OperatingPoint
 
 FORMAT = 'squeal_ros table of anchors'
-SCHEMA = 2  # 1, of unreleased versions, had the entries of pairs as they are
+SCHEMA = 3  # 1 and 2, of unreleased versions, had no floor
 MAX_ANCHORS = 100_000
 
 _FINE = 2  # degree from which on terms may be of single precision
@@ -39,7 +40,8 @@ _POINT = tuple(item.name for item in dataclasses.fields(OperatingPoint))
 _KINDS = {  # of each array: all anchors' values one after the other
     'points': '<f8', 'scales': '<f8', 'blocks': '<i4', 'sizes': '<i4', 'first_terms': '<f8',
     'terms': '<f4', 'fine_terms': '<f8', 'nearness': '<f4', 'rounding': '<f8', 'mirrored': '|u1',
-    'pairs': '<i4', 'rates': '<f4', 'weights': '<f4', 'order': '<i4', 'owners': '<i4'}
+    'pairs': '<i4', 'rates': '<f4', 'weights': '<f4', 'order': '<i4', 'owners': '<i4',
+    'floor_weights': '<f4', 'floor': '<f4'}
 KIND = ArchiveKind(
     noun='table file', contents='anchors', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
     error=TableFileError,
@@ -127,7 +129,8 @@ def _packed(anchors: Sequence[Anchor]) -> dict[str, Any]:
             'rounding': anchor.rounding, 'mirrored': anchor.mirrored,
             'pairs': [met.weights.size, met.order.size, int(coarse)],
             'rates': np.stack([met.rates.real, met.rates.imag]), 'weights': met.weights,
-            'order': met.order, 'owners': met.owners}
+            'order': met.order, 'owners': met.owners, 'floor_weights': anchor.floor.weights,
+            'floor': anchor.floor.sizes}
         for name, value in values.items():
             columns[name].append(np.ravel(value))
     return {name: np.concatenate(parts).astype(_KINDS[name]) for name, parts in columns.items()}
@@ -214,7 +217,16 @@ def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> Anc
                         for a, b in zip(ends[-4:-1], ends[-3:], strict=True)),
         nearness=readonly(reader.take('nearness', blocks, len(monomials.terms[2]))),
         encounters=_encounters(reader, pairs, listed, rows.size, blocks, monomials.degree),
+        floor=_floor(reader, rows.size, blocks, monomials.degree),
         rounding=readonly(reader.take('rounding', blocks)), mirrored=mirrored)
+
+
+def _floor(reader: _Reader, variables: int, blocks: int, degree: int) -> CouplingFloor:
+    weights = readonly(reader.take('floor_weights', variables))
+    sizes = readonly(reader.take('floor', variables + 1, LONGEST - degree, blocks))
+    if weights.min(initial=0.0) < 0.0 or sizes.min(initial=0.0) < 0.0:
+        raise ValueError('a floor is negative')
+    return CouplingFloor(weights, sizes, degree)
 
 
 def _encounters(reader: _Reader, pairs: int, listed: int, variables: int, blocks: int,

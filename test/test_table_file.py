@@ -119,7 +119,7 @@ def test_series_that_are_no_single_precision_are_kept_whole(tmp_path: Path) -> N
 
 def test_header(path: Path) -> None:
     header = read_table_header(path)
-    assert (header['schema'], header['anchors'], header['degree']) == (2, 3, 3)
+    assert (header['schema'], header['anchors'], header['degree']) == (3, 3, 3)
     assert header['about'] == {'made': 'here'}
     assert header['model'] == model_hash(MODEL)
 
@@ -175,7 +175,7 @@ def test_contents_that_do_not_match_the_hash(path: Path, header: Any, arrays: An
     assert 'do not match its hash' in refusal(path)
 
 
-@pytest.mark.parametrize('schema', [3, 1, 0, -1, '2', None, 2.0, True])
+@pytest.mark.parametrize('schema', [4, 2, 1, 0, -1, '2', None, 2.0, True])
 def test_other_schemas(path: Path, schema: Any) -> None:
     assert f'has schema {schema!r}; this version' in refusal(rewrite(path, {'schema': schema}))
 
