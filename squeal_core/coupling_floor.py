@@ -6,11 +6,11 @@ it over others a, b, ... back into the block. Of a walk of n couplings comes a t
     E_ra E_ab ... E_zr / ((lambda_r - lambda_a) (lambda_r - lambda_b) ...)
 
 Where couplings form a ring, as of a friction couple of entries (i, i + 1) alone, every walk
-shorter than the ring vanishes. All terms of a series are zero then, though it is not exact, and nothing
-that is computed from these terms shows it. So walks beyond the degree of the series are summed
-here, by root sum square: of one walk that is its size, of many with phases of their own about what
-they come to. They count where the walks within the degree do not show them: of a matrix without
-such a structure they do, and the remainder is the one of the terms.
+shorter than the ring vanishes. All terms of a series are zero then, though it is not exact, and
+nothing that is computed from these terms shows it. So walks beyond the degree of the series are
+summed here, by root sum square: of one walk that is its size, of many with phases of their own
+about what they come to. They count where the walks within the degree do not show them: of a matrix
+without such a structure they do, and the remainder is the one of the terms.
 """
 
 from collections.abc import Sequence
