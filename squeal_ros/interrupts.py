@@ -59,7 +59,9 @@ class InterruptOnce:
     def __exit__(self, *_: object) -> None:
         self._came = True
         for number, handler in self._before.items():
-            signal.signal(number, handler)
+            # what would end a process that starts has no say over one that is done
+            if not isinstance(getattr(handler, '__self__', None), EndAtOnce):
+                signal.signal(number, handler)
         sys.unraisablehook = self._hook
 
     def _interrupt(self, *_: object) -> None:
