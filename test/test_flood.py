@@ -108,8 +108,8 @@ def warmed_up(ear: Vehicle, process: int) -> None:
         memory = Footprint.of(process).memory
         if memory < 1.005 * before:
             return
-        before = memory
-        watch(ear, 3.0)
+        before, enough = memory, int(ear.figures['ticks_done']) + 300
+        ear.until(lambda to=enough: int(ear.figures['ticks_done']) >= to)  # type: ignore[misc]
 
 
 @processes.linux
