@@ -198,7 +198,7 @@ def run_live(signals: BrakeSignals, config: Path, files: DemoFiles, display: Dri
             raise SquealError(f'the monitor did not subscribe within {_START_UP:.0f} s; see what '
                               'it says above, and check the network settings')
         with display.running():
-            for heard in player.play(speed_up=speed_up, lag=1.5 / settings.rate,
+            for heard in player.play(speed_up=speed_up, lag=0.99 / settings.rate,
                                      record=bag.write):
                 if process.poll() is not None:
                     raise SquealError(f'the monitor ended with code {process.returncode} during '

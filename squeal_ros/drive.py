@@ -114,22 +114,23 @@ class BrakePlayer:
         simulated : bool
             Publish /clock and stamp with the drive's time; otherwise stamp with the system's.
         lag : float
-            The simulated clock waits for a monitor whose last answer is older than this [s], for
-            some seconds at most: a slow or busy machine then loses no tick.
+            Time waits for a monitor whose last answer is older than this [s], for some seconds at
+            most: a slow or busy machine then loses no tick.
         record : callable
             Given topic, type, time [ns] and CDR bytes of each message.
         """
         step_time = self._signals.time[1] - self._signals.time[0]
-        start = time.monotonic() + step_time / speed_up
+        start, now = time.monotonic() + step_time / speed_up, 0
         for step, seconds in enumerate(self._signals.time):
             # half a step ahead of the clock, so that they are there when it reaches their stamps
             yield self._until(start + (seconds - 0.5 * step_time) / speed_up)
+            if step:  # what an answer depends on is out, and nothing that is later
+                self._await_answer(now - lag * 1e9)
             now = ORIGIN + round(seconds * 1e9) if simulated else time.time_ns()
             for topic, message in self._messages(step, now):
                 self._publishers[topic].publish(message)
                 record(f'/{topic}', _type_name(message), now, serialize_message(message))
             if simulated:
-                self._await_answer(now - lag * 1e9)
                 yield self._until(start + seconds / speed_up)
                 self._clock.publish(Clock(clock=_time(now)))
             start = max(start, time.monotonic() - (seconds + 0.5 * step_time) / speed_up)
