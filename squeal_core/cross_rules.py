@@ -149,7 +149,7 @@ def _others_brake(wheel: Wheel, settings: MonitorSettings) -> bool:
             if opposite is None or math.isnan(opposite.pressure):
                 return True
             if (opposite.pressure >= settings.release_pressure
-                    and 0.5 <= other.smooth / opposite.smooth <= 2.0):
+                    and opposite.smooth <= 2.0 * other.smooth <= 4.0 * opposite.smooth):
                 return True
     return False
 
