@@ -79,6 +79,7 @@ ORDER = (
     'squeal_core.component',
     'squeal_core.build',
     'squeal_core.monomials',
+    'squeal_core.coupling_floor',
     'squeal_core.block_series',
     'squeal_core.encounters',
     'squeal_core.anchor',

@@ -1,5 +1,6 @@
 """Bags: written, read, damaged; and the replay of what a node was given."""
 
+from dataclasses import replace
 import math
 from pathlib import Path
 from typing import Any
@@ -195,6 +196,7 @@ def test_two_connections_of_one_topic_that_contradict_each_other(
             for name, number in ((topic, value), *([('second', 0.0)] * (topic == '/pressure'))):
                 data = STORE.serialize_cdr(library.type(FLOAT)(data=number), FLOAT)
                 bag.write(connections[name], time + (name == 'second'), data)
+    settings = replace(settings, pressure_slew=0.0)  # which would tell it too, and for longer
     said = [tick[0] for tick in replay(tmp_path / 'bag', settings, kang)]
     assert [found.state for found in said] == [
         'released', 'released', 'steady', *['invalid'] * 3, *['released'] * 3]
