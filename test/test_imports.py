@@ -81,6 +81,7 @@ ORDER = (
     'squeal_core.monomials',
     'squeal_core.coupling_floor',
     'squeal_core.block_series',
+    'squeal_core.coupling_floor',
     'squeal_core.encounters',
     'squeal_core.anchor',
     'squeal_core.block_recursion',
