@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Iterator
 from pathlib import Path
+import re
 import subprocess
 import sys
 from typing import NamedTuple
@@ -263,6 +264,12 @@ def leaf_of(target: str) -> str:
 
 def test_every_module_has_its_place_in_the_order() -> None:
     assert sorted(SOURCES) == sorted(ORDER)
+
+
+def test_the_architecture_names_every_module() -> None:
+    named = set(re.findall(r'`(\w+)/?`', (ROOT / 'docs/architecture.md').read_text('utf-8')))
+    rooms = {name.split('.')[1] for name in SOURCES if '.' in name}  # packages are named whole
+    assert rooms - named == set()
 
 
 @each('module', SOURCES)
