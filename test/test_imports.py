@@ -82,7 +82,6 @@ ORDER = (
     'squeal_core.monomials',
     'squeal_core.coupling_floor',
     'squeal_core.block_series',
-    'squeal_core.coupling_floor',
     'squeal_core.encounters',
     'squeal_core.coupling_floor',
     'squeal_core.anchor',
