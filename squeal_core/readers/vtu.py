@@ -37,6 +37,9 @@ _FLAT = {1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 34}  # points, lines and sur
 _NUMBERED = re.compile(r'mode[ _#-]*(\d+)', re.IGNORECASE)
 _HERTZ = re.compile(r'([-+]?\d+\.?\d*(?:e[-+]?\d+)?)[ _]*Hz\b', re.IGNORECASE)
 _APPENDED = re.compile(rb'<AppendedData[^>]*>\s*_')
+_MOST_TAGS = 100_000  # of XML; an array has two
+# real shapes pack to a tenth at best; a file that states more is damaged, or a bomb
+_MOST_RATIO, _MOST_SMALL = 50, 50_000_000
 _REMEDY = 'see docs/modal_results.md for the arrays to write'
 
 
@@ -50,6 +53,7 @@ class _File:
     unpack: Callable[[bytes, int], bytes] | None
     appended: bytes
     encoded: bool  # appended data in base64
+    most: int  # bytes that an array, or all modes, may unpack to
 
     def error(self, what: str, remedy: str = AGAIN) -> ReaderError:
         return ReaderError(self.path, what, remedy)
@@ -58,9 +62,12 @@ class _File:
 def read(path: Path) -> RawModes:
     """Read points, solid cells and the vectors of modes."""
     data = read_bytes(path)
-    if b'<!DOCTYPE' in data[:4096] or b'<!ENTITY' in data[:4096]:
-        raise ReaderError(path, 'defines entities, which a VTU file has no need of', AGAIN)
     found = _APPENDED.search(data)
+    markup = data[:found.end()] if found else data
+    if b'<!DOCTYPE' in markup or b'<!ENTITY' in markup:
+        raise ReaderError(path, 'defines entities, which a VTU file has no need of', AGAIN)
+    if markup.count(b'<') > _MOST_TAGS:
+        raise ReaderError(path, f'has more than {_MOST_TAGS} tags', 'export fewer arrays')
     end = data.rfind(b'</AppendedData>')
     raw = data[found.end():end] if found and end > found.end() else b''
     try:
@@ -68,7 +75,7 @@ def read(path: Path) -> RawModes:
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise ReaderError(path, f'is cut short or no XML ({error})', AGAIN) from None
     try:
-        return _read(_file(path, root, raw), root)
+        return _read(_file(path, root, raw, len(data)), root)
     except ReaderError:
         raise
     except (KeyError, ValueError, TypeError, IndexError, OverflowError, EOFError, zlib.error,
@@ -86,7 +93,7 @@ def _unlzma(data: bytes, size: int) -> bytes:
     return lzma.LZMADecompressor().decompress(data, max(size, 1))
 
 
-def _file(path: Path, root: ElementTree.Element, appended: bytes) -> _File:
+def _file(path: Path, root: ElementTree.Element, appended: bytes, size: int) -> _File:
     compressor = root.get('compressor', '')
     unpackers = {'': None, 'vtkZLibDataCompressor': _unzlib, 'vtkLZMADataCompressor': _unlzma}
     if root.tag != 'VTKFile' or root.get('type') != 'UnstructuredGrid':
@@ -98,7 +105,8 @@ def _file(path: Path, root: ElementTree.Element, appended: bytes) -> _File:
     section = root.find('AppendedData')
     return _File(path, '>' if root.get('byte_order') == 'BigEndian' else '<',
                  _TYPES[root.get('header_type', 'UInt32')], unpackers[compressor], appended,
-                 section is not None and section.get('encoding') == 'base64')
+                 section is not None and section.get('encoding') == 'base64',
+                 min(8 * MAX_VALUES, _MOST_SMALL + _MOST_RATIO * size))
 
 
 def _read(file: _File, root: ElementTree.Element) -> RawModes:
@@ -136,6 +144,9 @@ def _modes(file: _File, piece: ElementTree.Element,
                          f'but {quoted([*arrays])}', _REMEDY)
     if numbers != list(range(numbers[0], numbers[0] + len(numbers))) or numbers[0] > 1:
         raise file.error(f'has modes {quoted(numbers)}', 'give all modes from 0 or 1, each once')
+    if 8 * size * len(found) > file.most:
+        raise file.error(f'states {len(found)} modes at {size // 3} points, which so small a file '
+                         'cannot hold')
     return numbers, [name for _, name in found], [_array(file, arrays[name], size)
                                                   for _, name in found]
 
@@ -199,7 +210,7 @@ def _block(file: _File, data: bytes, encoded: bool) -> bytes:
     count = int(np.frombuffer(_take(data, 0, dtype.itemsize, encoded), dtype)[0])
     table = np.frombuffer(_take(data, 0, dtype.itemsize * (3 + count), encoded), dtype)
     whole, last, packed = int(table[1]), int(table[2]), table[3:].astype(np.int64)
-    if whole * count > 8 * MAX_VALUES:
+    if whole * count > file.most:
         raise file.error(f'has an array of {whole * count} bytes', 'export fewer modes')
     start = dtype.itemsize * (3 + count)
     if encoded:  # the table is encoded by itself
