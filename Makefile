@@ -65,9 +65,11 @@ nastran: .venv-nastran/installed  ## tests of OP2 files, with pyNastran and nump
 	.venv-nastran/bin/python -c 'import pyNastran.op2.op2_geom'  # else its tests would skip
 	.venv-nastran/bin/python -m pytest -q -p no:cacheprovider -k op2 test/test_readers_*.py
 
-lint: $(VENV)/installed  ## ruff and mypy
+lint: $(VENV)/installed  ## ruff, mypy, and flake8 and pep257 as ament has them
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/ament_flake8 $(SOURCES) > $(VENV)/flake8 || { cat $(VENV)/flake8; exit 1; }
+	$(BIN)/ament_pep257 $(SOURCES) > $(VENV)/pep257 2>&1 || { cat $(VENV)/pep257; exit 1; }
 
 benchmark: $(VENV)/installed  ## timings, printed
 	$(BIN)/python benchmark/full_solve.py

@@ -1,4 +1,19 @@
-"""What an assessment costs while braking: modes, risk and the margins' share, tables warm.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What an assessment costs while braking: modes, risk and the margins' share, tables warm.
 
 Run: python benchmark/assessment.py [--drive us06] [--brakes 4] [--seconds 120]
 
@@ -11,7 +26,7 @@ solved again and again in between.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import argparse
+import argparse  # noqa: I100
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import groupby

@@ -1,11 +1,26 @@
-"""What one assessment costs: the eigensolution, the vectors, the whole; medians, one BLAS thread.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What one assessment costs: the eigensolution, the vectors, the whole; medians, one BLAS thread.
 
 Run: python benchmark/full_solve.py
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from collections.abc import Callable
+from collections.abc import Callable  # noqa: I100
 import platform
 import time
 
@@ -15,7 +30,7 @@ import scipy
 from squeal_core import BrakeModel
 from squeal_core.monitor import BrakeMonitor, Sample
 from squeal_core.settings import read_settings
-from squeal_core.mode_vectors import mode_vectors
+from squeal_core.mode_vectors import mode_vectors  # noqa: I100
 from squeal_core.stability import complex_modes, eigenvalues
 
 

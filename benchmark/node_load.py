@@ -1,4 +1,19 @@
-"""Load and lateness of the node: four brakes at 100 Hz, all braking all the time, or in a drive.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Load and lateness of the node: four brakes at 100 Hz, all braking all the time, or in a drive.
 
 Run: python benchmark/node_load.py [--seconds 30] [--warm-up 300] [--rate 100] [--still]
      [--drive us06] [--table TABLE.npz]
@@ -14,7 +29,7 @@ Lost ticks are those that the node counts.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import argparse
+import argparse  # noqa: I100
 from collections import Counter
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -35,7 +50,7 @@ from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
-from squeal_core import BrakeModel
+from squeal_core import BrakeModel  # noqa: I100
 from squeal_core.settings import NODE_NAME
 
 Inputs: TypeAlias = Callable[[float], tuple[Any, Any, Any]]

@@ -1,4 +1,19 @@
-"""What the online engine costs, against numpy's eigvals in the same process; one BLAS thread.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What the online engine costs, against numpy's eigvals in the same process; one BLAS thread.
 
 Run: python benchmark/online.py [--drives us06 ...] [--live 60] [--sizes 30 60 92 150 250]
 
@@ -8,7 +23,7 @@ again and again between the measured calls, over the time of what is measured.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import argparse
+import argparse  # noqa: I100
 from collections.abc import Callable, Sequence
 import math
 import platform
@@ -17,7 +32,7 @@ from typing import Any
 
 from drives import braking_points, DRIVES
 from sizes import sized
-import numpy as np
+import numpy as np  # noqa: I100
 import scipy
 
 from squeal_core import BrakeModel
@@ -42,7 +57,8 @@ def reference(model: BrakeModel, point: OperatingPoint) -> float:
 def timed(model: BrakeModel, points: Sequence[OperatingPoint],
           task: Callable[[OperatingPoint], object], rate: float = math.inf
           ) -> tuple[np.ndarray, float]:
-    """Return the time of each call and the median of the reference solves between them [s].
+    """
+    Return the time of each call and the median of the reference solves between them [s].
 
     With a rate the calls come as they would on the vehicle, so many a second.
     """

@@ -1,4 +1,19 @@
-"""The fast engine against the full solver at random points of the whole range.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The fast engine against the full solver at random points of the whole range.
 
 Run: python benchmark/online_accuracy.py [--points 20000] [--model kang2009] [--seed 0] [--json]
 
@@ -11,7 +26,7 @@ what is allowed: 0.1 1/s or 2 % of their decay.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields  # noqa: I100
 import json
 import sys
 

@@ -1,4 +1,19 @@
-"""Draw how the error of the online engine grows with the distance from an anchor.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Draw how the error of the online engine grows with the distance from an anchor.
 
 Run: python benchmark/online_error.py [-o docs/images/online_error.png]
 
@@ -8,7 +23,7 @@ all oscillating modes within reach of the squeal band is compared with a full so
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import argparse
+import argparse  # noqa: I100
 from dataclasses import replace
 
 from drives import braking_points

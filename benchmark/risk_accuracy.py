@@ -1,4 +1,19 @@
-"""The summed risk against samples of the fast engine, at points of the US06 drive.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The summed risk against samples of the fast engine, at points of the US06 drive.
 
 Run: python benchmark/risk_accuracy.py [--points 200] [--samples 20000] [--seed 0] [--json]
 
@@ -11,7 +26,7 @@ off by more than 0.02 and two standard errors of the sample.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from itertools import pairwise
+from itertools import pairwise  # noqa: I100
 import json
 import math
 import sys

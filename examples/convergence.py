@@ -1,11 +1,26 @@
-"""Measure how mode frequencies, arrays and growth rates converge with mesh and quadrature.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Measure how mode frequencies, arrays and growth rates converge with mesh and quadrature.
 
 Run: python examples/convergence.py [--quick]; prints the tables of docs/convergence.md.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import sys
+import sys  # noqa: I100
 
 from squeal_core import BrakeModel, OperatingPoint, resources
 from squeal_core.brake_file import read_brake

@@ -1,4 +1,19 @@
-"""Measure the uniform planar-mesh method: as printed, as it should be, and on irregular nodes.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Measure the uniform planar-mesh method: as printed, as it should be, and on irregular nodes.
 
 Run: python examples/planar_mesh_convergence.py [--quick] [PNG]; prints the tables of
 docs/planar_mesh.md and draws its picture.
@@ -6,7 +21,7 @@ docs/planar_mesh.md and draws its picture.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping  # noqa: I100
 from dataclasses import replace
 import sys
 from typing import Any
@@ -231,7 +246,8 @@ def against_axisymmetric(brake: Brake, pad: Any, exact: Mapping[str, FloatArray]
 
 
 def aligned_assurance(reference: Any, other: ModalBasis, brake: Brake) -> FloatArray:
-    """Return the MAC of each reference mode with its image in modes of nearly its frequency.
+    """
+    Return the MAC of each reference mode with its image in modes of nearly its frequency.
 
     Doublets turn freely, so each reference shape is projected on all modes within 3 %.
     """

@@ -1,6 +1,21 @@
-"""Launch the monitor of one vehicle.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
 
-    ros2 launch squeal_ros squeal_monitor.launch.py config:=my.yaml use_sim_time:=true
+"""
+Launch the monitor of one vehicle.
+
+ros2 launch squeal_ros squeal_monitor.launch.py config:=my.yaml use_sim_time:=true
 """
 
 from pathlib import Path
@@ -13,7 +28,7 @@ from launch_ros.actions import LifecycleNode
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
-from launch import LaunchDescription
+from launch import LaunchDescription  # noqa: I100
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -33,7 +48,8 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def monitor(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the node; a function, because a model that is not given must not be set at all.
+    """
+    Return the node; a function, because a model that is not given must not be set at all.
 
     Settings that are not there end the launch: ROS would start the node with its defaults.
     """

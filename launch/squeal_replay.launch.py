@@ -1,4 +1,19 @@
-"""Play a bag to the monitor, on the bag's time; everything ends with the bag.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Play a bag to the monitor, on the bag's time; everything ends with the bag.
 
     ros2 launch squeal_ros squeal_replay.launch.py bag:=drive config:=my.yaml
 
@@ -18,7 +33,7 @@ from launch.actions import (
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 
-from launch import LaunchDescription
+from launch import LaunchDescription  # noqa: I100
 
 # a path known before launching: `--show-args` then lists the monitor's arguments too
 MONITOR = Path(__file__).with_name('squeal_monitor.launch.py')

@@ -1,4 +1,19 @@
-"""The whole spectrum near an operating point, as power series of small blocks.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The whole spectrum near an operating point, as power series of small blocks.
 
 At the anchor the state matrix A = V diag(lambda) W, W = V^-1, is solved with all its vectors.
 Nearby A + dA, dA = sum_i dc_i A_i affine in the six coefficients c, so W dA V = sum_i z_i E_i in
@@ -20,7 +35,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.block_series import BlockLayout
 from squeal_core.coupling_floor import CouplingFloor
@@ -37,7 +51,8 @@ _SAFETY = 6.0  # on the remainder of a series; docs/online.md has the errors it 
 
 @dataclass(frozen=True, eq=False)
 class Anchor:
-    """Power series of the blocks of a spectrum around an operating point.
+    """
+    Power series of the blocks of a spectrum around an operating point.
 
     Parameters
     ----------
@@ -64,6 +79,7 @@ class Anchor:
         Error of the eigensolution at the anchor [1/s].
     mirrored : (n,) bool array
         Roots whose conjugates are roots too and are not among the n.
+
     """
 
     point: OperatingPoint
@@ -94,7 +110,8 @@ class Anchor:
 
     @cached_property
     def reach(self) -> FloatArray:
-        """Step of each coefficient alone (v,) at which the remainder is about 0.1 1/s.
+        """
+        Step of each coefficient alone (v,) at which the remainder is about 0.1 1/s.
 
         Or a part of the largest eigenvalue, where that is more.
         """
@@ -106,12 +123,13 @@ class Anchor:
         return readonly(steps * self.scales)
 
     def roots(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """Return the roots (n, P) [1/s] and what they may be off by, at coefficients (6, P)."""
+        """Return eigenvalues, (n, P) [1/s], and what they may be off by, at coefficients."""
         roots, errors = self.roots_at(coefficients.T)
         return roots.T, errors.T
 
     def roots_at(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """Return the roots (..., n) [1/s] and what they may be off by, at coefficients (..., 6).
+        """
+        Return the roots (..., n) [1/s] and what they may be off by, at coefficients (..., 6).
 
         The error is an estimate: the terms of the last degrees, by their norms, continued as a
         geometric series, times the condition of each root within its block. It is infinite where
@@ -137,7 +155,7 @@ class Anchor:
 
     @cached_property
     def _parts(self) -> FloatArray:
-        """The series as real and imaginary parts in turn (terms, 2 entries)."""
+        """Return the series as real and imaginary parts in turn (terms, 2 entries)."""
         return self.series.view(float)
 
     def _remainder(self, sizes: Any) -> FloatArray:

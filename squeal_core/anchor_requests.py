@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Anchors being made beside the work: which are asked for, when they are due, how patiently."""
 
 from collections import deque
@@ -38,12 +52,14 @@ class Request:
 
 
 class AnchorRequests:
-    """Requests in order of their due, by count alone, so that the same solves give the same.
+    """
+    Requests in order of their due, by count alone, so that the same solves give the same.
 
     Parameters
     ----------
     making : callable
         Makes the anchor at a point, in steps.
+
     """
 
     def __init__(self, making: Callable[[OperatingPoint], 'Steps[Anchor]']) -> None:
@@ -56,7 +72,8 @@ class AnchorRequests:
 
     def ask(self, point: OperatingPoint, brakes: int, now: Count, delay: int, *,
             lacking: int = 1, expected: bool = False) -> bool:
-        """Have an anchor made here, unless one is being made near here, or enough are.
+        """
+        Have an anchor made here, unless one is being made near here, or enough are.
 
         Where points are solved in full it is due earlier: when no more of it is left than the full
         solves of a tick. Tells whether it is asked for.
@@ -64,15 +81,18 @@ class AnchorRequests:
         Parameters
         ----------
         point : OperatingPoint
+            Operating point.
         brakes : int
             Of a call, which is allowed as many steps.
         now : Count
+            Present time [ns].
         delay : int
             Solves from now to its first use.
         lacking : int
             How many of the brakes lack an anchor.
         expected : bool
             Whether it is for points that may come.
+
         """
         if now.solves < self._pause_until or len(self._pending) >= _PENDING or any(
                 alike(point, request.point) for request in self._pending):
@@ -87,7 +107,8 @@ class AnchorRequests:
         return True
 
     def over(self, now: Count, allowance: Allowance) -> Request | None:
-        """Grant steps to the first, if it is due; return it once all of its steps are granted.
+        """
+        Grant steps to the first, if it is due; return it once all of its steps are granted.
 
         One at a time, so that calls are kept little, but where all of them save full solves.
         """

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """How an anchor is made: a full eigensolution, the choice of blocks, and their power series."""
 
 from collections.abc import Sequence
@@ -7,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
-
 from squeal_core.anchor import Anchor, DEGREE
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.block_recursion import Lower, Recursion
@@ -40,14 +53,17 @@ def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
 def anchor_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
                  coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP
                  ) -> 'Steps[Anchor]':
-    """Return the series of the spectrum around a point, from one full solve with all vectors.
+    """
+    Return the series of the spectrum around a point, from one full solve with all vectors.
 
     That solve is one of the steps; none takes much longer.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
+        Operating point.
     degree : int
         Of the series, 3 at least.
     coupling : float
@@ -59,6 +75,7 @@ def anchor_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGR
     ------
     numpy.linalg.LinAlgError
         Where the eigensolution fails or its vectors do not span the space.
+
     """
     frame = _Frame.at(model, point, stiffness_step)
     roots, right = yield partial(_eigensolution, model, point)
@@ -243,7 +260,8 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatA
 
 def _nearness(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
               monomials: Monomials) -> FloatArray:
-    """Return the greatest 4 E_rc E_cr / (lambda_r - lambda_c)^2 of each block, by terms of z^2.
+    """
+    Return the greatest 4 E_rc E_cr / (lambda_r - lambda_c)^2 of each block, by terms of z^2.
 
     Two modes alone have lambda = mean +- sqrt(gap^2 / 4 + E_rc E_cr): a series up to ratio 1.
     """

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Anchors laid out by place, and what they say of operating points near them."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -5,7 +19,6 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
-
 from squeal_core.anchor import Anchor, DEGREE
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
@@ -29,7 +42,8 @@ _TOLERANCE = 4.9e-7  # of the model's largest frequency: ten times what counts a
 
 @dataclass(frozen=True, kw_only=True)
 class TableSettings:
-    """How the engine works.
+    """
+    How the engine works.
 
     Parameters
     ----------
@@ -49,6 +63,7 @@ class TableSettings:
     refines : bool
         Whether oscillating modes of which an error leaves undecided if they grow are solved for
         one by one in the full problem, instead of the whole point.
+
     """
 
     tolerance: float = 0.1
@@ -94,7 +109,8 @@ class Found:
 
 
 class AnchorTable:
-    """The anchors of one model, searched by place.
+    """
+    The anchors of one model, searched by place.
 
     Parameters
     ----------
@@ -104,6 +120,7 @@ class AnchorTable:
         What counts as oscillation and growth.
     anchors : sequence of Anchor
         To start with.
+
     """
 
     def __init__(self, model: BrakeModel, settings: TableSettings, tolerances: Tolerances,
@@ -157,7 +174,8 @@ class AnchorTable:
         return found if self._complete(found) else None
 
     def together(self, points: Sequence[OperatingPoint]) -> list[Found | None]:
-        """Return the modes at points, by the nearest anchors that are good enough as they are.
+        """
+        Return the modes at points, by the nearest anchors that are good enough as they are.
 
         Points near the same anchor cost little more than one: most of the time goes into calls.
         """
@@ -206,7 +224,8 @@ class AnchorTable:
                              np.concatenate([zeros.real, errors], axis=1), anchor)
 
     def _complete(self, found: ComplexModes) -> bool:
-        """Whether no pair became real, which is the next anchor's business.
+        """
+        Whether no pair became real, which is the next anchor's business.
 
         It shows in their number, as an anchor has one root of each pair.
         """
@@ -222,7 +241,8 @@ class AnchorTable:
 
     def _nearest(self, distances: FloatArray, places: Sequence[int]
                  ) -> list[tuple[Entry, list[int]]]:
-        """Return the entries nearest to some of the points, which are not looked at again.
+        """
+        Return the entries nearest to some of the points, which are not looked at again.
 
         One that is near enough to all of them costs less than one for each.
         """

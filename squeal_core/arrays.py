@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Array types; how a record takes hold of an array, and how it is shown."""
 
 from dataclasses import fields
@@ -24,7 +38,8 @@ def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
 
 
 def short_repr(record: Any) -> str:
-    """Return a dataclass in one line, its arrays by shape and long values cut short.
+    """
+    Return a dataclass in one line, its arrays by shape and long values cut short.
 
     Use it as the `__repr__` of a record of arrays.
     """

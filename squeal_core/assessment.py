@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What is known of one brake at one tick, and how it is said."""
 
 from collections.abc import Mapping
@@ -6,7 +20,6 @@ import math
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-
 from squeal_core.inputs import Reading
 from squeal_core.margin import MarginInputs
 from squeal_core.operating_point import OperatingPoint
@@ -20,7 +33,8 @@ State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invali
 
 @dataclass(frozen=True, kw_only=True)
 class Assessment:
-    """What is known of one brake at one tick.
+    """
+    What is known of one brake at one tick.
 
     Parameters
     ----------
@@ -52,6 +66,7 @@ class Assessment:
         there is none, or none was found yet that holds at this speed and pressure.
     sliding : Sliding or None
         All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
+
     """
 
     brake: str

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Checks of a freshly built model, each with its number: kept in its file, shown by `info`."""
 
 from collections.abc import Callable, Iterable, Sequence
@@ -5,7 +19,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.errors import ModelError
@@ -43,18 +56,22 @@ class Check:
 def audit(model: BrakeModel, disc: ModalBasis, disc_circle: Quadrature,
           refined: Callable[[], dict[str, FloatArray]],
           interpolated: Iterable[tuple[str, float]] = ()) -> tuple[Check, ...]:
-    """Return the checks of a model.
+    """
+    Return the checks of a model.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     disc : ModalBasis
+        Dimensions and material.
     disc_circle : Quadrature
         Points on a circle of the rotor, evenly spaced, to count nodal diameters on.
     refined : callable
         Gives the contact arrays again, from a finer quadrature.
     interpolated : iterable of (component, least MAC)
         Of bases that were interpolated from nodes.
+
     """
     return (*_symmetry(model), _doublets(disc, disc_circle),
             *(Check(f'interpolation of {name}', mac, 0.99, 'least MAC of interpolated with given '

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Which brakes share an axle: told by the settings, or by the names of the brakes."""
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +25,8 @@ _TOKEN = re.compile(r'[A-Z]?[a-z]+|[A-Z]+|\d+')
 
 
 def axle_partners(brakes: Sequence[str], axles: Sequence[str]) -> dict[str, str]:
-    """Return the brake on the other side of the axle, for each brake that has one.
+    """
+    Return the brake on the other side of the axle, for each brake that has one.
 
     Parameters
     ----------
@@ -25,6 +40,7 @@ def axle_partners(brakes: Sequence[str], axles: Sequence[str]) -> dict[str, str]
     ------
     ConfigurationError
         If an axle does not name two brakes, or a brake is named twice.
+
     """
     if list(axles) == [NONE]:
         return {}

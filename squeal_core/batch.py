@@ -1,4 +1,19 @@
-"""Complex modes at many operating points at once, from as few anchors as will do.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Complex modes at many operating points at once, from as few anchors as will do.
 
 Points are answered in groups around an anchor, one matrix product for all points of a group. New
 anchors are made where several points wait for one; single points left over are solved in full.
@@ -10,7 +25,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
 from squeal_core.anchor_table import undecided
@@ -29,7 +43,8 @@ _STEPS = np.array([0.3, 0.4, 0.05, 0.06, 0.01])
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoints:
-    """Steady sliding under load at P points; each field as in `OperatingPoint`, (P,) or a number.
+    """
+    Steady sliding under load at P points; each field as in `OperatingPoint`, (P,) or a number.
 
     Speeds not zero, pressures and contact stiffnesses above zero.
     """
@@ -74,7 +89,8 @@ class OperatingPoints:
 
 @dataclass(frozen=True, eq=False)
 class BatchModes:
-    """The modes at P points.
+    """
+    The modes at P points.
 
     Parameters
     ----------
@@ -85,6 +101,7 @@ class BatchModes:
     full : (P,) bool array
         Points solved in full.
     tolerances : Tolerances
+
     """
 
     roots: ComplexArray
@@ -93,7 +110,8 @@ class BatchModes:
     tolerances: Tolerances
 
     def least_stable(self, low_hz: float, high_hz: float) -> IndexArray:
-        """Return the place in `roots` of the least stable mode that oscillates in a band (P,).
+        """
+        Return the place in `roots` of the least stable mode that oscillates in a band (P,).
 
         -1 where there is none.
         """
@@ -112,14 +130,18 @@ class BatchModes:
 
 def batch_modes(table: Tabulation, points: OperatingPoints, *,
                 tolerances: Tolerances | None = None) -> BatchModes:
-    """Return the modes at many points; the anchors it makes stay in the table.
+    """
+    Return the modes at many points; the anchors it makes stay in the table.
 
     Parameters
     ----------
     table : Tabulation
+        Look-up table.
     points : OperatingPoints
+        Operating points.
     tolerances : Tolerances, optional
         Those of the table where None.
+
     """
     batch = _Batch(table, points, tolerances or table.tolerances)
     batch.from_table()

@@ -1,4 +1,19 @@
-"""How the entries of an anchor's blocks are laid out, and the roots that come of them.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How the entries of an anchor's blocks are laid out, and the roots that come of them.
 
 Laid out for evaluation: the entries of modes alone in their block, then of all pairs
 [[m + h, b], [c, m - h]] the means m, the halves h, all b and all c, then the larger blocks, row by
@@ -12,7 +27,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg.lapack import zgeev
-
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray
 
 _TINY = 1e-200  # so small that nothing finite over it overflows
@@ -22,12 +36,14 @@ _ALL_BUT_MEAN = np.array([0.0, 2.0, 2.0, 2.0])
 
 @dataclass(frozen=True, eq=False)
 class BlockLayout:
-    """Where the entries of blocks are.
+    """
+    Where the entries of blocks are.
 
     Parameters
     ----------
     sizes : (blocks,) index array
         Sizes of the blocks, ascending.
+
     """
 
     sizes: IndexArray
@@ -98,7 +114,8 @@ class BlockLayout:
 
     def solved(self, entries: ComplexArray,
                remainder: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """Return the roots (..., n) of blocks, one after the other, and what they are off by.
+        """
+        Return the roots (..., n) of blocks, one after the other, and what they are off by.
 
         Parameters
         ----------
@@ -106,6 +123,7 @@ class BlockLayout:
             Laid out so.
         remainder : (..., blocks) array
             Norm of what each block leaves out.
+
         """
         roots, quarters, s = self._small_blocks(entries)
         errors = np.empty(roots.shape)
@@ -128,7 +146,8 @@ class BlockLayout:
 
     def _small_blocks(self, entries: ComplexArray
                       ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """Return the roots (..., n), those of larger blocks not yet among them, quarters and s.
+        """
+        Return the roots (..., n), those of larger blocks not yet among them, quarters and s.
 
         Those of pairs are mean +- s, s^2 = half^2 + upper lower.
         """

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What a brake is: hat disc, pads, contact, caliper, friction."""
 
 from collections.abc import Mapping
@@ -6,7 +20,6 @@ import math
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import SquealError
 from squeal_core.friction import check_number, check_rising, column, FrictionLaw, FrictionTable
@@ -23,7 +36,8 @@ class Material:
 
 @dataclass(frozen=True)
 class HatDisc:
-    """Rotor plate, hat wall and top plate, clamped at the shaft; lengths in m.
+    """
+    Rotor plate, hat wall and top plate, clamped at the shaft; lengths in m.
 
     The rotor plate lies at |z| <= rotor_thickness / 2 and runs in to the wall's inner radius;
     the top plate's upper face stands `hat_height` above the rotor's top face.
@@ -53,14 +67,15 @@ class Pad:
 
 @dataclass(frozen=True)
 class ModalResults:
-    """Modes of a component in a file of another package, and how to read it.
+    """
+    Modes of a component in a file of another package, and how to read it.
 
     Fields as the arguments of `squeal_core.readers.read_modes`; origin in m, density in kg/m^3,
     thickness of the rotor or of the pad in m.
     """
 
     file: str
-    format: str | None
+    format: str | None  # noqa: A003
     length_unit: str
     mass_unit: str
     axis: str
@@ -84,7 +99,8 @@ class Support:
 
 @dataclass(frozen=True)
 class StiffnessTable:
-    """Contact stiffness over contact pressure, linear between its points, flat beyond.
+    """
+    Contact stiffness over contact pressure, linear between its points, flat beyond.
 
     Friction material stiffens as it is pressed together. Beyond the measured pressures the last
     value is held rather than refused: a running monitor must answer at every pressure.
@@ -100,6 +116,7 @@ class StiffnessTable:
     ------
     SquealError
         For lists that do not match, do not rise, or hold what is no number in range.
+
     """
 
     pressure: tuple[float, ...]
@@ -119,7 +136,8 @@ class StiffnessTable:
 
 @dataclass(frozen=True)
 class Contact:
-    """The sector in which pads touch the disc, and the stiffness of the friction material.
+    """
+    The sector in which pads touch the disc, and the stiffness of the friction material.
 
     Radii in m, angle in rad, nominal stiffness per area in N/m^3; with a table the stiffness
     follows the contact pressure.
@@ -161,7 +179,8 @@ class Caliper:
 
 @dataclass(frozen=True)
 class Brake:
-    """A brake described by dimensions or modal results, and how many modes its model keeps.
+    """
+    A brake described by dimensions or modal results, and how many modes its model keeps.
 
     `pads` and `supports` are those of the top (pad 1) and of the bottom (pad 2).
     """
@@ -182,7 +201,7 @@ class Brake:
 
     @property
     def pad(self) -> Pad:
-        """The pad, where both are alike and described by dimensions."""
+        """Return the pad, where both are alike and described by dimensions."""
         first, second = self.pads
         if first != second or not isinstance(first, Pad):
             raise SquealError(f'{self.name}: its pads differ or come from files; use `pads`')

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Brake descriptions: YAML -> Brake, every key checked."""
 
 from collections.abc import Mapping
@@ -43,12 +57,15 @@ from squeal_core.yaml_file import read_yaml
 
 ZERO_CELSIUS = 273.15
 
+
 def read_brake(path: str | Path, *, warn: Warn = warn_implausible) -> Brake:
-    """Read a brake description.
+    """
+    Read a brake description.
 
     Parameters
     ----------
     path : path
+        Where the file is.
     warn : callable
         Given a text for each value that can be used but is unusual.
 
@@ -56,6 +73,7 @@ def read_brake(path: str | Path, *, warn: Warn = warn_implausible) -> Brake:
     ------
     BrakeDescriptionError
         Naming the key's path, its value and the remedy.
+
     """
     return parse_brake(read_yaml(path, BrakeDescriptionError), where=Path(path).name,
                        folder=Path(path).parent, warn=warn)
@@ -63,7 +81,8 @@ def read_brake(path: str | Path, *, warn: Warn = warn_implausible) -> Brake:
 
 def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path(),
                 warn: Warn = warn_implausible) -> Brake:
-    """Return the brake that a mapping describes.
+    """
+    Return the brake that a mapping describes.
 
     `where` names its place in errors; files it names are looked for in `folder`.
     """

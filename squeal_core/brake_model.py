@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The modal brake model: an affine family of damping and stiffness matrices."""
 
 from dataclasses import dataclass, field
@@ -8,7 +22,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from squeal_core.arrays import FloatArray, readonly
 from squeal_core.brake import Caliper, Contact, StiffnessTable
 from squeal_core.errors import ModelError
@@ -26,7 +39,8 @@ _KANG = Contact(inner_radius=0.1, outer_radius=0.142, angle=np.deg2rad(62.0), st
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BrakeModel:
-    """a'' + D(q) a' + K(q) a = 0 with mass-normalised modal coordinates a; K09 eq. (36).
+    """
+    a'' + D(q) a' + K(q) a = 0 with mass-normalised modal coordinates a; K09 eq. (36).
 
     Parameters
     ----------
@@ -60,6 +74,7 @@ class BrakeModel:
     ------
     ModelError
         For shapes that do not fit, values that are not finite, a wrong symmetry.
+
     """
 
     angular_frequencies: FloatArray
@@ -136,7 +151,7 @@ class BrakeModel:
 
     @cached_property
     def largest_frequency(self) -> float:
-        """The largest angular frequency of components and supports without contact [rad/s]."""
+        """Return the largest angular frequency of parts and supports without contact [rad/s]."""
         if self.support_stiffness is None:
             return float(self.angular_frequencies.max())
         held = np.diag(self.angular_frequencies**2) + self.support_stiffness
@@ -149,7 +164,8 @@ class BrakeModel:
 
     @cached_property
     def free_coordinates(self) -> FloatArray:
-        """Mask (N,) of coordinates that no stiffness acts on, as K09's pads sliding in plane.
+        """
+        Mask (N,) of coordinates that no stiffness acts on, as K09's pads sliding in plane.
 
         Their columns of K vanish at every operating point, so each gives an exact root at zero.
         """
@@ -187,7 +203,8 @@ class BrakeModel:
                         friction: float | None = None,
                         friction_slope: float | None = None,
                         contact_stiffness: float | None = None) -> OperatingPoint:
-        """Return the point at which signals of a vehicle put the brake.
+        """
+        Return the point at which signals of a vehicle put the brake.
 
         Parameters
         ----------
@@ -201,6 +218,7 @@ class BrakeModel:
             mu_v [s/m]; the friction law's, scaled to the measured mu, where None.
         contact_stiffness : float, optional
             k_c [N/m^3]; by the stiffness table where None, nominal without one.
+
         """
         contact_pressure = self.contact_pressure(pressure)
         speed = self.contact_radius * rotor_speed

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Whether the parts of a brake fit each other: what is refused, what is doubted."""
 
 from functools import partial
@@ -11,18 +25,22 @@ _NONE = math.inf
 
 
 def check_proportions(where: str, brake: Brake, warn: Warn) -> None:
-    """Refuse proportions that no mesh can follow, and warn of unusual ones.
+    """
+    Refuse proportions that no mesh can follow, and warn of unusual ones.
 
     Parameters
     ----------
     where : str
         Place of the description in texts.
     brake : Brake
+        The brake that is described.
     warn : callable
+        Told each warning.
 
     Raises
     ------
     BrakeDescriptionError
+
     """
     if isinstance(brake.disc, HatDisc):
         _check_disc(where, brake.disc, brake.contact, warn)

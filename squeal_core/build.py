@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """From a brake description to its modal model: modes, contact faces, arrays, audit."""
 
 from collections.abc import Callable
@@ -7,7 +21,6 @@ import platform
 from typing import Any
 
 import numpy as np
-
 from squeal_core import operators
 from squeal_core.arrays import FloatArray
 from squeal_core.audit import audit, refuse_wrong
@@ -22,11 +35,13 @@ from squeal_core.surface import Patch, SurfaceShapes
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
                 disc_order: int = 4, pad_elements: tuple[int, int, int] = (9, 18, 3),
                 contact_points: int = 4, follower: bool = False) -> BrakeModel:
-    """Return the modal brake model of a brake.
+    """
+    Return the modal brake model of a brake.
 
     Parameters
     ----------
     brake : Brake
+        The brake that is described.
     progress : callable
         Told in a few words what is being done.
     disc_order : int
@@ -42,6 +57,7 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
     ------
     SquealError
         For modal results that cannot be read, or do not cover the contact.
+
     """
     panels = (pad_elements[0], pad_elements[1])
     progress('pad modes')
@@ -90,7 +106,8 @@ def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis
 
 def _surface(brake: Brake, disc: ModalBasis,
              pads: tuple[ModalBasis, ModalBasis]) -> SurfaceShapes:
-    """Return shapes for pictures: of the ring that the pads sweep, and of the pads.
+    """
+    Return shapes for pictures: of the ring that the pads sweep, and of the pads.
 
     They are taken on the contact faces, which every source of modes covers, just inside the
     edges; the pads' are drawn at their backs.

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Cells laid out by place: made where the brakes are driven, beside the work, and kept."""
 
 from collections.abc import Callable, Sequence
@@ -7,7 +21,6 @@ import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-
 from squeal_core.risk_cell import box_around, Cell, Family, Spread
 from squeal_core.risk_cell_making import cell_steps
 from squeal_core.risk_rule import Rule, rule_for
@@ -31,7 +44,8 @@ class Wanted(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class RiskSettings:
-    """How cells are made and kept.
+    """
+    How cells are made and kept.
 
     Parameters
     ----------
@@ -41,6 +55,7 @@ class RiskSettings:
         Assessments between asking for a cell and its first use, or more where the allowance does
         not grant its hundred steps sooner; 0: made at once, while the caller waits. A cell takes
         about a second of one core.
+
     """
 
     memory: float = 50e6
@@ -71,7 +86,8 @@ class _Request:
 
 
 class CellTable:
-    """The cells of one model and squeal band, searched by place.
+    """
+    The cells of one model and squeal band, searched by place.
 
     Parameters
     ----------
@@ -83,6 +99,7 @@ class CellTable:
         Steps that a call may be kept by.
     level : float
         Growth rate that counts as unstable [1/s].
+
     """
 
     def __init__(self, family: Family, band: tuple[float, float], settings: RiskSettings,
@@ -113,7 +130,8 @@ class CellTable:
 
     def cells_for(self, wanted: Sequence[Wanted], stiffness_deviation: float
                   ) -> list[Cell | None]:
-        """Return the cells in which inputs lie; one is asked for near an end of them or beyond.
+        """
+        Return the cells in which inputs lie; one is asked for near an end of them or beyond.
 
         The same cell for all, where it has all of them well inside.
         """
@@ -125,7 +143,8 @@ class CellTable:
 
     def _sought(self, want: Wanted, nearest: tuple[_Entry | None, float],
                 company: Sequence[Wanted]) -> tuple[_Entry | None, float]:
-        """Return the nearest entry and its depth; where that is not well inside, ask for one.
+        """
+        Return the nearest entry and its depth; where that is not well inside, ask for one.
 
         Where it does for all of the company, in the middle of it.
         """
@@ -157,8 +176,7 @@ class CellTable:
             self._index()
 
     def _nearest(self, wanted: Sequence[Wanted]) -> list[tuple[_Entry | None, float]]:
-        """Return the entries in whose cells inputs lie the deepest: 0 in the middle, 1 at an end.
-        """
+        """Return the entries in whose cells inputs lie deepest: 0 in the middle, 1 at an end."""
         if not self._entries:
             return [(None, math.inf)] * len(wanted)
         inputs, spreads = np.array([(want.inputs, _deviations(want.spread)) for want in wanted]

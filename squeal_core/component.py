@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modes of one component of a brake, as its file has them, held against the brake it is to fit."""
 
 from dataclasses import dataclass
@@ -6,7 +20,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import identity
-
 from squeal_core.audit import interpolation
 from squeal_core.brake import Contact, ModalResults
 from squeal_core.modal_basis import keep_whole_doublets, ModalBasis, Quadrature
@@ -37,14 +50,17 @@ class Component:
 
 def read_component(results: ModalResults, count: int, contact: Contact,
                    faces: tuple[float, ...]) -> Component:
-    """Read modes of another package: through their elements, or through planar layers of nodes.
+    """
+    Read modes of another package: through their elements, or through planar layers of nodes.
 
     Parameters
     ----------
     results : ModalResults
+        Where the modal results are.
     count : int
         Number of modes to keep; of a disc one more where a doublet would be cut.
     contact : Contact
+        Contact patch.
     faces : floats
         z of its contact faces [m]: two of a disc, one of a pad.
 
@@ -52,6 +68,7 @@ def read_component(results: ModalResults, count: int, contact: Contact,
     ------
     SquealError
         For a file that cannot be read, or that is not of this component of this brake.
+
     """
     from squeal_core.fe.elements import KINDS
     from squeal_core.fe.mixed import ElementModes
@@ -91,7 +108,8 @@ def read_component(results: ModalResults, count: int, contact: Contact,
 
 def _check_place(nodal: NodalModes, results: ModalResults, contact: Contact,
                  faces: tuple[float, ...]) -> None:
-    """Refuse a component whose contact faces are not where the brake has them.
+    """
+    Refuse a component whose contact faces are not where the brake has them.
 
     Elsewhere the contact would be found inside the body, or not at all.
     """
@@ -115,7 +133,8 @@ def _check_place(nodal: NodalModes, results: ModalResults, contact: Contact,
 
 
 def _check_bearing(nodal: NodalModes, results: ModalResults, is_disc: bool) -> None:
-    """Refuse a disc that is not held, and a pad without all of its rigid modes.
+    """
+    Refuse a disc that is not held, and a pad without all of its rigid modes.
 
     A pad on springs has none of zero frequency, but modes that carry it as a rigid body.
     """
@@ -163,7 +182,8 @@ def _check_whole(nodal: NodalModes, results: ModalResults, contact: Contact) -> 
 
 
 def _check_axes(basis: ModalBasis, results: ModalResults, contact: Contact, face: float) -> None:
-    """Refuse a disc whose displacements are not along the global Cartesian axes.
+    """
+    Refuse a disc whose displacements are not along the global Cartesian axes.
 
     Around the ring the in-plane parts of a mode have as many waves as its part along the axis
     has. Cylindrical components that are read as Cartesian ones have one more or one less.

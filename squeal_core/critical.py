@@ -1,4 +1,19 @@
-"""How far it is to the edge: where along a ray a mode starts to grow, and where two modes merge.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How far it is to the edge: where along a ray a mode starts to grow, and where two modes merge.
 
 Both are found by solves and bracketed or verified by solves, never extrapolated.
 """
@@ -20,7 +35,8 @@ Ray: TypeAlias = Callable[[float], OperatingPoint]
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing:
-    """Where a growth rate passes through zero, or that it does not.
+    """
+    Where a growth rate passes through zero, or that it does not.
 
     Parameters
     ----------
@@ -38,6 +54,7 @@ class Crossing:
     reason : str
         The result in words.
     solves : int
+
     """
 
     value: float
@@ -61,7 +78,7 @@ class CriticalValue:
 
     @property
     def nearest(self) -> Crossing:
-        """The nearer one; where there is none, the one above."""
+        """Return the nearer one; where there is none, the one above."""
         found = [c for c in (self.above, self.below) if not math.isnan(c.value)]
         return min(found, key=lambda c: abs(c.value - self.start), default=self.above)
 
@@ -71,11 +88,13 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
                    ray: Ray | None = None, band_hz: tuple[float, float] = SQUEAL_BAND,
                    samples: int = 40, tolerance: float = 1e-6,
                    tolerances: Tolerances | None = None) -> CriticalValue:
-    """Return where along a ray through a point a mode starts or ceases to grow.
+    """
+    Return where along a ray through a point a mode starts or ceases to grow.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
         Where the search starts, in both directions.
     parameter : str
@@ -90,12 +109,14 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
         Operating point at a value of the parameter, where more than the parameter changes, as
         friction by a law of speed.
     band_hz : (2,) floats
+        Low and high end [Hz].
     samples : int
         Steps of the search over the bounds. Two crossings within a step pass unseen.
     tolerance : float
         Width of the bracket, as a part of the bounds' distance.
     tolerances : Tolerances, optional
         Of them, `growth` is what counts as growing.
+
     """
     low, high = bounds
     moved(model, point, parameter, high)  # says what the parameters are

@@ -1,4 +1,19 @@
-"""Checks across the inputs and brakes of a vehicle: a quiet reading that others contradict.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Checks across the inputs and brakes of a vehicle: a quiet reading that others contradict.
 
 Only the quiet side is doubted: a brake that reads released, or less than its axle partner, while
 the vehicle brakes; a wheel that reads at rest, or turns unlike the others; a friction below the
@@ -24,11 +39,13 @@ __all__ = ['CrossChecks']
 
 
 class CrossChecks:
-    """Watches all brakes of a vehicle and marks readings that others contradict.
+    """
+    Watches all brakes of a vehicle and marks readings that others contradict.
 
     Parameters
     ----------
     settings : MonitorSettings
+
     """
 
     def __init__(self, settings: MonitorSettings) -> None:
@@ -59,7 +76,7 @@ class CrossChecks:
 
     @property
     def summary(self) -> str:
-        """The axles, or why nothing can be compared."""
+        """Return the axles, or why nothing can be compared."""
         if len(self._wheels) == 1:
             return 'one brake: it cannot be checked against others'
         return f'axles: {in_words(self.partners)}'

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What speaks against an input of a brake, from the inputs of all brakes in one step of time."""
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +46,8 @@ _UNITS: dict[Signal, tuple[tuple[str, float], ...]] = {
 
 
 class Motion(NamedTuple):
-    """How the vehicle moves in one step, by the speeds that are believed.
+    """
+    How the vehicle moves in one step, by the speeds that are believed.
 
     Parameters
     ----------
@@ -46,6 +61,7 @@ class Motion(NamedTuple):
         All wheels turn alike: no slip, no turn.
     swinging : bool
         Some pressure goes up and down, as ABS does.
+
     """
 
     fastest: float

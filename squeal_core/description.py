@@ -1,4 +1,19 @@
-"""Strict reading of descriptions: mappings whose keys carry their unit as a suffix.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Strict reading of descriptions: mappings whose keys carry their unit as a suffix.
 
 A value is a number, or `{value: number, source: text}` where it came from somewhere worth naming.
 """
@@ -14,7 +29,8 @@ from squeal_core.ranges import Ends, hint, span, SYMBOLS, UNITS, Warn, warn_impl
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a description may say under one key.
+    """
+    What a description may say under one key.
 
     Parameters
     ----------
@@ -27,6 +43,7 @@ class Quantity:
         Ends of what is usual [SI units]; a value beyond is doubted, not refused.
     zero : bool
         Whether zero is as usual: nothing there.
+
     """
 
     dimension: str

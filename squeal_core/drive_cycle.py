@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Drive cycles: a vehicle's speed over time, read from a table and resampled smoothly."""
 
 import csv
@@ -6,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.bounded_reader import bounded_lines, open_bounded
 from squeal_core.errors import SquealError
@@ -27,7 +40,8 @@ class DriveCycleError(SquealError):
 
 @dataclass(frozen=True, eq=False)
 class DriveCycle:
-    """A vehicle's speed over time.
+    """
+    A vehicle's speed over time.
 
     Parameters
     ----------
@@ -44,6 +58,7 @@ class DriveCycle:
     ------
     DriveCycleError
         If the arrays differ in length, are too short, or hold a value that cannot be.
+
     """
 
     name: str
@@ -70,7 +85,8 @@ class DriveCycle:
         return float(self.time[-1] - self.time[0])
 
     def sample(self, rate: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Interpolate the trace at a constant rate.
+        """
+        Interpolate the trace at a constant rate.
 
         The interpolation is the monotone cubic of Fritsch and Carlson (PCHIP): it overshoots no
         sample, so speed stays non-negative, and its slope, the acceleration, is continuous.
@@ -90,6 +106,7 @@ class DriveCycle:
         ------
         DriveCycleError
             If `rate` is not a positive number.
+
         """
         from scipy.interpolate import PchipInterpolator
         if not (np.isfinite(rate) and rate > 0.0):
@@ -102,7 +119,8 @@ class DriveCycle:
 
 
 def read_drive_cycle(path: str | Path, *, warn: Warn = warn_implausible) -> DriveCycle:
-    """Read a drive cycle from a CSV table with the columns `time_s` and `speed_m_s`.
+    """
+    Read a drive cycle from a CSV table with the columns `time_s` and `speed_m_s`.
 
     Other columns and empty lines are passed over. The file's stem becomes the name.
 
@@ -122,11 +140,17 @@ def read_drive_cycle(path: str | Path, *, warn: Warn = warn_implausible) -> Driv
     DriveCycleError
         With file, line, value and remedy: a column is missing, a value is no number, not finite
         or negative, time does not increase, there are fewer than two rows, or no such file.
+
     """
     path = Path(path)
     try:
         with open_bounded(path, MAX_BYTES, _file_error) as file:
             # a byte that is no UTF-8 becomes a value that is no number, reported with its line
+            blocks = iter(lambda: file.read(1 << 20), b'')
+            if sum(block.count(b'\n') for block in blocks) > MAX_ROWS:
+                raise DriveCycleError(f'{path}: has more than {MAX_ROWS} lines; sample it more '
+                                      'coarsely, or give a part of it')
+            file.seek(0)
             text = bounded_lines(file, MAX_LINE, lambda line: DriveCycleError(
                 f'{path}, line {line}: has more than {MAX_LINE} characters; give a table of '
                 'lines'), errors='replace')
@@ -171,9 +195,6 @@ def _rows(path: Path, rows: Any) -> tuple[list[int], list[list[float]]]:
     values: list[list[float]] = []
     for row in rows:
         if any(cell.strip() for cell in row):
-            if len(lines) == MAX_ROWS:
-                raise DriveCycleError(f'{path}: has more than {MAX_ROWS} rows; sample it more '
-                                      'coarsely, or give a part of it')
             lines.append(rows.line_num)
             values.append([_number(path, rows.line_num, row, columns, name) for name in _COLUMNS])
     return lines, values

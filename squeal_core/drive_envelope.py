@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """A drive of any length in a fixed number of intervals of time, for a plot: extremes of each."""
 
 from collections.abc import Callable, Iterable
@@ -5,7 +19,6 @@ from dataclasses import dataclass, field
 import math
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.history import Row
 
@@ -14,7 +27,8 @@ _FREQUENCY_STEP = 10.0  # Hz; modes of an interval closer than this are one mark
 
 @dataclass(frozen=True, eq=False)
 class BrakeEnvelope:
-    """Extremes of one brake in each interval; NaN where nothing is known.
+    """
+    Extremes of one brake in each interval; NaN where nothing is known.
 
     Parameters
     ----------
@@ -22,6 +36,7 @@ class BrakeEnvelope:
         Smallest and largest [rad/s], [Pa].
     risk : array (n,)
         Largest squeal risk [-].
+
     """
 
     rotor_speed: FloatArray
@@ -43,7 +58,8 @@ class BrakeEnvelope:
 
 @dataclass(eq=False)
 class DriveEnvelope:
-    """Extremes of all brakes over a drive, in intervals of equal length.
+    """
+    Extremes of all brakes over a drive, in intervals of equal length.
 
     Parameters
     ----------
@@ -53,6 +69,7 @@ class DriveEnvelope:
         `BrakeEnvelope` of each brake, in order of appearance.
     modes : dict
         Largest growth rate [1/s] of the unstable modes at (interval, step of frequency).
+
     """
 
     edges: FloatArray
@@ -85,7 +102,8 @@ class DriveEnvelope:
 
 
 def drive_envelope(rows: Callable[[], Iterable[Row]], *, most: int = 1500) -> DriveEnvelope:
-    """Return the envelope of a drive, in two passes over its rows.
+    """
+    Return the envelope of a drive, in two passes over its rows.
 
     Parameters
     ----------
@@ -93,6 +111,7 @@ def drive_envelope(rows: Callable[[], Iterable[Row]], *, most: int = 1500) -> Dr
         Gives the rows anew at each call, in order of time.
     most : int
         Intervals; fewer where there are fewer ticks, so that each tick then has its own.
+
     """
     first, last, step = math.inf, -math.inf, math.inf
     for row in rows():

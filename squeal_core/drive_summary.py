@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """How much of the braking in a drive was assessed, and why the rest was not; holds no rows."""
 
 from collections import Counter
@@ -20,7 +34,8 @@ _AT_REST: tuple[State, ...] = ('released', 'not sliding')
 
 @dataclass
 class Reason:
-    """Why ticks of a brake have no number.
+    """
+    Why ticks of a brake have no number.
 
     Parameters
     ----------
@@ -35,6 +50,7 @@ class Reason:
         Time of that tick [s].
     ticks, braking : int
         All such ticks, and those of them at which braking is not excluded.
+
     """
 
     text: str
@@ -48,7 +64,8 @@ class Reason:
 
 @dataclass
 class BrakeSummary:
-    """Ticks of one brake.
+    """
+    Ticks of one brake.
 
     A tick counts as braking where pressure and rotor speed, as far as they are known, do not
     exclude that the disc slides under load: the pressure is not known to be below
@@ -64,6 +81,7 @@ class BrakeSummary:
         Ticks at which braking is neither known nor excluded.
     starting : int
         Ticks before anything was known, not counted as unknown because they were few.
+
     """
 
     name: str
@@ -89,7 +107,8 @@ class BrakeSummary:
 
     @property
     def never_assessed(self) -> bool:
-        """Whether no tick was assessed although the brake slid under load, or may have.
+        """
+        Whether no tick was assessed although the brake slid under load, or may have.
 
         What is not known for less than a second in sum, in a drive in which it is known else
         that the brake was released or at rest, does not count.
@@ -105,11 +124,13 @@ class BrakeSummary:
 
 
 class DriveSummary:
-    """Counts the assessments of a drive, tick after tick.
+    """
+    Counts the assessments of a drive, tick after tick.
 
     Parameters
     ----------
     settings : MonitorSettings
+
     """
 
     def __init__(self, settings: MonitorSettings) -> None:

@@ -1,4 +1,19 @@
-"""Pairs of roots that come near each other: what the series of their blocks leave out.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Pairs of roots that come near each other: what the series of their blocks leave out.
 
 Two modes alone, a difference g of roots apart and coupled by E_rc and E_cr, have the roots
 
@@ -16,7 +31,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 
 _MOST = 64  # pairs kept of an anchor, beside the first of each root
@@ -26,7 +40,8 @@ _NEAREST = 0.01  # 1 - rho at least: a pair without coupling may cross
 
 @dataclass(frozen=True, eq=False)
 class Encounters:
-    """The pairs of roots of different blocks that matter first around an anchor.
+    """
+    The pairs of roots of different blocks that matter first around an anchor.
 
     Parameters
     ----------
@@ -40,6 +55,7 @@ class Encounters:
         How many there are.
     degree : int
         Of the series.
+
     """
 
     rates: ComplexArray
@@ -83,11 +99,13 @@ class Encounters:
 
 def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
                steps: Sequence[FloatArray], degree: int) -> Encounters:
-    """Return the pairs with the largest terms left out, all `steps` (v,) taken together.
+    """
+    Return the pairs with the largest terms left out, all `steps` (v,) taken together.
 
     Parameters
     ----------
     roots : (M,) array
+        Eigenvalues [1/s].
     couplings : (v, M, M) array
         E_i.
     blocks : sequence of index arrays
@@ -95,6 +113,8 @@ def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[In
     steps : sequence of (v,) arrays
         Scaled, one for each parameter.
     degree : int
+        Of the expansion.
+
     """
     label = np.full(roots.size, -1)
     for i, block in enumerate(blocks):

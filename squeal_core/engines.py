@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What the brakes of one vehicle share: modes, risks and margins of their model, each by table."""
 
 from dataclasses import replace
@@ -26,7 +40,8 @@ _ROUGH = 10.0  # a margin needs verdicts, which are confirmed: its table may err
 
 
 class Engines:
-    """The tables of one model; delays are counted in the solves of all brakes.
+    """
+    The tables of one model; delays are counted in the solves of all brakes.
 
     Parameters
     ----------
@@ -37,6 +52,7 @@ class Engines:
     ------
     TableFileError
         Where the settings name a table that cannot be used.
+
     """
 
     def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
@@ -78,7 +94,8 @@ class Engines:
         return found
 
     def beside(self, steps: 'Steps[_Result]') -> 'Work[_Result]':
-        """Have a work of the margins done beside the ticks, after those before it.
+        """
+        Have a work of the margins done beside the ticks, after those before it.
 
         Done at once, while the caller waits, where anchors are too.
         """

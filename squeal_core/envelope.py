@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Anchors laid down beforehand: over an envelope of operating points, or along given points."""
 
 from collections import deque
@@ -8,7 +22,6 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
-
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
 from squeal_core.arrays import FloatArray
@@ -24,7 +37,8 @@ _WINDOW = 1000  # points over which it is judged whether more anchors are needed
 
 @dataclass(frozen=True, kw_only=True)
 class Envelope:
-    """Ranges of operating points; speed, pressure and stiffness are spread by their logarithms.
+    """
+    Ranges of operating points; speed, pressure and stiffness are spread by their logarithms.
 
     Parameters
     ----------
@@ -39,6 +53,7 @@ class Envelope:
     ------
     OperatingPointError
         For a range that is none.
+
     """
 
     rotor_speed: Range
@@ -56,7 +71,7 @@ class Envelope:
 
     @property
     def ranges(self) -> dict[str, Range]:
-        """The ranges that are given, by name."""
+        """Return the ranges that are given, by name."""
         return {item.name: value for item in fields(self)
                 if (value := getattr(self, item.name)) is not None}
 
@@ -78,7 +93,8 @@ class Envelope:
 
 
 def random_places(seed: int) -> Iterator[FloatArray]:
-    """Yield independent places (5,) of the unit cube.
+    """
+    Yield independent places (5,) of the unit cube.
 
     An evenly spread sequence would serve worse: its points keep away from its earlier ones by a
     few fixed steps, so the anchors among them cover each other's edges and leave gaps.
@@ -90,7 +106,8 @@ def random_places(seed: int) -> Iterator[FloatArray]:
 
 @dataclass(frozen=True)
 class LayingSummary:
-    """What became of the points that anchors were laid down for.
+    """
+    What became of the points that anchors were laid down for.
 
     Parameters
     ----------
@@ -100,6 +117,7 @@ class LayingSummary:
         At which even an anchor of their own leaves a verdict open: on a boundary of stability.
     complete : bool
         False: the memory or the number of anchors ended it.
+
     """
 
     points: int
@@ -110,7 +128,8 @@ class LayingSummary:
 def lay_down(table: Tabulation, points: Iterable[OperatingPoint], *, coverage: float = 1.0,
              most: int = 1000, progress: Callable[[int, int], None] = lambda *_: None
              ) -> LayingSummary:
-    """Make an anchor at each point that the table does not cover yet.
+    """
+    Make an anchor at each point that the table does not cover yet.
 
     Parameters
     ----------
@@ -124,6 +143,7 @@ def lay_down(table: Tabulation, points: Iterable[OperatingPoint], *, coverage: f
         Anchors.
     progress : callable
         Told the anchors and the points so far.
+
     """
     count = undecided = 0
     new: deque[bool] = deque(maxlen=_WINDOW)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Friction laws: the coefficient, its slope over sliding speed, and its table over temperature."""
 
 from dataclasses import dataclass
@@ -5,7 +19,6 @@ import math
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import quoted, SquealError
 
@@ -50,7 +63,8 @@ def check_rising(table: str, names: tuple[str, str], places: tuple[float, ...],
 
 @dataclass(frozen=True)
 class FrictionLaw:
-    r"""Coefficient falling with sliding speed: mu_k + (mu_s - mu_k) exp(-alpha v).
+    r"""
+    Coefficient falling with sliding speed: mu_k + (mu_s - mu_k) exp(-alpha v).
 
     Parameters
     ----------
@@ -67,6 +81,7 @@ class FrictionLaw:
     Notes
     -----
     Source: K09 eqs (15), (A.8), (A.9).
+
     """
 
     static: float = 0.5
@@ -100,7 +115,8 @@ class FrictionLaw:
 
 @dataclass(frozen=True)
 class FrictionTable:
-    """Friction coefficient over disc temperature, linear between its points, flat beyond.
+    """
+    Friction coefficient over disc temperature, linear between its points, flat beyond.
 
     Parameters
     ----------
@@ -113,6 +129,7 @@ class FrictionTable:
     ------
     SquealError
         For lists that do not match, do not rise, or hold what is no positive number.
+
     """
 
     temperature: tuple[float, ...]

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Assessments over time as a table: rows to and from CSV, and the squeal events in them."""
 
 from collections.abc import Iterable, Iterator
@@ -73,12 +87,14 @@ class CsvWriter:
 
 
 def read_rows(path: str | Path) -> Iterator[Row]:
-    """Yield the rows of a CSV file.
+    """
+    Yield the rows of a CSV file.
 
     Raises
     ------
     HistoryError
         Naming file, line and what is wrong.
+
     """
     try:
         with open_bounded(path, MAX_BYTES, _file_error) as file:
@@ -110,7 +126,8 @@ def _parse(path: str | Path, line: int, values: dict[str, str]) -> Row:
 
 @dataclass(frozen=True)
 class SquealEvent:
-    """An unbroken stretch of ticks at which a brake's alarm was up.
+    """
+    An unbroken stretch of ticks at which a brake's alarm was up.
 
     Parameters
     ----------
@@ -123,6 +140,7 @@ class SquealEvent:
         Largest growth rate in the event [1/s].
     frequency_hz : float
         Of the mode with that growth rate.
+
     """
 
     brake: str
@@ -143,12 +161,14 @@ class SquealEvent:
 
 
 class EventDetector:
-    """Squeal events by the alarm of the node, tick after tick; holds the events, no rows.
+    """
+    Squeal events by the alarm of the node, tick after tick; holds the events, no rows.
 
     Parameters
     ----------
     settings : MonitorSettings
         `risk_warning`, `risk_hysteresis` and `risk_hold` decide, as in the node's diagnostics.
+
     """
 
     def __init__(self, settings: MonitorSettings) -> None:
@@ -173,7 +193,7 @@ class EventDetector:
 
     @property
     def events(self) -> list[SquealEvent]:
-        """The events up to now, by time of start."""
+        """Return the events up to now, by time of start."""
         return sorted([*self._ended, *self._open.values()],
                       key=lambda event: (event.start, event.brake))
 

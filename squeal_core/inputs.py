@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """One input of one brake: its samples, and what is thought of the newest of them at a tick."""
 
 import bisect
@@ -27,7 +41,8 @@ _TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a 
 
 @dataclass(frozen=True)
 class Sample:
-    """A value in SI units and the time it holds for [ns].
+    """
+    A value in SI units and the time it holds for [ns].
 
     Parameters
     ----------
@@ -37,6 +52,7 @@ class Sample:
         That its publisher gave the message; 0: not known.
     connection : int
         Of a recording, one a publisher; 0: not known.
+
     """
 
     stamp: int
@@ -47,7 +63,8 @@ class Sample:
 
 @dataclass(frozen=True)
 class Unreadable:
-    """What stands for a sample where a message holds no value.
+    """
+    What stands for a sample where a message holds no value.
 
     Parameters
     ----------
@@ -55,6 +72,7 @@ class Unreadable:
         Why it does not.
     is_other : bool
         It is about something else, as of another publisher, and nothing is wrong with it.
+
     """
 
     reason: str
@@ -63,7 +81,8 @@ class Unreadable:
 
 @dataclass(frozen=True)
 class Reading:
-    """An input as an assessment found it: the newest sample up to the tick.
+    """
+    An input as an assessment found it: the newest sample up to the tick.
 
     Parameters
     ----------
@@ -72,6 +91,7 @@ class Reading:
         In SI units, and in s.
     detail : str
         What is wrong with it, in words that follow the value.
+
     """
 
     status: Status
@@ -133,7 +153,8 @@ class _Judged(NamedTuple):
 
 
 class Input:
-    """Keeps the samples of one input that ticks to come may need.
+    """
+    Keeps the samples of one input that ticks to come may need.
 
     Parameters
     ----------
@@ -141,6 +162,7 @@ class Input:
     limits : InputSettings
     settings : MonitorSettings
     validated : Validated
+
     """
 
     def __init__(self, signal: Signal, limits: InputSettings, settings: MonitorSettings,
@@ -187,15 +209,18 @@ class Input:
         return self._stuck.changes
 
     def receive(self, sample: Sample, *, sliding: bool, others: int) -> None:
-        """Take a sample; a late one finds its place by its stamp, one without is refused.
+        """
+        Take a sample; a late one finds its place by its stamp, one without is refused.
 
         Parameters
         ----------
         sample : Sample
+            The newest one.
         sliding : bool
             Whether the disc slides under load by what was received last.
         others : int
             Changes of the brake's other inputs.
+
         """
         self._unreadable = ''
         if sample.stamp <= 0:

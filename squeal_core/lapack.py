@@ -1,4 +1,19 @@
-"""LAPACK's eigenvalues while other threads run: numpy's `eigvals` keeps all of them waiting.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+LAPACK's eigenvalues while other threads run: numpy's `eigvals` keeps all of them waiting.
 
 The routine is the one that SciPy offers to compiled code, called as one of C's is: Python's lock
 is free for as long as it takes.
@@ -10,7 +25,6 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import cython_lapack
-
 from squeal_core.arrays import ComplexArray, FloatArray
 
 _WORK = 64  # numbers for each row: room for the largest blocks that LAPACK would take
@@ -33,12 +47,14 @@ _dgeev = _routine('dgeev', 14)
 
 
 def eigvals(matrix: FloatArray) -> ComplexArray:
-    """Return the eigenvalues of a real matrix (n, n), in no particular order.
+    """
+    Return the eigenvalues of a real matrix (n, n), in no particular order.
 
     Raises
     ------
     numpy.linalg.LinAlgError
         Where it is not square, entries are not finite, or the iteration does not converge.
+
     """
     if matrix.ndim != 2 or len(matrix) != len(matrix.T):
         raise np.linalg.LinAlgError(f'a matrix of shape {matrix.shape} has no eigenvalues')

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """How far the brake is from squeal: what a margin is, and where and how closely it is sought."""
 
 from dataclasses import dataclass, replace
@@ -10,7 +24,8 @@ Kind: TypeAlias = Literal['squeal', 'groan', 'divergence']
 
 @dataclass(frozen=True, kw_only=True)
 class MarginSettings:
-    """Where margins are looked for, and how closely.
+    """
+    Where margins are looked for, and how closely.
 
     Parameters
     ----------
@@ -28,6 +43,7 @@ class MarginSettings:
         Time [s] after which a margin is looked for anew though the inputs are where they were.
     friction_rest, relative_rest : float
         Changes of friction [-], and of speed and pressure as a part of their value, that are none.
+
     """
 
     friction: tuple[float, float] = (0.05, 0.9)
@@ -83,7 +99,8 @@ class MarginInputs:
 
 @dataclass(frozen=True, kw_only=True)
 class Margin:
-    """Where one kind of growth begins or ends along one parameter.
+    """
+    Where one kind of growth begins or ends along one parameter.
 
     Parameters
     ----------
@@ -111,6 +128,7 @@ class Margin:
     reason : str
         The result in words.
     solves : int
+
     """
 
     parameter: Parameter
@@ -136,7 +154,8 @@ class Margin:
 
 @dataclass(frozen=True)
 class Margins:
-    """The last margins found; None: not yet.
+    """
+    The last margins found; None: not yet.
 
     `friction`, `rotor_speed` and `pressure` are those of squeal; `groan` and `divergence` along
     friction.

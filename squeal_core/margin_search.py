@@ -1,4 +1,19 @@
-"""How far the brake is from squeal: critical friction, speed and pressure, a solve at a time.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+How far the brake is from squeal: critical friction, speed and pressure, a solve at a time.
 
 A search walks away from the point in steps until growth begins (or ends, where the brake squeals
 now), narrows the step it happened in, and confirms both ends of the bracket in the full problem,
@@ -16,7 +31,6 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
-
 from squeal_core.brake_model import BrakeModel
 from squeal_core.margin import Kind, Margin, MarginInputs, Margins, MarginSettings, Parameter
 from squeal_core.operating_point import OperatingPoint
@@ -49,7 +63,8 @@ class _Line:
 
 
 class MarginSearch:
-    """Margins of one brake, one solve at each call. The same calls give the same margins.
+    """
+    Margins of one brake, one solve at each call. The same calls give the same margins.
 
     Parameters
     ----------
@@ -65,6 +80,7 @@ class MarginSearch:
     confirm : callable, optional
         As `solve`, with the modes next to the verdict as the full problem has them; by a full
         solution where it is None.
+
     """
 
     def __init__(self, model: BrakeModel, solve: Solve, band_hz: tuple[float, float], *,
@@ -86,11 +102,13 @@ class MarginSearch:
         self._work, self.margins = None, Margins()
 
     def advance(self, inputs: MarginInputs, time: int) -> Margins:
-        """Do one solve of the search that is on, or of the next one, from these inputs.
+        """
+        Do one solve of the search that is on, or of the next one, from these inputs.
 
         Parameters
         ----------
         inputs : MarginInputs
+            Where the brake operates.
         time : int
             [ns].
 
@@ -103,6 +121,7 @@ class MarginSearch:
         ------
         numpy.linalg.LinAlgError
             Where a solve fails; the next call begins a search anew.
+
         """
         return completed(self.advancing(inputs, time))
 
@@ -251,7 +270,8 @@ def _without(line: _Line, kind: Kind, grows: bool, bounds: tuple[float, float],
 
 def _between(near: _End, far: _End, level: float, first: float, width: float,
              tried: int) -> float:
-    """Return where to solve next: about where a straight line through both ends has no growth.
+    """
+    Return where to solve next: about where a straight line through both ends has no growth.
 
     Off it by a little towards the middle, so that the other end comes near, too, and never so far
     from the middle that more solves would be needed than by halves, but for one.
@@ -259,12 +279,14 @@ def _between(near: _End, far: _End, level: float, first: float, width: float,
     Parameters
     ----------
     near, far : (value, Mode)
+        One end.
     level : float
         What counts as growth [1/s].
     first, width : float
         Of the bracket at first and now, over what it may be.
     tried : int
         Solves since then.
+
     """
     middle, span = 0.5 * (near[0] + far[0]), far[0] - near[0]
     below, above = (end[1].growth_rate - level for end in (near, far))

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """By which mechanism a mode grows: what each matrix adds to Re(lambda), and who takes part."""
 
 from collections.abc import Mapping, Sequence
@@ -5,7 +19,6 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.mode_vectors import mode_vectors, ModeVectors
@@ -37,7 +50,8 @@ class Share:
 
 @dataclass(frozen=True, kw_only=True)
 class Mechanism:
-    """Why a mode grows, or does not.
+    """
+    Why a mode grows, or does not.
 
     Parameters
     ----------
@@ -53,6 +67,7 @@ class Mechanism:
         empty for modes that do not grow.
     participation : tuple of Share
         The component modes that take the most part.
+
     """
 
     mode: Mode
@@ -66,17 +81,21 @@ class Mechanism:
 
 def mechanisms(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode] | None = None, *,
                top: int = 4, tolerances: Tolerances | None = None) -> tuple[Mechanism, ...]:
-    """Return the mechanism of modes at a point; by default of the growing ones, worst first.
+    """
+    Return the mechanism of modes at a point; by default of the growing ones, worst first.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
+        Operating point.
     modes : sequence of Mode, optional
         Of `complex_modes(model, point)`.
     top : int
         How many participants to name.
     tolerances : Tolerances, optional
+        Of the classification of eigenvalues.
 
     Notes
     -----
@@ -92,6 +111,7 @@ def mechanisms(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode] |
     - else 'mode coupling', if the friction couple alone is needed;
     - else 'combined': it takes more than one term out to stop it;
     - 'stable': it does not grow.
+
     """
     limits = tolerances or Tolerances.of(model, point)
     if modes is None:
@@ -109,7 +129,8 @@ def without_rotation(model: BrakeModel) -> BrakeModel:
 
 def contributions(model: BrakeModel, point: OperatingPoint,
                   vectors: ModeVectors) -> dict[str, float]:
-    """Return what each term adds to Re(lambda) [1/s], by left and right vectors.
+    """
+    Return what each term adds to Re(lambda) [1/s], by left and right vectors.
 
     Notes
     -----
@@ -124,6 +145,7 @@ def contributions(model: BrakeModel, point: OperatingPoint,
     stiffness nothing. In a pair that coupled by friction the friction couple adds a positive
     amount, and the stiffness that keeps the two frequencies apart takes away: both grow without
     bound towards the merging, their sum does not. A root at zero gets zeros.
+
     """
     root, x, y = vectors.eigenvalue, vectors.right, vectors.left.conj()
     scale = y @ (2.0 * root * x + model.damping(point) @ x)
@@ -134,7 +156,8 @@ def contributions(model: BrakeModel, point: OperatingPoint,
 
 
 def powers(model: BrakeModel, point: OperatingPoint, vectors: ModeVectors) -> dict[str, float]:
-    """Return what each term's work on the mode's own motion adds to Re(lambda) [1/s].
+    """
+    Return what each term's work on the mode's own motion adds to Re(lambda) [1/s].
 
     Notes
     -----
@@ -142,6 +165,7 @@ def powers(model: BrakeModel, point: OperatingPoint, vectors: ModeVectors) -> di
     s (2 w + Im x^H D x) = -w Re x^H D x - Im x^H K x: symmetric damping and unsymmetric stiffness
     do work, stiffness and gyroscopic terms none. What these do to a mode by changing its shape
     shows in `contributions` alone. Empty for a root that does not oscillate.
+
     """
     root, x = vectors.eigenvalue, vectors.right
     scale = 2.0 * root.imag + (x.conj() @ model.damping(point) @ x).imag
@@ -154,7 +178,8 @@ def powers(model: BrakeModel, point: OperatingPoint, vectors: ModeVectors) -> di
 
 
 def participation(model: BrakeModel, right: ComplexArray, *, top: int = 4) -> tuple[Share, ...]:
-    """Return the component modes with the most kinetic energy, |x_n|^2 of all.
+    """
+    Return the component modes with the most kinetic energy, |x_n|^2 of all.
 
     The halves of a doublet, names alike but for a last letter c or s, count as one: how a doublet
     is turned says nothing of the brake.

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The two-mode margin: how far two modes are from merging."""
 
 from collections.abc import Sequence
@@ -6,7 +20,6 @@ from itertools import combinations, pairwise
 from typing import TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import OperatingPointError
@@ -25,7 +38,8 @@ _State: TypeAlias = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, kw_only=True)
 class Merging:
-    """Where in a parameter's complex plane two roots are one.
+    """
+    Where in a parameter's complex plane two roots are one.
 
     Parameters
     ----------
@@ -45,6 +59,7 @@ class Merging:
     converged : bool
     reason : str
         The result in words.
+
     """
 
     parameter: str
@@ -61,12 +76,15 @@ class Merging:
 def merging(model: BrakeModel, point: OperatingPoint, parameter: str = 'friction', *,
             modes: tuple[Mode, Mode] | None = None, band_hz: tuple[float, float] = SQUEAL_BAND,
             tolerance: float = 1e-9, tolerances: Tolerances | None = None) -> Merging:
-    """Return the margin of two modes to merging; by default of those closest to it in a band.
+    """
+    Return the margin of two modes to merging; by default of those closest to it in a band.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
+        Operating point.
     parameter : str
         'friction' (its slope in proportion), 'friction_slope', 'contact_pressure' or
         'contact_stiffness'.
@@ -74,9 +92,11 @@ def merging(model: BrakeModel, point: OperatingPoint, parameter: str = 'friction
         Of `complex_modes(model, point)`; by default the neighbours in order of frequency whose
         merging is the nearest.
     band_hz : (2,) floats
+        Low and high end [Hz].
     tolerance : float
         Of the last step, relative to the distance.
     tolerances : Tolerances, optional
+        Of the classification of eigenvalues.
 
     Notes
     -----
@@ -87,6 +107,7 @@ def merging(model: BrakeModel, point: OperatingPoint, parameter: str = 'friction
     values. |value - start| is the distance up to which the roots are power series of the
     parameter. Of two undamped modes w1 and w2 with a friction couple +-b it is
     ||w1^2 - w2^2| / (2 k_c b) - mu|.
+
     """
     if parameter not in AFFINE:
         raise OperatingPointError(f'parameter is {parameter!r}; give one of {", ".join(AFFINE)}')

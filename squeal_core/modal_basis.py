@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modes of a component: frequencies, names and mass-normalised shapes that can be sampled."""
 
 from collections.abc import Iterator
@@ -5,18 +19,19 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray, readonly, short_repr
 
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Points in cylindrical coordinates with the area or volume that each stands for.
+    """
+    Points in cylindrical coordinates with the area or volume that each stands for.
 
     Parameters
     ----------
     radius, angle, height, weight : (Q,) arrays
         r [m], theta [rad], z [m]; weight [m^2] or [m^3], the Jacobian r included.
+
     """
 
     radius: FloatArray
@@ -33,7 +48,8 @@ class Quadrature:
 
 @dataclass(frozen=True)
 class SampledShapes:
-    """Mode shapes at quadrature points, in polar components.
+    """
+    Mode shapes at quadrature points, in polar components.
 
     Parameters
     ----------
@@ -42,6 +58,7 @@ class SampledShapes:
     radial_dtheta, tangential_dtheta, normal_dtheta : (N, Q) arrays
         Their derivatives in theta [kg^-1/2 rad^-1].
     points : Quadrature
+
     """
 
     radial: FloatArray
@@ -64,7 +81,7 @@ class ModalBasis(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """A name for each of the N modes."""
+        """Return a name for each of the N modes."""
 
     def sample(self, points: Quadrature) -> SampledShapes:
         """Return the shapes at points of the component."""
@@ -81,14 +98,18 @@ def modal_assurance(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def keep_whole_doublets(frequencies: FloatArray, count: int, *, tolerance: float = 1e-6) -> int:
-    """Return the least number of modes >= count after which no doublet is cut in two.
+    """
+    Return the least number of modes >= count after which no doublet is cut in two.
 
     Parameters
     ----------
     frequencies : (M,) array
         Rising, M > count where a partner may follow.
+    count : int
+        How many are wanted.
     tolerance : float
         Relative gap under which neighbours are a doublet.
+
     """
     gap = tolerance * frequencies[count - 1]
     while count < frequencies.size and frequencies[count] - frequencies[count - 1] <= gap:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The vectors of single roots, what they say of a root's worth, and roots made exact by them."""
 
 from collections.abc import Sequence
@@ -7,7 +21,6 @@ import warnings
 
 import numpy as np
 from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
-
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.operating_point import OperatingPoint
@@ -36,7 +49,8 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
 
 def refined_root(model: BrakeModel, point: OperatingPoint,
                  guess: complex) -> tuple[complex, float]:
-    """Return the root of the full problem near a guess, and its error to first order [1/s].
+    """
+    Return the root of the full problem near a guess, and its error to first order [1/s].
 
     By two-sided quotients lambda - y^H Q x / (y^H Q' x), whose error is of second order in those
     of both vectors. Costs about a tenth of a full solution; where another root is as near as the
@@ -95,7 +109,8 @@ def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class Trust:
-    """How far a root can be relied on.
+    """
+    How far a root can be relied on.
 
     Parameters
     ----------
@@ -107,6 +122,7 @@ class Trust:
     error : float
         Bound of the rounding error of the root, to first order [1/s]: the product of both and
         |lambda|.
+
     """
 
     backward_error: float
@@ -115,7 +131,8 @@ class Trust:
 
 
 def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tuple[Trust, ...]:
-    """Return what the modes' roots are worth, from their vectors; some ms a mode.
+    """
+    Return what the modes' roots are worth, from their vectors; some ms a mode.
 
     Notes
     -----
@@ -123,6 +140,7 @@ def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tu
     (|lambda|^2 + |lambda| |D| + |K|) / (|lambda| |y^H (2 lambda + D) x|), here in Frobenius norms.
     F. Tisseur, Backward error and condition of polynomial eigenvalue problems, Linear Algebra
     Appl. 309 (2000), theorems 1 and 5.
+
     """
     d, k = model.damping(point), model.stiffness(point)
     return tuple(_trust(mode, mode_vectors(model, point, mode.eigenvalue), d, k) for mode in modes)

@@ -1,4 +1,19 @@
-"""The model file: a .npz of plain arrays and a JSON header; never a pickle.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The model file: a .npz of plain arrays and a JSON header; never a pickle.
 
 The header holds schema version, units, provenance, scalars and a SHA-256 over all contents. A
 file that is truncated, altered, of a future schema or not finite is refused in one line.
@@ -52,7 +67,8 @@ _WANTED = {'angular_frequencies': '<f8', **{
 
 
 def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -> None:
-    """Write a model; an existing file is replaced, if it may be, by a whole one only.
+    """
+    Write a model; an existing file is replaced, if it may be, by a whole one only.
 
     Raises
     ------
@@ -60,6 +76,7 @@ def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -
         For a provenance that no file can hold.
     OutputError
         Where the file cannot be written.
+
     """
     arrays = {name: getattr(model, name) for name in _ARRAYS if getattr(model, name) is not None}
     if model.surface:
@@ -79,12 +96,14 @@ def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -
 
 
 def load_model(path: str | Path) -> BrakeModel:
-    """Read a model by path, or by the name of a shipped one.
+    """
+    Read a model by path, or by the name of a shipped one.
 
     Raises
     ------
     ModelFileError
         One line: which file, what is wrong with it, and what to do.
+
     """
     return load_with_header(path)[1]
 

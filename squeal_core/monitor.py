@@ -1,4 +1,19 @@
-"""The monitor of one brake: samples in, assessments out. No ROS in here, no clock, no threads.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The monitor of one brake: samples in, assessments out. No ROS in here, no clock, no threads.
 
 An assessment depends on the samples received before a tick and on the ticks' times, nothing else:
 the node and the replay of a bag run this same code and get the same numbers from the same ticks.
@@ -13,7 +28,6 @@ from dataclasses import replace
 import math
 
 import numpy as np
-
 from squeal_core.assessment import Assessment, Begun, concluded, explained, State
 from squeal_core.brake_model import BrakeModel
 from squeal_core.cross_checks import CrossChecks
@@ -121,7 +135,8 @@ class BrakeMonitor:
         return {signal: one.read(time) for signal, one in self._inputs.items()}
 
     def _friction(self, inputs: Mapping[Signal, Reading]) -> tuple[dict[str, Reading], str, float]:
-        """Choose where friction comes from: measured, or the temperature while that fails.
+        """
+        Choose where friction comes from: measured, or the temperature while that fails.
 
         Returns the readings that are needed for it, the name of the source, and mu.
         """

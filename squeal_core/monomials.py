@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Products of powers of several variables, degree by degree: the bookkeeping of power series."""
 
 from collections.abc import Iterator
@@ -7,7 +21,6 @@ from itertools import combinations_with_replacement
 from typing import TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray, IndexArray
 
 Term: TypeAlias = tuple[int, ...]  # the variables of a product, in ascending order: z0 z0 z2
@@ -15,12 +28,14 @@ Term: TypeAlias = tuple[int, ...]  # the variables of a product, in ascending or
 
 @dataclass(frozen=True)
 class Monomials:
-    """All products of `variables` variables up to a degree, 1 first.
+    """
+    All products of `variables` variables up to a degree, 1 first.
 
     Parameters
     ----------
     variables : int
     degree : int
+
     """
 
     variables: int

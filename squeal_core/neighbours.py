@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Operating points near each other: where to make the next anchor, so that it serves longest."""
 
 from collections import deque
@@ -17,7 +31,8 @@ _SHARED = {'rotor_speed': 0.3, 'contact_pressure': 0.4, 'contact_stiffness': 0.0
 
 
 def ahead(point: OperatingPoint, behind: OperatingPoint, part: float = _AHEAD) -> OperatingPoint:
-    """Return a point further on the way from one behind: an anchor serves on both sides of it.
+    """
+    Return a point further on the way from one behind: an anchor serves on both sides of it.
 
     A long way, or one through a change of sign, is no drift; the point itself then.
     """
@@ -43,7 +58,8 @@ class Trail:
 
     def foreseen(self, points: Sequence[OperatingPoint], now: int,
                  horizons: Sequence[int]) -> list[list[OperatingPoint]]:
-        """Return where points are going to be; they themselves, where nothing is known of before.
+        """
+        Return where points are going to be; they themselves, where nothing is known of before.
 
         Parameters
         ----------
@@ -53,6 +69,7 @@ class Trail:
             The present, in whatever it is counted.
         horizons : sequence of int
             How far ahead; from a quarter of the farthest as far back it is told.
+
         """
         marks = self._marks
         if marks and len(marks[0][1]) != len(points):

@@ -1,9 +1,22 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modes given at the nodes of a mesh, as any finite element package can export them."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.errors import quoted, SquealError
 
@@ -14,7 +27,8 @@ class ModesError(SquealError):
 
 @dataclass(frozen=True, eq=False)
 class ElementBlock:
-    """Elements of one kind: `tet4`, `tet10`, `hex8`, `hex20`, `hex27`, `wedge6`, `wedge15`.
+    """
+    Elements of one kind: `tet4`, `tet10`, `hex8`, `hex20`, `hex27`, `wedge6`, `wedge15`.
 
     Parameters
     ----------
@@ -22,6 +36,7 @@ class ElementBlock:
     nodes : (E, n) int array
         Indices into the nodes of the modes: corners first, then mid-edge nodes (bottom edges,
         top edges, vertical edges for hexahedra: the order of VTK).
+
     """
 
     kind: str
@@ -35,7 +50,8 @@ class ElementBlock:
 
 @dataclass(frozen=True, eq=False)
 class NodalModes:
-    """Natural modes at nodes, in SI units, the rotation axis along z through the origin.
+    """
+    Natural modes at nodes, in SI units, the rotation axis along z through the origin.
 
     Parameters
     ----------
@@ -56,6 +72,7 @@ class NodalModes:
     ------
     ModesError
         For shapes that do not fit, values that are not finite, fewer than one mode or node.
+
     """
 
     coordinates: FloatArray

@@ -1,4 +1,19 @@
-"""NumPy archives (.npz) of plain arrays and a JSON header, for all files of our own.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+NumPy archives (.npz) of plain arrays and a JSON header, for all files of our own.
 
 Nothing in an archive is believed: its directory is small, its members are stored or deflated, and
 each array's own header is compared with what is wanted, with the size of its member and with a
@@ -18,7 +33,6 @@ import zipfile
 
 import numpy as np
 from numpy.typing import NDArray
-
 from squeal_core.bounded_reader import ErrorOf, open_bounded
 from squeal_core.errors import PlacedError, quoted, SquealError
 from squeal_core.output import output_file
@@ -48,7 +62,8 @@ class ArrayLayout:
 
 
 class NpzReader:
-    """The members of an open archive; `npz_reader` opens one.
+    """
+    The members of an open archive; `npz_reader` opens one.
 
     All errors but those of the file system are ValueErrors; a damaged archive makes zipfile, zlib
     and numpy raise others, which the caller takes for damage as well.
@@ -110,7 +125,8 @@ def _check_directory(file: BinaryIO) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class ArchiveKind:
-    """One kind of our own files: how it is told from others, and what is said of bad ones.
+    """
+    One kind of our own files: how it is told from others, and what is said of bad ones.
 
     Parameters
     ----------
@@ -133,11 +149,12 @@ class ArchiveKind:
         Of one array.
     hashed : bool
         Whether the header holds a hash over all contents.
+
     """
 
     noun: str
     contents: str
-    format: str
+    format: str  # noqa: A003
     schemas: range
     error: type[PlacedError]
     again: str
@@ -156,7 +173,8 @@ CheckShapes: TypeAlias = Callable[[Header, Mapping[str, tuple[int, ...]]], None]
 
 def write_archive(path: str | Path, kind: ArchiveKind, header: Header, arrays: Mapping[str, Any],
                   *, overwrite: bool = True) -> None:
-    """Write header and arrays; the file appears whole or not at all.
+    """
+    Write header and arrays; the file appears whole or not at all.
 
     Raises
     ------
@@ -164,6 +182,7 @@ def write_archive(path: str | Path, kind: ArchiveKind, header: Header, arrays: M
         Of the kind, for contents that could not be read again.
     OutputError
         Where the file cannot be written.
+
     """
     header = {'format': kind.format, **header}
     try:
@@ -188,12 +207,14 @@ def write_archive(path: str | Path, kind: ArchiveKind, header: Header, arrays: M
 
 def read_archive(path: str | Path, kind: ArchiveKind, wanted: Wanted,
                  check_shapes: CheckShapes = lambda *_: None) -> tuple[Header, Arrays]:
-    """Read header and arrays, refusing in one line what is no file of the kind.
+    """
+    Read header and arrays, refusing in one line what is no file of the kind.
 
     Raises
     ------
     PlacedError
         Of the kind: which file, what is wrong with it, and what to do.
+
     """
     path = Path(path)
     _refuse_missing(path, kind)

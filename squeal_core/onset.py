@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What the next application of released brakes will ask for, made ready before it comes."""
 
 from collections import deque
@@ -15,11 +29,13 @@ _REMEMBERED = 64  # points, at which nothing is made again
 
 
 class Onset:
-    """Anchors from light to firm pressure at the speeds and frictions of released brakes.
+    """
+    Anchors from light to firm pressure at the speeds and frictions of released brakes.
 
     Parameters
     ----------
     table : Tabulation
+
     """
 
     def __init__(self, table: Tabulation) -> None:
@@ -28,7 +44,8 @@ class Onset:
         self._asked: deque[OperatingPoint] = deque(maxlen=_REMEMBERED)
 
     def look(self, brakes: Sequence[tuple[float, float]], release_pressure: float) -> None:
-        """Go on by a call: every so often another pressure is looked at.
+        """
+        Go on by a call: every so often another pressure is looked at.
 
         Parameters
         ----------
@@ -36,6 +53,7 @@ class Onset:
             Of those that are released while the vehicle moves [rad/s], [-].
         release_pressure : float
             At which they are [Pa].
+
         """
         self._calls += 1
         point = None

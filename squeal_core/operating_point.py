@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The operating point, and the scalars with which it multiplies the model's matrices."""
 
 from dataclasses import dataclass, fields
@@ -8,7 +22,8 @@ from squeal_core.errors import OperatingPointError
 
 
 class Coefficients(NamedTuple):
-    """Factors of the affine family (K09 eq. 36): D = C + g G0 + r R0 + s S0, K = W + a A0 + ...
+    """
+    Factors of the affine family (K09 eq. 36): D = C + g G0 + r R0 + s S0, K = W + a A0 + ...
 
     Attributes
     ----------
@@ -24,6 +39,7 @@ class Coefficients(NamedTuple):
         mu k_c [N/m^3].
     follower : float
         p0 mu [Pa].
+
     """
 
     gyroscopic: float
@@ -36,7 +52,8 @@ class Coefficients(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class OperatingPoint:
-    """Steady sliding under load.
+    """
+    Steady sliding under load.
 
     Parameters
     ----------
@@ -56,6 +73,7 @@ class OperatingPoint:
     ------
     OperatingPointError
         For a value that is not finite, a speed of zero, a negative pressure or stiffness.
+
     """
 
     rotor_speed: float

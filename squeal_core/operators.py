@@ -1,4 +1,19 @@
-"""The six arrays of K09's equation of motion, each an integral over mode shapes.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The six arrays of K09's equation of motion, each an integral over mode shapes.
 
 Every function returns one array without the scalar that multiplies it at an operating point.
 Modal coordinates are ordered pad 1 (top) | disc | pad 2 (bottom).
@@ -8,14 +23,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.modal_basis import SampledShapes
 
 
 @dataclass(frozen=True)
 class ContactFace:
-    """Relative shapes of pad and disc at the quadrature points of one contact face.
+    """
+    Relative shapes of pad and disc at the quadrature points of one contact face.
 
     Parameters
     ----------
@@ -26,6 +41,7 @@ class ContactFace:
         e = d_theta phi_r - phi_t of the disc: how its turning tilts the sliding direction.
     radius, weight : (Q,) arrays
         r [m] and area [m^2] of the points.
+
     """
 
     normal: FloatArray
@@ -84,7 +100,8 @@ def follower(faces: Iterable[ContactFace]) -> FloatArray:
 
 
 def support(back: SampledShapes, radial: float, tangential: float, normal: float) -> FloatArray:
-    """Sum over directions of s int phi^T phi dA, symmetric: what holds a pad at its back face.
+    """
+    Sum over directions of s int phi^T phi dA, symmetric: what holds a pad at its back face.
 
     Parameters
     ----------
@@ -92,13 +109,15 @@ def support(back: SampledShapes, radial: float, tangential: float, normal: float
         On the pad's back face, weights in m^2.
     radial, tangential, normal : float
         Stiffness [N/m^3] or damping [N s/m^3] per area; the result is in 1/s^2 or 1/s.
+
     """
     parts = ((radial, back.radial), (tangential, back.tangential), (normal, back.normal))
     return _sum(s * (phi * back.points.weight) @ phi.T for s, phi in parts)
 
 
 def gyroscopic(layers: Iterable[SampledShapes], density: float) -> FloatArray:
-    """G0 = P - P^T [-] of the disc, skew; K09 eq. (38).
+    """
+    G0 = P - P^T [-] of the disc, skew; K09 eq. (38).
 
     Parameters
     ----------
@@ -106,6 +125,7 @@ def gyroscopic(layers: Iterable[SampledShapes], density: float) -> FloatArray:
         Parts that together cover the disc's volume, weights in m^3.
     density : float
         rho [kg/m^3].
+
     """
     p = density * _sum(
         (s.radial * s.points.weight) @ (s.radial_dtheta - s.tangential).T

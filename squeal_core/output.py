@@ -1,4 +1,19 @@
-"""The one writer of files: whole or not at all, regular files only, never over one unasked.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The one writer of files: whole or not at all, regular files only, never over one unasked.
 
 An output is written under a temporary name in the folder of its target and renamed when it is
 complete and on disk. Several outputs of one run are committed together. The temporary name holds
@@ -42,7 +57,8 @@ def kind_of(mode: int) -> str:
 
 
 def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = False) -> Path:
-    """Return where an output goes; refuse, before any work, what could not be written there.
+    """
+    Return where an output goes; refuse, before any work, what could not be written there.
 
     A link is followed: what it points to is written and the link stays. Leftovers of killed runs
     in the folder are removed, and a small file is written and removed again, so a missing,
@@ -51,6 +67,7 @@ def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = Fa
     Parameters
     ----------
     path : path
+        Where the file is.
     overwrite : bool
         Whether an existing file (or folder, where the output is one) may be replaced.
     folder : bool
@@ -60,6 +77,7 @@ def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = Fa
     ------
     OutputError
         One line: which path, what is wrong with it, and the remedy.
+
     """
     with OutputFiles(overwrite=overwrite) as files:
         target = files.add(path, folder=folder, probe=True).target
@@ -68,12 +86,14 @@ def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = Fa
 
 
 def make_folder(path: str | Path) -> Path:
-    """Make a folder for outputs, and those above it, where it is not there yet.
+    """
+    Make a folder for outputs, and those above it, where it is not there yet.
 
     Raises
     ------
     OutputError
         One line: which path, what is wrong with it, and the remedy.
+
     """
     folder = Path(path)
     try:
@@ -96,7 +116,8 @@ def output_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
 
 @dataclass(eq=False)
 class Output:
-    """One output of a run.
+    """
+    One output of a run.
 
     Parameters
     ----------
@@ -104,6 +125,7 @@ class Output:
         Its name in the end, links resolved.
     partial : Path
         Its name until then: an empty file or folder at first.
+
     """
 
     target: Path
@@ -114,7 +136,8 @@ class Output:
 
 
 class OutputFiles:
-    """Files and folders that appear under their names together, or not at all.
+    """
+    Files and folders that appear under their names together, or not at all.
 
     A context manager. When the context ends by an error nothing has changed, and an OSError
     becomes an OutputError.
@@ -123,6 +146,7 @@ class OutputFiles:
     ----------
     overwrite : bool
         Whether existing targets may be replaced.
+
     """
 
     def __init__(self, *, overwrite: bool = False) -> None:
@@ -133,12 +157,14 @@ class OutputFiles:
         return self
 
     def add(self, path: str | Path, *, folder: bool = False, probe: bool = False) -> Output:
-        """Reserve an output: check its target and make the empty file or folder to fill.
+        """
+        Reserve an output: check its target and make the empty file or folder to fill.
 
         Raises
         ------
         OutputError
             For what is no place for it: see `check_target`.
+
         """
         try:
             target = _target(Path(path), self._overwrite, folder)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Polar grids over the contact and over planes of a component: their points and weights."""
 
 from dataclasses import dataclass
@@ -5,7 +19,6 @@ import math
 from typing import Literal, TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact
 from squeal_core.errors import SquealError
@@ -19,7 +32,8 @@ PANEL = 4  # Gauss points a panel
 
 @dataclass(frozen=True)
 class PlanarGrid:
-    """How fine a polar grid is, how sums are taken over it and derivatives along its rows.
+    """
+    How fine a polar grid is, how sums are taken over it and derivatives along its rows.
 
     Parameters
     ----------
@@ -42,6 +56,7 @@ class PlanarGrid:
     ------
     SquealError
         For a grid too coarse to sum or to differentiate over.
+
     """
 
     radial: int = 12
@@ -57,7 +72,7 @@ class PlanarGrid:
 
     @property
     def step(self) -> float:
-        """d = 2 pi / M_theta [rad]."""
+        """Return d = 2 pi / M_theta [rad]."""
         return 2.0 * math.pi / self.around
 
     def across(self, start: float, stop: float, count: int) -> tuple[FloatArray, FloatArray]:
@@ -84,11 +99,13 @@ def contact_grid(contact: Contact, height: float, grid: PlanarGrid | None = None
 
 def sector_quadrature(contact: Contact, height: float, *, panels: tuple[int, int] = (9, 18),
                       points: int = 4) -> Quadrature:
-    """Return a Gauss rule over the contact sector, centred at theta = 0.
+    """
+    Return a Gauss rule over the contact sector, centred at theta = 0.
 
     Parameters
     ----------
     contact : Contact
+        Contact patch.
     height : float
         z of the face [m].
     panels : (2,) ints
@@ -96,14 +113,15 @@ def sector_quadrature(contact: Contact, height: float, *, panels: tuple[int, int
         between them and a Gauss rule wants smoothness (docs/convergence.md).
     points : int
         Gauss points a panel, in each direction.
+
     """
     return polar_grid(gauss(contact.inner_radius, contact.outer_radius, panels[0], points),
-                       gauss(-0.5 * contact.angle, 0.5 * contact.angle, panels[1], points),
-                       height)
+                      gauss(-0.5 * contact.angle, 0.5 * contact.angle, panels[1], points),
+                      height)
 
 
 def polar_grid(across: tuple[FloatArray, FloatArray], along: tuple[FloatArray, FloatArray],
-                height: float) -> Quadrature:
+               height: float) -> Quadrature:
     """Return the tensor grid of rules (points, weights) in r and theta, Jacobian included."""
     (r, wr), (t, wt) = across, along
     radius, angle = (grid.ravel() for grid in np.meshgrid(r, t, indexing='ij'))

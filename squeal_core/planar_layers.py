@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Mode shapes on a stack of planes: layers of nodes, or exact shapes in their place."""
 
 from collections.abc import Iterable, Iterator
@@ -8,7 +22,6 @@ from typing import Any, Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import SquealError
 from squeal_core.modal_basis import ModalBasis, Quadrature
@@ -70,7 +83,8 @@ class LayeredBasis:
 
 @dataclass(frozen=True, eq=False)
 class LayeredNodes:
-    """Modes at nodes in planar layers, interpolated in each layer and between layers.
+    """
+    Modes at nodes in planar layers, interpolated in each layer and between layers.
 
     Parameters
     ----------
@@ -82,6 +96,7 @@ class LayeredNodes:
     ------
     ModesError
         For nodes that do not lie in at least two planes of six nodes or more.
+
     """
 
     modes: NodalModes
@@ -98,7 +113,7 @@ class LayeredNodes:
 
     @cached_property
     def _members(self) -> tuple[Any, ...]:
-        """The nodes of each layer, from the lowest up; of nodes in one place the first."""
+        """Return the nodes of each layer, from the lowest up; of nodes in one place the first."""
         where = self.modes.coordinates
         pairs = cKDTree(where).query_pairs(self.tolerance, output_type='ndarray')
         alone = np.setdiff1d(np.arange(len(where)), pairs.max(axis=1, initial=-1))
@@ -114,7 +129,7 @@ class LayeredNodes:
 
     @cached_property
     def span(self) -> tuple[float, float]:
-        """A whole turn where nodes leave no gap of a radian, else all but the greatest gap."""
+        """Return a whole turn if nodes leave no gap of a radian, else all but the greatest gap."""
         angle = np.sort(np.arctan2(self.modes.coordinates[:, 1], self.modes.coordinates[:, 0]))
         gaps = np.diff(angle, append=angle[0] + 2.0 * math.pi)
         widest = int(gaps.argmax())

@@ -1,4 +1,19 @@
-"""The uniform planar-mesh method, for modes that are given at nodes.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The uniform planar-mesh method, for modes that are given at nodes.
 
 K09 section 2: where nodes lie in planes of constant z, modal vectors are carried from the
 irregular nodes of each plane to a polar grid, along whose rows they can be differentiated, and
@@ -17,7 +32,6 @@ from itertools import pairwise
 import math
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.modal_basis import Quadrature, SampledShapes
 from squeal_core.nodal_modes import NodalModes
@@ -55,7 +69,8 @@ _SLAB = 3  # Gauss points between two layers
 
 @dataclass(frozen=True, eq=False)
 class PlanarModes:
-    """Modes carried to a uniform planar mesh; a `ModalBasis`.
+    """
+    Modes carried to a uniform planar mesh; a `ModalBasis`.
 
     Parameters
     ----------
@@ -63,6 +78,7 @@ class PlanarModes:
     grid : PlanarGrid
     offset : float
         How far the solid stands above its layers [m]: equal pads share one solution.
+
     """
 
     shapes: LayeredShapes
@@ -141,7 +157,8 @@ class PlanarModes:
             rows[1] = (np.roll(rows[0], -1, -1) - np.roll(rows[0], back, -1)) / ((1 + back) * d)
 
     def _planes(self) -> Iterator[tuple[tuple[float, float], FloatArray, FloatArray]]:
-        """Yield annuli, and the heights of planes over each with the thicknesses they stand for.
+        """
+        Yield annuli, and the heights of planes over each with the thicknesses they stand for.
 
         As printed, a layer stands for what lies between it and the next; the last one for as
         much as the one before.

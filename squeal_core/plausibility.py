@@ -1,4 +1,19 @@
-"""What a signal's own history says against its unit and its reference.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a signal's own history says against its unit and its reference.
 
 Each guard is handed samples in order of receipt and answers at once, so that its verdict belongs
 to the sample and depends on no tick. A guard says '' for a sample it has nothing against.
@@ -65,7 +80,8 @@ class _Rest:
 
 
 class BarGuard:
-    """Tells a pressure in bar that is given as Pa: it stays between 0.5 and some hundred.
+    """
+    Tells a pressure in bar that is given as Pa: it stays between 0.5 and some hundred.
 
     Once told, it is remembered until a value is no pressure in bar.
     """
@@ -85,7 +101,8 @@ class BarGuard:
 
 
 class GaugeGuard:
-    """Tells an absolute pressure that is taken for a gauge pressure.
+    """
+    Tells an absolute pressure that is taken for a gauge pressure.
 
     It then rests near the pressure of the air, and never comes near zero. A brake that was seen
     released may be held at 1 bar, so it has to come back there from braking a few times.
@@ -134,7 +151,8 @@ class _Speed(NamedTuple):
 
 
 class _LongRamp:
-    """Tells a speed that goes on changing for a second as no vehicle's does.
+    """
+    Tells a speed that goes on changing for a second as no vehicle's does.
 
     It has to do so in each fifth of the second and in one direction: a wheel that locks, a value
     that was silent or a changed sign leap and are then over.
@@ -174,7 +192,8 @@ class _LongRamp:
 
 
 class RpmGuard:
-    """Tells a speed in rpm that is given as rad/s, and one that no wheel can have reached.
+    """
+    Tells a speed in rpm that is given as rad/s, and one that no wheel can have reached.
 
     A speed that leaps is held against the last one that was believed: where it is that speed in
     rpm, it goes on as rpm until it leaps back; any other leap is not believed for as long as a
@@ -191,6 +210,7 @@ class RpmGuard:
         The same over a second [rad/s^2].
     memory : float
         For how long the last speed counts [s].
+
     """
 
     def __init__(self, maximum: float, leap: float, ramp: float, memory: float) -> None:

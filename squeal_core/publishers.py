@@ -1,4 +1,19 @@
-"""Publishers of one input that contradict each other.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Publishers of one input that contradict each other.
 
 A message does not say who published it. What does is the number that each publisher gives its
 messages, or the connection of a recording: samples are sorted by it into one track a publisher.
@@ -62,7 +77,8 @@ class _Track:
 
 
 class PublisherGuard:
-    """Tells publishers of one input whose values contradict each other.
+    """
+    Tells publishers of one input whose values contradict each other.
 
     They do while the ranges of values that they gave over the last 0.8 `max_age` are apart, so
     that a delay, noise, or one that samples less often is no contradiction. Both have to go on
@@ -75,6 +91,7 @@ class PublisherGuard:
         Relative difference of honest publishers; 0: not looked for.
     max_age : float
         Of the input [s].
+
     """
 
     def __init__(self, signal: Signal, tolerance: float, max_age: float) -> None:
@@ -83,17 +100,20 @@ class PublisherGuard:
         self._tracks: list[_Track] = []
 
     def judge(self, stamp: int, value: float, *, number: int, connection: int) -> str:
-        """Return what contradicts a sample; '' for nothing.
+        """
+        Return what contradicts a sample; '' for nothing.
 
         Parameters
         ----------
         stamp : int
             [ns].
         value : float
+            The newest one.
         number : int
             That its publisher gave the message; 0: not known.
         connection : int
             Of a recording, one a publisher; 0: not known.
+
         """
         if not self._relative or not (number or connection):
             return ''

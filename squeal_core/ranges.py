@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Possible and plausible ranges of quantities, and the units that were probably meant."""
 
 from collections.abc import Callable
@@ -50,20 +64,24 @@ def warn_implausible(text: str) -> None:
 
 def hint(value: float, dimension: str, scale: float, unit: str, range_si: Ends,
          name: str = '') -> str:
-    """Return ' (0.014 m would be 14 mm)': the mistake that explains a value; '' without one.
+    """
+    Return ' (0.014 m would be 14 mm)': the mistake that explains a value; '' without one.
 
     Parameters
     ----------
     value : float
         As written, in `unit`.
     dimension : str
+        Of the quantity.
     scale : float
         SI value of the unit.
     unit : str
+        As the key says it.
     range_si : (2,) floats
         What is plausible.
     name : str
         Of the quantity: a radius may be a diameter and the other way round.
+
     """
     for meant, factor in _MISTAKES.get(dimension, {}).items():
         if factor != scale and _within(value * factor, range_si):
@@ -94,5 +112,3 @@ def check_ratio(where: str, what: str, value: float, *, possible: Ends, plausibl
 
 def _within(value: float, ends: Ends) -> bool:
     return ends[0] <= value * (1.0 + 1e-9) and value * (1.0 - 1e-9) <= ends[1]
-
-

@@ -1,4 +1,19 @@
-"""Probability of squeal under uncertain inputs: what it is, and its estimate of first order.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Probability of squeal under uncertain inputs: what it is, and its estimate of first order.
 
 `squeal_core.risk_table` sums it over the inputs' spread; the estimate of first order stands in
 where nothing is made for that yet.
@@ -11,7 +26,6 @@ import math
 from typing import Literal
 
 import numpy as np
-
 from squeal_core.anchor import Anchor
 from squeal_core.arrays import ComplexArray
 from squeal_core.brake_model import BrakeModel
@@ -38,7 +52,8 @@ class Inputs:
 
 @dataclass(frozen=True, kw_only=True)
 class Deviations:
-    """Standard deviations: of friction absolute [-], of the others relative to their value.
+    """
+    Standard deviations: of friction absolute [-], of the others relative to their value.
 
     Friction, pressure and rotor speed are Gaussian. Contact stiffness is lognormal: its logarithm
     is Gaussian, of the given deviation around that of the nominal value.
@@ -65,7 +80,8 @@ class Deviations:
 
 @dataclass(frozen=True)
 class ModeRisk:
-    """Probability that one mode grows within the band.
+    """
+    Probability that one mode grows within the band.
 
     Parameters
     ----------
@@ -75,6 +91,7 @@ class ModeRisk:
     frequency_hz, growth_rate : float
         Of that root.
     probability : float
+
     """
 
     index: int
@@ -85,7 +102,8 @@ class ModeRisk:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Risk:
-    """How probable squeal is.
+    """
+    How probable squeal is.
 
     Parameters
     ----------
@@ -99,6 +117,7 @@ class Risk:
     named : callable
         Returns `modes`. They cost more than all the rest and are asked for now and then, so they
         are found when they are.
+
     """
 
     probability: float
@@ -136,7 +155,8 @@ class RiskEstimate:
 def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPoint], at: Inputs,
                      modes: Sequence[Mode], deviations: Deviations, *,
                      level: float = 0.0) -> RiskEstimate:
-    """Return the probability that one of the given modes grows, from the tangent at one point.
+    """
+    Return the probability that one of the given modes grows, from the tangent at one point.
 
     It is exact for growth rates that are linear over the inputs' spread, and blunt next to a
     merging of two modes.
@@ -144,6 +164,7 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point_of : callable
         Operating point of inputs.
     at : Inputs
@@ -151,6 +172,7 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
     modes : sequence of Mode
         Candidates, at the operating point of `at`; the greatest of their probabilities is taken.
     deviations : Deviations
+        Standard deviations of the inputs.
     level : float
         Growth rate that counts as unstable [1/s].
 
@@ -158,6 +180,7 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
     -----
     The growth rate of a mode is Gaussian with its present value as mean and, for independent
     inputs, the root sum square of its changes over one deviation of each as deviation.
+
     """
     each, margin = [], math.nan
     steps = deviations.steps(at)
@@ -185,7 +208,8 @@ def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint]
                     brakes: Sequence[tuple[Inputs, Sequence[Mode]]],
                     deviations: Deviations, *, level: float = 0.0
                     ) -> list[tuple[float, ...]]:
-    """Return the first-order probability of each mode, its tangent by differences of a series.
+    """
+    Return the first-order probability of each mode, its tangent by differences of a series.
 
     Parameters
     ----------
@@ -195,6 +219,7 @@ def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint]
         As of `first_order_risk`.
     brakes : sequence of (Inputs, modes)
         Likewise; all are looked up at once.
+
     """
     coefficients = [[point_of(inputs).coefficients() for inputs in (
         at, *(at.moved(name, _TANGENT * step) for name, step in deviations.steps(at).items()))]

@@ -1,4 +1,19 @@
-"""Growth rates around an operating point at many contact stiffnesses, ready for a risk.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Growth rates around an operating point at many contact stiffnesses, ready for a risk.
 
 Along the contact stiffness modes come near each other and pass; along speed, pressure and friction
 they do so much less. A cell has one anchor (`squeal_core.anchor`) at each of a row of contact
@@ -12,7 +27,6 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.brake_model import BrakeModel
 from squeal_core.monomials import Monomials
@@ -39,7 +53,8 @@ class Spread:
 
 @dataclass(frozen=True)
 class Family:
-    """Coefficients and operating points of a model over speed, pressure and friction.
+    """
+    Coefficients and operating points of a model over speed, pressure and friction.
 
     Friction has its slope in proportion, as `BrakeModel.operating_point` has it.
     """
@@ -49,7 +64,8 @@ class Family:
     def coefficients(self, speed: FloatArray | float, pressure: FloatArray | float,
                      friction: FloatArray | float,
                      factor: FloatArray | float = 1.0) -> FloatArray:
-        """Return coefficients (6, ...) at speeds [rad/s] and pressures [Pa] above zero.
+        """
+        Return, as (6, ...), those at speeds [rad/s] and pressures [Pa] above zero.
 
         Those of `point`, at as many of each as there are.
         """
@@ -97,7 +113,7 @@ class Box:
 
     @property
     def corners(self) -> list[tuple[float, ...]]:
-        """The eight corners."""
+        """Return the eight corners."""
         return list(product(*zip(self.low.tolist(), self.high.tolist(), strict=True)))
 
 
@@ -124,7 +140,8 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """What a risk needs around an operating point.
+    """
+    What a risk needs around an operating point.
 
     Parameters
     ----------
@@ -154,6 +171,7 @@ class Cell:
         Of growth rates near zero by a full solve at a corner of the box, the largest [1/s].
     level : float
         Growth rate that counts as unstable [1/s].
+
     """
 
     inputs: FloatArray
@@ -198,7 +216,8 @@ class Cell:
 
     @cached_property
     def tracks(self) -> IndexArray:
-        """Way along the contact stiffness that each row is on (rows,).
+        """
+        Way along the contact stiffness that each row is on (rows,).
 
         The first ways are those of `modes`; behind them come rows that no mode was found for,
         as many ways as the node with most of them needs.
@@ -269,7 +288,8 @@ class Cell:
 
 
 def inside(roots: ComplexArray, band: tuple[float, float] | None) -> FloatArray:
-    """Return growth rates that turn negative where a mode leaves the band, continuously.
+    """
+    Return growth rates that turn negative where a mode leaves the band, continuously.
 
     That a mode grows and is in the band is that the least of its growth rate and its distances
     from the band's ends is above zero.
@@ -277,4 +297,3 @@ def inside(roots: ComplexArray, band: tuple[float, float] | None) -> FloatArray:
     if band is None:
         return roots.real
     return np.minimum(roots.real, np.minimum(roots.imag - band[0], band[1] - roots.imag))
-

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """How a cell is made: anchors along the contact stiffness, which modes matter, where it holds."""
 
 from collections.abc import Sequence
@@ -8,7 +22,6 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_steps
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
@@ -36,17 +49,21 @@ _FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are
 
 def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
                band: tuple[float, float], level: float = 0.0) -> 'Steps[Cell]':
-    """Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
+    """
+    Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
 
     None of the steps takes much longer than a full solve.
 
     Parameters
     ----------
     family : Family
+        Models of the matrices.
     inputs : (3,) floats
         Speed and pressure above zero.
     spread : Spread
+        Standard deviations of the inputs.
     rule : Rule
+        Quadrature.
     band : (2,) floats
         Of the angular frequencies that count [rad/s].
     level : float
@@ -56,6 +73,7 @@ def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Ru
     ------
     numpy.linalg.LinAlgError
         Where an eigensolution fails or its vectors do not span the space.
+
     """
     masses = rule.stiffness_masses.sum(axis=1)
     anchors = yield from _anchors(family, inputs, spread, rule, masses)
@@ -175,7 +193,8 @@ def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float,
 
 
 def _labels(anchors: Sequence[Anchor], rule: Rule) -> 'Steps[list[IndexArray]]':
-    """Return which mode each root of each anchor is: its place among those of the middle one.
+    """
+    Return which mode each root of each anchor is: its place among those of the middle one.
 
     Halfway between two contact stiffnesses both anchors know the roots.
     """

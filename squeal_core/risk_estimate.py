@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The probability of growth from a cell: growth rates over the inputs' spread, and their sum."""
 
 from dataclasses import dataclass
@@ -6,7 +20,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.risk_cell import Cell, Family, inside, Spread
 from squeal_core.risk_rule import Rule
@@ -18,7 +31,8 @@ _TURN = np.exp(2j * np.pi / 3.0)
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Growth rates at points and over their inputs' spread, and the probabilities they come to.
+    """
+    Growth rates at points and over their inputs' spread, and the probabilities they come to.
 
     Parameters
     ----------
@@ -31,6 +45,7 @@ class Estimate:
         Their standard deviation by speed and pressure [1/s].
     others : (nodes * parts,) array
         Growth rate of the least stable of all other modes [1/s].
+
     """
 
     cell: Cell
@@ -40,7 +55,8 @@ class Estimate:
 
     @cached_property
     def overall(self) -> tuple[FloatArray, FloatArray]:
-        """Probability (P,) that at least one mode grows, and its error (P,).
+        """
+        Probability (P,) that at least one mode grows, and its error (P,).
 
         The error is what it changes by as all growth rates change by the cell's errors.
         """
@@ -64,19 +80,24 @@ class Estimate:
 
 def estimate(cell: Cell, family: Family, spread: Spread, inputs: ArrayLike,
              band: tuple[float, float], level: float) -> Estimate:
-    """Return the estimate at points, from a cell around them.
+    """
+    Return the estimate at points, from a cell around them.
 
     Parameters
     ----------
     cell : Cell
+        Precomputed growth rates.
     family : Family
+        Models of the matrices.
     spread : Spread
+        Standard deviations of the inputs.
     inputs : (P, 3) array
         Speed [rad/s], pressure [Pa] and friction of each.
     band : (2,) floats
         Of the angular frequencies that count [rad/s].
     level : float
         What counts as growth [1/s].
+
     """
     places = _coefficients(cell.rule, family, spread, np.asarray(inputs, float))
     points, grid = places.shape[1], cell.rule.continued.shape[1]
@@ -98,8 +119,7 @@ def _coefficients(rule: Rule, family: Family, spread: Spread, inputs: FloatArray
 
 @lru_cache(maxsize=32)
 def _moves(rule: Rule, spread: Spread) -> FloatArray:
-    """Return factors of speed and pressure, steps of friction, factors of stiffness (4, places).
-    """
+    """Return factors of speed, pressure and stiffness, and steps of friction (4, places)."""
     grid = rule.friction_moves.size
     found = np.ones((4, grid + _ASIDE))
     found[0, grid:grid + 2] += np.array([-1.0, 1.0]) * _step(spread.rotor_speed)
@@ -128,8 +148,7 @@ def _growth(cell: Cell, found: FloatArray, band: tuple[float, float]) -> FloatAr
 
 
 def _by_ways(cell: Cell, grid: FloatArray, level: float) -> FloatArray:
-    """Lay rows along the contact stiffness: (rows, P, grid) -> (P, ways, points, nodes * parts).
-    """
+    """Lay rows along the stiffness: (rows, P, grid) -> (P, ways, points, nodes * parts)."""
     found = np.empty((grid.shape[1], len(cell.constant), cell.rule.friction_points,
                       cell.constant.shape[-1]))
     found[...] = cell.constant - level

@@ -1,4 +1,19 @@
-"""The rule by which the probability of growth is summed over uncertain inputs.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The rule by which the probability of growth is summed over uncertain inputs.
 
 Contact stiffness (by its logarithm) and friction are laid out on a fixed grid, as growth rates may
 rise and fall along them; pressure and rotor speed, along which they are nearly linear, widen the
@@ -18,7 +33,6 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import ndtr
-
 from squeal_core.arrays import FloatArray, readonly
 
 _FRICTION_END = 3.0  # standard deviations up to which friction is laid out
@@ -29,7 +43,8 @@ _SURE = 5.0  # standard deviations beyond which 3e-7 are left
 
 @dataclass(frozen=True)
 class Rule:
-    """Points along friction and along contact stiffness, and the probability of each.
+    """
+    Points along friction and along contact stiffness, and the probability of each.
 
     Parameters
     ----------
@@ -46,6 +61,7 @@ class Rule:
         polynomials of friction.
     friction_points : int
         Friction coefficients the polynomials are continued to: 1 + 4 n.
+
     """
 
     nodes: int
@@ -89,7 +105,7 @@ class Rule:
 
     @cached_property
     def coarse_masses(self) -> FloatArray:
-        """The same for every second one of them."""
+        """Return the same for every second one of them."""
         return readonly(_masses(self._points[::2]))
 
     @cached_property
@@ -104,7 +120,7 @@ class Rule:
 
     @cached_property
     def friction_moves(self) -> FloatArray:
-        """Steps of friction (friction_nodes * parts,) where series are evaluated."""
+        """Return steps of friction (friction_nodes * parts,) where series are evaluated."""
         return readonly(np.repeat(self.friction_steps, self.parts))
 
     @cached_property
@@ -118,7 +134,8 @@ class Rule:
         return readonly(block_diag(np.kron(self.continuation, np.eye(self.parts)), np.eye(4)))
 
     def widths(self, growth: FloatArray, edge: FloatArray) -> FloatArray:
-        """Return the standard deviation of growth rates around each point of the grid.
+        """
+        Return the standard deviation of growth rates around each point of the grid.
 
         Parameters
         ----------
@@ -126,6 +143,7 @@ class Rule:
             [1/s]. Fewer points than `friction_points`, every second one, will do for a mode.
         edge : array that fits
             Standard deviation of it by inputs that are not laid out [1/s].
+
         """
         square = _steps(growth, -2)
         square += _steps(growth, -1)
@@ -134,14 +152,15 @@ class Rule:
         return np.asarray(np.sqrt(square, out=square))
 
     def probability(self, growth: FloatArray, widths: FloatArray) -> FloatArray:
-        """Return the probability (...) that growth rates are above zero."""
+        """Return the fraction, of shape (...), in which growth rates are above zero."""
         masses = self.friction_masses if growth.shape[-2] == self.friction_points else (
             self.coarse_masses)
         return np.asarray(_normal(growth / widths) @ self.stiffness_masses.ravel() @ masses)
 
 
 def rule_for(stiffness_deviation: float, degree: int) -> Rule:
-    """Return the rule for a standard deviation of ln k_c and a degree of the series.
+    """
+    Return the rule for a standard deviation of ln k_c and a degree of the series.
 
     Nodes lie 0.04 apart, by which modes do not come near enough to each other to need large
     blocks, and reach to 2.7 standard deviations, beyond which 0.7 % are left. Friction is laid
@@ -176,7 +195,8 @@ def _normal(values: FloatArray) -> FloatArray:
 
 
 def _steps(growth: FloatArray, axis: int) -> FloatArray:
-    """Return the square of the steps to the points on both sides of each, taken together.
+    """
+    Return the square of the steps to the points on both sides of each, taken together.
 
     Beyond an end there is no step. The slope at a point is that of half of it.
     """

@@ -1,4 +1,19 @@
-"""Probability of squeal: that at least one mode of the band grows, under uncertain inputs.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Probability of squeal: that at least one mode of the band grows, under uncertain inputs.
 
 It is summed over the inputs' spread by a fixed rule (`squeal_core.risk_rule`) from growth rates
 that a cell (`squeal_core.risk_cell`) has of the operating points around. Until there is one the
@@ -11,7 +26,6 @@ from functools import cache, partial
 import math
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.cell_table import CellTable, RiskSettings, RiskStatistics, Triple, Wanted
@@ -46,7 +60,8 @@ class _Place:
 
 
 class RiskTable:
-    """Probabilities of squeal of one model at operating points, each near the last ones.
+    """
+    Probabilities of squeal of one model at operating points, each near the last ones.
 
     Brakes of one model share it. The same calls in the same order give the same numbers.
 
@@ -61,6 +76,7 @@ class RiskTable:
         What counts as oscillation and growth.
     allowance : Allowance, optional
         Steps of a cell's making that a call may be kept by; any, where it is None.
+
     """
 
     def __init__(self, model: BrakeModel, band_hz: tuple[float, float],
@@ -106,7 +122,8 @@ class RiskTable:
         self._table.close()
 
     def assess(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
-        """Return the probability of squeal.
+        """
+        Return the probability of squeal.
 
         Parameters
         ----------
@@ -115,6 +132,8 @@ class RiskTable:
         modes : ComplexModes
             At the operating point of `at`.
         deviations : Deviations
+            Standard deviations of the inputs.
+
         """
         return self.assess_together([(at, modes)], deviations)[0]
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Interpolation of what is known at scattered nodes of a plane, theta derivative included."""
 
 import math
@@ -5,7 +19,6 @@ import math
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import SquealError
 
@@ -15,7 +28,8 @@ _CHUNK = 4096  # points at a time: 70 MB of interpolation systems
 
 def local_weights(radius: FloatArray, angle: FloatArray, at_radius: FloatArray,
                   at_angle: FloatArray, *, degree: int = 4) -> tuple[csr_matrix, csr_matrix]:
-    """Return what interpolates from scattered nodes, and what differentiates that in theta.
+    """
+    Return what interpolates from scattered nodes, and what differentiates that in theta.
 
     Polyharmonic splines rho^5 with polynomials, through the nearest nodes of each point (Bayona
     et al., J. Comput. Phys. 332 (2017) 257-273), in r and arc length r0 (theta - theta0), in
@@ -26,6 +40,7 @@ def local_weights(radius: FloatArray, angle: FloatArray, at_radius: FloatArray,
     radius, angle : (M,) arrays
         Nodes of one plane [m, rad].
     at_radius, at_angle : (P,) arrays
+        Radius of the target [m].
     degree : int
         Of polynomials that are held exactly, where nodes tell them apart: values converge with
         h^(degree + 1), derivatives with h^degree.
@@ -38,6 +53,7 @@ def local_weights(radius: FloatArray, angle: FloatArray, at_radius: FloatArray,
     ------
     SquealError
         For points that lie off the nodes.
+
     """
     places = [np.column_stack([r * np.cos(t), r * np.sin(t)]) for r, t in (
         (radius, angle), (at_radius, at_angle))]
@@ -63,7 +79,8 @@ def local_weights(radius: FloatArray, angle: FloatArray, at_radius: FloatArray,
 
 
 def _stencils(s: FloatArray, q: FloatArray, degree: int) -> FloatArray:
-    """Weights (P, k, 2) for value and d/dq at the origin of nodes at (s, q), each (P, k).
+    """
+    Weights (P, k, 2) for value and d/dq at the origin of nodes at (s, q), each (P, k).
 
     Nodes may lie in few rows of constant r, as across a thin wall: then the degree across is
     lowered until they tell the monomials apart, before the total degree is.

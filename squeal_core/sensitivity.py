@@ -1,7 +1,20 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """How a root moves with the coefficients of the affine family, and with the parameters."""
 
 import numpy as np
-
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import mode_vectors, slope_between
 from squeal_core.operating_point import Coefficients, OperatingPoint
@@ -11,12 +24,15 @@ _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 def root_sensitivity(model: BrakeModel, point: OperatingPoint,
                      eigenvalue: complex) -> dict[str, complex]:
-    """Return d lambda / d c for each coefficient c of `OperatingPoint.coefficients`.
+    """
+    Return d lambda / d c for each coefficient c of `OperatingPoint.coefficients`.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
+        Operating point.
     eigenvalue : complex
         A simple root of the model at the point [1/s].
 
@@ -29,6 +45,7 @@ def root_sensitivity(model: BrakeModel, point: OperatingPoint,
     -----
     d lambda / d c = -y^H (lambda dD/dc + dK/dc) x / (y^H (2 lambda + D) x) with right and left
     vectors x and y (Lancaster 1964). Near a merging of two roots it grows without bound.
+
     """
     vectors = mode_vectors(model, point, eigenvalue)
     x, y = vectors.right, vectors.left.conj()
@@ -53,12 +70,15 @@ def growth_change(sensitivity: dict[str, complex], before: Coefficients,
 
 def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
                           eigenvalue: complex) -> dict[str, complex]:
-    """Return d lambda / d q for each parameter q of the operating point, the others held.
+    """
+    Return d lambda / d q for each parameter q of the operating point, the others held.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
+        Operating point.
     eigenvalue : complex
         A simple root of the model at the point [1/s].
 
@@ -70,6 +90,7 @@ def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
     Notes
     -----
     The chain rule over the coefficients, and `root_sensitivity` for theirs.
+
     """
     root = root_sensitivity(model, point, eigenvalue)
     return {parameter: sum((factor * root.get(name, 0.0) for name, factor in slopes.items()), 0j)
@@ -77,7 +98,7 @@ def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
 
 
 def _slopes(q: OperatingPoint) -> dict[str, dict[str, float]]:
-    """d c / d q of each coefficient by each parameter, where not zero."""
+    """Return d c / d q of each coefficient by each parameter, where not zero."""
     speed, load = q.rotor_speed, q.contact_pressure
     return {
         'rotor_speed': {'gyroscopic': 1.0, 'radial_dissipation': -load * q.friction / speed**2},

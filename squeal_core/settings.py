@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Settings of the monitor: one table of keys, read from ROS parameters or from their YAML file."""
 
 from collections.abc import Container, Iterator, Mapping
@@ -225,7 +239,7 @@ class InputSettings:
     """Where a signal comes from, and which values of it are believed."""
 
     topic: str
-    type: str
+    type: str  # noqa: A003
     field: str
     scale: float
     offset: float
@@ -334,12 +348,14 @@ def settings_keys(brakes: tuple[str, ...]) -> Iterator[Key]:
 
 
 def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
-    """Check flat parameters (`front_left.pressure.topic`) and fill in defaults.
+    """
+    Check flat parameters (`front_left.pressure.topic`) and fill in defaults.
 
     Raises
     ------
     ConfigurationError
         Naming the key, its value and the remedy.
+
     """
     top = {key.name: key.read(parameters.get(key.name, key.default)) for key in MONITOR_KEYS}
     names = top.pop('brakes')

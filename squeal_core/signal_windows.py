@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Recent history of one input in equal steps of time, at any rate of samples and of ticks."""
 
 from bisect import bisect_right
@@ -16,7 +30,8 @@ _by_stamp = itemgetter(0)
 
 
 class SignalWindow:
-    """The samples of the last step, their mean and extremes, and a second of means before.
+    """
+    The samples of the last step, their mean and extremes, and a second of means before.
 
     Values are NaN while the input has no sample that is fresh, so comparisons with them are false.
 
@@ -26,6 +41,7 @@ class SignalWindow:
         Older than this the newest sample is no value [s].
     minimum, maximum : float
         Samples outside are dropped.
+
     """
 
     def __init__(self, max_age: float, minimum: float, maximum: float) -> None:

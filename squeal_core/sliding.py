@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What is known of a brake that slides under load: its modes, its risk and its margins."""
 
 from collections.abc import Sequence
@@ -5,7 +19,6 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-
 from squeal_core.engines import band_of, Engines, margin_settings
 from squeal_core.margin import MarginInputs, Margins
 from squeal_core.margin_search import MarginSearch
@@ -24,7 +37,8 @@ _PATIENCE = 3.0  # times what an anchor may take: as the worker is that of all b
 
 @dataclass(frozen=True, kw_only=True)
 class Sliding:
-    """What was found at one operating point.
+    """
+    What was found at one operating point.
 
     Parameters
     ----------
@@ -37,6 +51,7 @@ class Sliding:
         The last ones found, each stamped.
     friction_margin : float
         Critical minus present friction [-]; NaN where nothing confirmed holds here.
+
     """
 
     point: OperatingPoint
@@ -48,7 +63,8 @@ class Sliding:
 
 
 class SlidingBrake:
-    """One brake's way through operating points; the engines are those of all brakes.
+    """
+    One brake's way through operating points; the engines are those of all brakes.
 
     Parameters
     ----------
@@ -56,6 +72,7 @@ class SlidingBrake:
     settings : MonitorSettings
     brake : str
         Which of the settings' brakes it is; empty: the first.
+
     """
 
     def __init__(self, engines: Engines, settings: MonitorSettings, brake: str = '') -> None:
@@ -74,12 +91,14 @@ class SlidingBrake:
         self._pace = MarginPace(self._engines, settings, self._place)
 
     def judge(self, rotor_speed: float, pressure: float, friction: float, time: int) -> Sliding:
-        """Return what is known at a speed [rad/s], pressure [Pa] and friction at a time [ns].
+        """
+        Return what is known at a speed [rad/s], pressure [Pa] and friction at a time [ns].
 
         Raises
         ------
         numpy.linalg.LinAlgError
             Where there is no eigensolution.
+
         """
         at = MarginInputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction)
         return judge_together([(self, at)], time)[0]
@@ -102,12 +121,14 @@ class SlidingBrake:
 
 def judge_together(brakes: Sequence[tuple[SlidingBrake, MarginInputs]], time: int
                    ) -> list[Sliding]:
-    """Return what is known of brakes of the same engines and settings at a time [ns].
+    """
+    Return what is known of brakes of the same engines and settings at a time [ns].
 
     Raises
     ------
     numpy.linalg.LinAlgError
         Where there is no eigensolution for one of them.
+
     """
     first, engines = brakes[0][0], brakes[0][0]._engines
     inputs = [brake._inputs(at) for brake, at in brakes]
@@ -120,7 +141,8 @@ def judge_together(brakes: Sequence[tuple[SlidingBrake, MarginInputs]], time: in
 
 
 class MarginPace:
-    """Advances the margins of one brake at their own rate, slowly where the table is made.
+    """
+    Advances the margins of one brake at their own rate, slowly where the table is made.
 
     Brakes take turns: at each tick one of them hands a part of its search to a worker, and some
     turns later takes what came of it, once ticks have granted it its steps. So no tick waits for
@@ -132,6 +154,7 @@ class MarginPace:
     settings : MonitorSettings
     place : int
         Of the brake among the settings'.
+
     """
 
     def __init__(self, engines: Engines, settings: MonitorSettings, place: int) -> None:
@@ -204,11 +227,13 @@ class MarginPace:
 
 def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
                     change: float, age: float) -> float:
-    """Return critical minus present friction; NaN where what is known holds no more.
+    """
+    Return critical minus present friction; NaN where what is known holds no more.
 
     Parameters
     ----------
     margins : Margins
+        Settings and inputs of the search.
     inputs : MarginInputs
         The present ones.
     time : int
@@ -217,6 +242,7 @@ def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
         Of speed and pressure since the search began, relative, that is let pass.
     age : float
         Likewise of the time [s].
+
     """
     found = margins.friction
     if found is None or not (found.converged and abs(time - found.time) <= 1e9 * age

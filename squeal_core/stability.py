@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Complex modes of the brake at an operating point, and what kind each of them is."""
 
 from dataclasses import dataclass
@@ -6,7 +20,6 @@ import math
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
 from squeal_core.brake_model import BrakeModel
 from squeal_core.lapack import eigvals
@@ -24,7 +37,8 @@ _OSCILLATION = 4.9e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Limits of oscillation and growth, by which modes are classified.
+    """
+    Limits of oscillation and growth, by which modes are classified.
 
     Parameters
     ----------
@@ -32,6 +46,7 @@ class Tolerances:
         |Im(lambda)| above which an eigenvalue is a vibration [rad/s].
     growth : float
         |Re(lambda)| above which an eigenvalue grows, or is not zero [1/s].
+
     """
 
     oscillation: float
@@ -40,15 +55,18 @@ class Tolerances:
     @classmethod
     def of(cls, model: BrakeModel, point: OperatingPoint | None = None, *,
            growth: float | None = None) -> 'Tolerances':
-        """Return the tolerances of a model, relative to its own spectrum, in any unit of time.
+        """
+        Return the tolerances of a model, relative to its own spectrum, in any unit of time.
 
         Parameters
         ----------
         model : BrakeModel
+            Modal brake model.
         point : OperatingPoint, optional
             Where a model without stiffness of its own takes its largest frequency from.
         growth : float, optional
             Growth rate that counts as unstable [1/s]; None: 4.9e-8 of the largest frequency.
+
         """
         scale = frequency_scale(model, point)
         return cls(oscillation=_OSCILLATION * scale,
@@ -57,7 +75,8 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Mode:
-    """One mode of the coupled system: the root with Im >= 0 of its pair.
+    """
+    One mode of the coupled system: the root with Im >= 0 of its pair.
 
     Parameters
     ----------
@@ -68,6 +87,7 @@ class Mode:
     kind : str
         'flutter' and 'stable' modes oscillate (an overdamped mode is 'stable' too);
         'divergence' grows without oscillating; 'rigid' is a root at zero.
+
     """
 
     index: int
@@ -97,7 +117,8 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class ComplexModes:
-    """All roots at an operating point, and the modes they make.
+    """
+    All roots at an operating point, and the modes they make.
 
     Parameters
     ----------
@@ -116,6 +137,7 @@ class ComplexModes:
         these with the roots next to the verdict solved for in the full problem.
     series : squeal_core.anchor.Anchor or None
         That series; of a full solve one that has these roots too, though not as closely.
+
     """
 
     quiet: ComplexArray
@@ -170,12 +192,15 @@ class ComplexModes:
 
 def complex_modes(model: BrakeModel, point: OperatingPoint, *,
                   tolerances: Tolerances | None = None) -> ComplexModes:
-    """Return the complex modes at an operating point, from one full eigensolution.
+    """
+    Return the complex modes at an operating point, from one full eigensolution.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
+        Operating point.
     tolerances : Tolerances, optional
         `Tolerances.of(model, point)` where None.
 
@@ -184,12 +209,14 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
     Coordinates without stiffness are taken out of the state first. Each would add a root at zero
     that is defective together with its velocity's, and that rounding turns into a small complex
     pair; without it the root is known exactly.
+
     """
     return classify(eigenvalues(model, point), tolerances or Tolerances.of(model, point))
 
 
 def frequency_scale(model: BrakeModel, point: OperatingPoint | None = None) -> float:
-    """Return the largest angular frequency without contact [rad/s], the unit of tolerances.
+    """
+    Return the largest angular frequency without contact [rad/s], the unit of tolerances.
 
     Of a model that has stiffness by contact alone: that at the point, or with nominal contact
     stiffness; without any stiffness, the norm of the damping.
@@ -212,7 +239,8 @@ def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
 
 
 def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """Return the first-order form without the coordinates that have no stiffness.
+    """
+    Return the first-order form without the coordinates that have no stiffness.
 
     Its states are the coordinates with stiffness, then the velocities of all.
     """
@@ -227,7 +255,8 @@ def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) 
 
 def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None,
              series: Any = None, source: Source = 'full') -> ComplexModes:
-    """Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
+    """
+    Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
 
     Roots with Im < 0 may be missing: of a pair the other one counts.
     """

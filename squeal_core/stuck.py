@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Tells a value that no longer moves from one that stays within the step of its sensor."""
 
 import math
@@ -11,7 +25,8 @@ _AGAIN = 64  # changes after which a step that is smaller than all of them is le
 
 
 class SignalStep:
-    """The resolution of a signal: the largest step of which its changes are multiples.
+    """
+    The resolution of a signal: the largest step of which its changes are multiples.
 
     Changes of a fine and noisy signal have no common divisor, so that its step falls towards zero.
     """
@@ -45,7 +60,8 @@ class SignalStep:
 
 
 class StuckGuard:
-    """Tells a value that stays exactly the same while the disc slides under load.
+    """
+    Tells a value that stays exactly the same while the disc slides under load.
 
     A fine sensor flickers in its last digits, a coarse one stays at a step for as long as the
     signal does. So the time that a value may rest grows with the step of the signal, as far as
@@ -63,6 +79,7 @@ class StuckGuard:
         Between samples that count as one stretch [s].
     movement : float
         By which a live signal moves at least within `after`; in the unit of the signal.
+
     """
 
     def __init__(self, after: float, changes: int, longest_gap: float, movement: float) -> None:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Mode shapes on a coarse grid of surfaces: for pictures only, no result depends on them."""
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -5,7 +19,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
 from squeal_core.errors import ModelError
 from squeal_core.modal_basis import SampledShapes
@@ -13,7 +26,8 @@ from squeal_core.modal_basis import SampledShapes
 
 @dataclass(frozen=True)
 class Patch:
-    """A surface of a component: points on `rows` arcs of `columns`, arc by arc.
+    """
+    A surface of a component: points on `rows` arcs of `columns`, arc by arc.
 
     A closed one goes round: after the last point of an arc comes its first.
     """
@@ -38,7 +52,8 @@ class Patch:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceShapes:
-    """Shapes of all N modes of a model at points of its surfaces.
+    """
+    Shapes of all N modes of a model at points of its surfaces.
 
     Parameters
     ----------
@@ -53,6 +68,7 @@ class SurfaceShapes:
     ------
     ModelError
         For shapes that do not fit each other, and values that are not finite.
+
     """
 
     points: FloatArray
@@ -74,12 +90,14 @@ class SurfaceShapes:
 
     @classmethod
     def of(cls, parts: Sequence[tuple[Patch, SampledShapes, FloatArray]]) -> 'SurfaceShapes':
-        """Put the surfaces of components together, their modes in the order of the model.
+        """
+        Put the surfaces of components together, their modes in the order of the model.
 
         Parameters
         ----------
         parts : sequence of (patch, shapes, heights)
             z at which to draw [m], which may differ from where the shapes were taken.
+
         """
         total = sum(len(found.normal) for _, found, _ in parts)
         points, blocks, before = [], [], 0
@@ -100,7 +118,8 @@ class SurfaceShapes:
                    tuple(patch for patch, _, _ in parts))
 
     def displaced(self, vector: ComplexArray, size: float) -> tuple[FloatArray, FloatArray]:
-        """Return where the points are at the extreme of a complex mode, and how far they moved.
+        """
+        Return where the points are at the extreme of a complex mode, and how far they moved.
 
         Parameters
         ----------
@@ -114,6 +133,7 @@ class SurfaceShapes:
         points : (P, 3) array
         amplitude : (P,) array
             Of the displacement, 0..1.
+
         """
         u = self.shapes @ vector
         u = u * np.exp(-0.5j * np.angle(np.sum(u**2)))  # the phase in which it moves the most

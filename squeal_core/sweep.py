@@ -1,4 +1,19 @@
-"""Stability over one or two parameters: maps, loci and growth rates, as plain records.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Stability over one or two parameters: maps, loci and growth rates, as plain records.
 
 Sources: K09 figs 10 and 13 (contact stiffness), 11 and 12 (friction, with and without rotation),
 15 (speed, with the friction law).
@@ -16,7 +31,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from squeal_core.arrays import FloatArray, readonly
 from squeal_core.batch import batch_modes, OperatingPoints
 from squeal_core.brake_model import BrakeModel
@@ -40,11 +54,13 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
           rotation: bool = True, friction_law: Law = False, tracked: bool = False,
           workers: int = 0, fast: bool = False, progress: Progress | None = None,
           tolerances: Tolerances | None = None) -> Sweep:
-    """Solve for the modes over one or two parameters.
+    """
+    Solve for the modes over one or two parameters.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
         What the parameters that are not swept are. With friction its slope goes in proportion.
     axes : mapping
@@ -66,10 +82,12 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     progress : callable, optional
         Told how many points are done, and of how many.
     tolerances : Tolerances, optional
+        Of the classification of eigenvalues.
 
     Notes
     -----
     An interrupt (Ctrl-C) ends the sweep early: what is done is returned, `complete` is False.
+
     """
     if fast and (tracked or workers):
         raise SquealError('fast: is for sweeps in one process that are not tracked; leave '

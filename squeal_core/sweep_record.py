@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The record of a sweep, and its files: .npz, .json or .csv, plain and never a pickle."""
 
 from array import array
@@ -13,7 +27,6 @@ from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from squeal_core.arrays import ComplexArray, FloatArray, readonly, short_repr
 from squeal_core.bounded_reader import read_bounded
 from squeal_core.errors import PlacedError, quoted, SquealError
@@ -57,7 +70,8 @@ _MODE_BYTES = 100  # of one mode at one point in an archive: two numbers and two
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sweep:
-    """Modes at the points of a grid; at points not done, NaN and empty texts.
+    """
+    Modes at the points of a grid; at points not done, NaN and empty texts.
 
     Parameters
     ----------
@@ -72,6 +86,7 @@ class Sweep:
         As '25' or '25/26'; in a sweep that was not tracked the index.
     about : dict
         'model', 'rotation', 'friction_law', 'tracked', 'fast', 'nominal_contact_stiffness'.
+
     """
 
     axes: dict[str, FloatArray]
@@ -110,7 +125,8 @@ class Sweep:
         return np.asarray(self.points[:, PARAMETERS.index(parameter)])
 
     def largest_growth(self, low_hz: float = 1250.0, high_hz: float = 16000.0) -> FloatArray:
-        """Return the largest growth rate [1/s] of the oscillating modes in a band, as the grid.
+        """
+        Return the largest growth rate [1/s] of the oscillating modes in a band, as the grid.
 
         NaN where not done, -inf where no mode is in the band.
         """
@@ -120,7 +136,8 @@ class Sweep:
         return np.asarray(np.where(self.done, growth, np.nan).reshape(self.shape))
 
     def of(self, number: int) -> ComplexArray:
-        """Return the root (M,) of the mode that carries a number; NaN where it was not found.
+        """
+        Return the root (M,) of the mode that carries a number; NaN where it was not found.
 
         Of modes that merged each number gets one, the lowest number the least stable; see
         `merged`.
@@ -192,12 +209,14 @@ def save_sweep(record: Sweep, path: str | Path, *, overwrite: bool = True) -> No
 
 
 def load_sweep(path: str | Path) -> Sweep:
-    """Read a record.
+    """
+    Read a record.
 
     Raises
     ------
     SweepFileError
         One line: which file, what is wrong with it, and what to do.
+
     """
     path = Path(path)
     if path.suffix not in RECORDS:

@@ -1,4 +1,19 @@
-"""The table file: anchors laid down beforehand, as a .npz of plain arrays and a JSON header.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The table file: anchors laid down beforehand, as a .npz of plain arrays and a JSON header.
 
 Only what an anchor cannot find again is in it: norms and places of terms are computed on reading.
 Terms that were computed in single precision are kept in it. What is read is bit for bit what was
@@ -12,7 +27,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from squeal_core.anchor import Anchor
 from squeal_core.arrays import readonly
 from squeal_core.block_series import BlockLayout
@@ -52,14 +66,17 @@ KIND = ArchiveKind(
 
 def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, *,
                 about: Mapping[str, Any] | None = None, overwrite: bool = True) -> None:
-    """Write anchors of a model; an existing file is replaced only by a whole one.
+    """
+    Write anchors of a model; an existing file is replaced only by a whole one.
 
     Parameters
     ----------
     anchors : sequence of Anchor
         All of one degree.
     model : BrakeModel
+        Modal brake model.
     path : str or Path
+        Where the file is.
     about : mapping, optional
         How they were laid down: texts and numbers, for the header.
     overwrite : bool
@@ -71,6 +88,7 @@ def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, 
         For no anchors, too many, or of several degrees.
     OutputError
         Where the file cannot be written.
+
     """
     degrees = {anchor.monomials.degree for anchor in anchors}
     if len(degrees) != 1 or len(anchors) > MAX_ANCHORS:
@@ -83,12 +101,14 @@ def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, 
 
 
 def read_table(path: str | Path, model: BrakeModel) -> tuple[Anchor, ...]:
-    """Read the anchors of a model.
+    """
+    Read the anchors of a model.
 
     Raises
     ------
     TableFileError
         One line: which file, what is wrong with it, and what to do.
+
     """
     header, arrays = _read(path)
     if header.get('model') != model_hash(model):

@@ -1,4 +1,19 @@
-"""The fast engine: anchors made on demand where the brake is driven, and kept (ISAT).
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The fast engine: anchors made on demand where the brake is driven, and kept (ISAT).
 
 A point is answered from the series of an anchor near it when the error estimate of every root is
 within the tolerance and no verdict hangs on it, and by a full solve otherwise. Anchors are made
@@ -15,7 +30,6 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 import numpy as np
-
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_requests import AnchorRequests, Count
 from squeal_core.anchor_solution import anchor_steps
@@ -51,7 +65,8 @@ class TableStatistics:
 
 
 class Tabulation:
-    """Complex modes of one model at operating points, each near the last ones.
+    """
+    Complex modes of one model at operating points, each near the last ones.
 
     Parameters
     ----------
@@ -67,6 +82,7 @@ class Tabulation:
     allowance : Allowance
         Steps that a call may still be kept by: one for each of its points; what it leaves is for
         other works of the same tick.
+
     """
 
     def __init__(self, model: BrakeModel, settings: TableSettings | None = None, *,
@@ -109,14 +125,17 @@ class Tabulation:
                 'megabytes': round(1e-6 * self.nbytes, 3)}
 
     def complex_modes(self, point: OperatingPoint, *, refined: float = 0.0) -> ComplexModes:
-        """Return the complex modes at a point; as `stability.complex_modes`, with errors.
+        """
+        Return the complex modes at a point; as `stability.complex_modes`, with errors.
 
         Parameters
         ----------
         point : OperatingPoint
+            Operating point.
         refined : float
             Where the settings let roots be solved for one by one: the growth rate [1/s], either
             way, up to which that is done though no verdict hangs on it.
+
         """
         return completed(self.solving(point, refined=refined))
 
@@ -128,7 +147,8 @@ class Tabulation:
         return found
 
     def complex_modes_of(self, points: Sequence[OperatingPoint]) -> list[ComplexModes]:
-        """Return the complex modes at several points, for less than one after the other.
+        """
+        Return the complex modes at several points, for less than one after the other.
 
         Those that the anchors in the table answer well are found together.
         """
@@ -149,7 +169,8 @@ class Tabulation:
         return found
 
     def expect(self, point: OperatingPoint | None, count: int) -> bool:
-        """Count a call of so many points of which none is asked for.
+        """
+        Count a call of so many points of which none is asked for.
 
         An anchor is made beside the work for one that may be, where none in the table answers it;
         tells whether it is begun with.
@@ -200,7 +221,8 @@ class Tabulation:
 
     def _refined(self, point: OperatingPoint, answer: Answer,
                  within: float) -> 'Steps[tuple[Answer, Source]]':
-        """Solve for roots next to the verdict in the full problem, where the settings want it.
+        """
+        Solve for roots next to the verdict in the full problem, where the settings want it.
 
         Nothing comes of it where a root is elsewhere than the series has it, or two become one.
         """
@@ -287,8 +309,7 @@ class Tabulation:
                 self._take(None, expected=request.expected)
 
     def _take(self, anchor: Anchor | None, *, expected: bool = False) -> None:
-        """Take an anchor into use; none: no eigensolution, or vectors that do not span the space.
-        """
+        """Take an anchor into use; none: no eigensolution, or vectors that span no space."""
         if anchor is None:
             self.statistics.failed += 1
         else:
@@ -313,8 +334,7 @@ class Tabulation:
 
 
 def _distance(found: ComplexModes, truth: ComplexModes, settings: TableSettings) -> float:
-    """Return how far roots of oscillating modes are from the next of the truth, over what may be.
-    """
+    """Return how far roots of oscillating modes are from the true ones, over what may be."""
     limit = found.tolerances.oscillation
     ours, theirs = (m.roots[m.roots.imag > limit] for m in (found, truth))
     if ours.size != theirs.size:

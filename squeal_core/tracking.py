@@ -1,4 +1,19 @@
-"""Which mode is which: identities that modes keep along a path, through veering and merging.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Which mode is which: identities that modes keep along a path, through veering and merging.
 
 The identity of a mode is K09's number: its place in order of frequency without friction (mu = 0).
 It is carried along by left and right vectors in small steps. Where two modes come so close to
@@ -11,7 +26,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-
 from squeal_core.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import ModelError, OperatingPointError
@@ -47,7 +61,8 @@ class Identity:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """All roots at a point, and the vectors of the n modes that oscillate, by frequency.
+    """
+    All roots at a point, and the vectors of the n modes that oscillate, by frequency.
 
     Columns of `right` (M, n) and rows of `left` (n, M) are those of the first-order form, scaled
     so that left @ right = 1.
@@ -60,7 +75,8 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class Tracked:
-    """The modes at a point in order of index, and the identity of each.
+    """
+    The modes at a point in order of index, and the identity of each.
 
     Modes that do not oscillate share one root at zero without friction, or nearly so, and are
     numbered by growth rate; once one came from or went to the oscillating ones they share theirs.
@@ -85,17 +101,20 @@ def identities(model: BrakeModel, point: OperatingPoint, *, resolution: float = 
 
 def identify(model: BrakeModel, point: OperatingPoint, *, resolution: float = RESOLUTION,
              tolerances: Tolerances | None = None) -> Tracked:
-    """Return the modes at a point and their identities, carried there from mu = 0.
+    """
+    Return the modes at a point and their identities, carried there from mu = 0.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     point : OperatingPoint
         Friction and its slope grow together from zero to their values here; speed, pressure and
         contact stiffness stay.
     resolution : float
         Least step, as a part of the way; modes that cannot be told apart by it are merged.
     tolerances : Tolerances, optional
+        Of the classification of eigenvalues.
 
     Notes
     -----
@@ -103,6 +122,7 @@ def identify(model: BrakeModel, point: OperatingPoint, *, resolution: float = RE
     spectral projectors. It does not depend on the scale of vectors or a doublet's orientation,
     is 1 for a mode that stays what it is, and is far from 1 near a merging. A step after which
     any mode's overlap with itself is off by more than a quarter is made smaller.
+
     """
     limits = tolerances or Tolerances.of(model, point)
 
@@ -118,17 +138,21 @@ def identify(model: BrakeModel, point: OperatingPoint, *, resolution: float = RE
 
 def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: float = RESOLUTION,
           tolerances: Tolerances | None = None) -> Iterator[Tracked]:
-    """Yield modes and identities at points along a path: `identify` at the first, then on.
+    """
+    Yield modes and identities at points along a path: `identify` at the first, then on.
 
     Parameters
     ----------
     model : BrakeModel
+        Modal brake model.
     points : sequence of OperatingPoint
         The path is straight between them.
     resolution : float
         Least step, as a part of the largest value that a parameter takes on the path: where the
         path begins makes no difference.
     tolerances : Tolerances, optional
+        Of the classification of eigenvalues.
+
     """
     limits = tolerances or Tolerances.of(model, *points[:1])
     values = np.array([[getattr(point, name) for name in PARAMETERS] for point in points])
@@ -159,7 +183,8 @@ def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> Fa
 
 def moved(model: BrakeModel, point: OperatingPoint, parameter: str, value: float, *,
           friction_law: Law = False) -> OperatingPoint:
-    """Return a point with one parameter set.
+    """
+    Return a point with one parameter set.
 
     With friction its slope goes in proportion, as that of a law scaled to a measured friction;
     with contact pressure the contact stiffness, in proportion to the model's table; with
@@ -197,7 +222,8 @@ def numbered(model: BrakeModel, family: Family, *, tolerances: Tolerances) -> Tr
 
 def follow(model: BrakeModel, family: Family, start: Tracked, *, resolution: float = RESOLUTION,
            parts: float = 1.0, tolerances: Tolerances) -> Tracked:
-    """Carry identities along a way; see `identify` for how.
+    """
+    Carry identities along a way; see `identify` for how.
 
     Parameters
     ----------
@@ -206,11 +232,14 @@ def follow(model: BrakeModel, family: Family, start: Tracked, *, resolution: flo
     family : callable
         Damping [1/s] and stiffness [1/s^2], (N, N) each, from 0, where `start` is, to 1.
     start : Tracked
+        Where it begins.
     resolution : float
         Least step, as a part of the whole path.
     parts : float
         How many times as long as this way the path is.
     tolerances : Tolerances
+        Of the classification of eigenvalues.
+
     """
     least, longest = min(resolution * parts, 1.0), min(LONGEST_STEP * parts, 1.0)
     here, way, step = start, 0.0, longest

@@ -1,4 +1,19 @@
-"""A vehicle in brief: from a speed trace to the pressure, heat and friction of its four brakes.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A vehicle in brief: from a speed trace to the pressure, heat and friction of its four brakes.
 
 Longitudinal motion on a level road, no wheel slip: what drag, rolling and the engine leave of the
 deceleration, the brakes must give. Each disc is one lump of heat.
@@ -11,7 +26,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray, readonly, short_repr
 from squeal_core.drive_cycle import DriveCycle
 from squeal_core.errors import did_you_mean, quoted, SquealError
@@ -36,7 +50,8 @@ def _quantity(key: str, possible: Ends, usual: Ends, dimension: str = '', scale:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle of four brakes, in SI units.
+    """
+    A vehicle of four brakes, in SI units.
 
     Parameters
     ----------
@@ -67,6 +82,7 @@ class Vehicle:
     ------
     VehicleError
         If a number is outside its range, or there are not four factors and four names.
+
     """
 
     mass: float = _quantity('mass_kg', (100.0, 1e5), (300.0, 4e4), 'mass')
@@ -158,7 +174,8 @@ class Vehicle:
 
 @dataclass(frozen=True, eq=False)
 class BrakeSignals:
-    """What the sensors of a vehicle's brakes would show during a drive.
+    """
+    What the sensors of a vehicle's brakes would show during a drive.
 
     Parameters
     ----------
@@ -168,6 +185,7 @@ class BrakeSignals:
         Names of the columns below.
     rotor_speed, pressure, temperature, friction : arrays (n, 4)
         [rad/s], [Pa], [K] and [-].
+
     """
 
     time: FloatArray
@@ -187,11 +205,13 @@ class BrakeSignals:
 
 
 def read_vehicle(path: str | Path, *, warn: Warn = warn_implausible) -> Vehicle:
-    """Read a vehicle from YAML; each key is a field of `Vehicle` with the unit as a suffix.
+    """
+    Read a vehicle from YAML; each key is a field of `Vehicle` with the unit as a suffix.
 
     Parameters
     ----------
     path : path
+        Where the file is.
     warn : callable
         Given a text for each number that can be used but is unusual.
 
@@ -200,6 +220,7 @@ def read_vehicle(path: str | Path, *, warn: Warn = warn_implausible) -> Vehicle:
     VehicleError
         With file, key, value and remedy: no such file, key missing or unknown, value no number
         or out of range.
+
     """
     content = read_yaml(path, _file_error)
     try:
@@ -220,7 +241,8 @@ def _file_error(where: object, what: str, remedy: str) -> VehicleError:
 def brake_signals(cycle: DriveCycle, vehicle: Vehicle,
                   friction_of_temperature: Callable[[FloatArray], FloatArray], *,
                   rate: float = 100.0, tolerance: float = 1e-6) -> BrakeSignals:
-    """Compute what the brakes of a vehicle do while it follows a drive cycle.
+    """
+    Compute what the brakes of a vehicle do while it follows a drive cycle.
 
     The driver compensates fade: the pressure is the one that, with the friction of the moment,
     gives the deceleration, and exactly zero where none is due. A vehicle slower than the holding
@@ -229,7 +251,9 @@ def brake_signals(cycle: DriveCycle, vehicle: Vehicle,
     Parameters
     ----------
     cycle : DriveCycle
+        Speed over time.
     vehicle : Vehicle
+        Its masses and brakes.
     friction_of_temperature : callable
         Coefficient of friction for an array of disc temperatures [K], same shape.
     rate : float
@@ -243,6 +267,7 @@ def brake_signals(cycle: DriveCycle, vehicle: Vehicle,
         If `rate` is not a positive number.
     VehicleError
         If friction is not positive, or too steep over temperature for a solution to settle.
+
     """
     time, speed, acceleration = cycle.sample(rate)
     force = vehicle.brake_force(speed, acceleration)
@@ -261,7 +286,8 @@ def brake_signals(cycle: DriveCycle, vehicle: Vehicle,
 def _heat(vehicle: Vehicle, friction_of_temperature: Callable[[FloatArray], FloatArray],
           cooling: FloatArray, power: FloatArray, step: float,
           tolerance: float) -> tuple[FloatArray, FloatArray]:
-    """Solve temperature and friction of the brakes together; arrays (n, 4).
+    """
+    Solve temperature and friction of the brakes together; arrays (n, 4).
 
     Friction only moves heat between brakes, as the deceleration gives the sum; so iterating over
     the whole drive settles in a few rounds, without a loop over the samples.

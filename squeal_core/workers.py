@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Threads beside the work, which give way to it, and works that it never waits for at length."""
 
 from collections import deque
@@ -19,7 +33,8 @@ _Result = TypeVar('_Result')
 
 
 class Allowance:
-    """How many steps of works a tick may be kept by, if need be; without end until renewed.
+    """
+    How many steps of works a tick may be kept by, if need be; without end until renewed.
 
     It is used up whether a worker was quicker or not, so it does not depend on time what is done.
     """
@@ -48,11 +63,13 @@ class Allowance:
 
 
 class Work(Generic[_Result]):
-    """Work in steps, each made by whoever gets done with it first, a worker or its owner.
+    """
+    Work in steps, each made by whoever gets done with it first, a worker or its owner.
 
     Parameters
     ----------
     steps : Steps
+
     """
 
     def __init__(self, steps: 'Steps[_Result]') -> None:
@@ -115,7 +132,8 @@ class Work(Generic[_Result]):
 
 
 class Worker:
-    """Does works one after the other beside the caller.
+    """
+    Does works one after the other beside the caller.
 
     Its thread begins with the first of them; on Linux it has a lower priority than the caller's.
 
@@ -125,6 +143,7 @@ class Worker:
         Of the thread.
     urgent : bool
         Whether other workers pause while it works.
+
     """
 
     def __init__(self, name: str, *, urgent: bool = False) -> None:
@@ -153,7 +172,8 @@ class Worker:
                 pause()
 
     def granted(self, work: Work[Any], allowance: Allowance, most: float = math.inf) -> bool:
-        """Grant steps to works in their order; tell whether one of them is finished by that.
+        """
+        Grant steps to works in their order; tell whether one of them is finished by that.
 
         What is granted and not made by then is made here. One that was never finished, as the
         worker was closed, is so for good.
@@ -161,9 +181,12 @@ class Worker:
         Parameters
         ----------
         work : Work
+            What is to be done.
         allowance : Allowance
+            Time that may be spent.
         most : float
             Steps to grant to each, though more be allowed.
+
         """
         while work in self._line:
             if not self._line[0].grant(allowance, most):

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """YAML as plain data: bounded, no Python tags, no key twice, one error for all that can fail."""
 
 from pathlib import Path
@@ -14,15 +28,18 @@ MAX_TEXT = 10_000  # characters of one key or value
 
 def read_yaml(path: str | Path, error_of: ErrorOf, *, most_bytes: int = MAX_BYTES,
               most_nodes: int = MAX_NODES) -> Any:
-    """Return the content of a YAML file.
+    """
+    Return the content of a YAML file.
 
     Parameters
     ----------
     path : path
+        Where the file is.
     error_of : callable
         Makes the caller's error of where, what and remedy; raised for what is no plain YAML.
     most_bytes, most_nodes : int
         Of the file; of keys, values, lists and mappings in it.
+
     """
     import yaml
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Live against replayed assessments of the same drive."""
 
 from collections.abc import Iterable, Iterator
@@ -12,7 +26,8 @@ from squeal_core.history import Row
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far two records of one drive are the same.
+    """
+    How far two records of one drive are the same.
 
     The tables of the engine are laid down by the samples seen, so numbers are equal bit for bit
     until an assessment saw another sample or was made in one record only; from there on they
@@ -29,6 +44,7 @@ class Agreement:
         As `same_inputs` and `equal`, before that time.
     largest_difference : float
         Of the risk, over all compared [-].
+
     """
 
     compared: int
@@ -51,7 +67,8 @@ class Agreement:
 
 
 def agreement(live: Iterable[Row], replayed: Iterable[Row]) -> Agreement:
-    """Compare tick by tick; holds no rows but those of a tick.
+    """
+    Compare tick by tick; holds no rows but those of a tick.
 
     Inputs may differ by one sample where a message came late.
 
@@ -59,6 +76,7 @@ def agreement(live: Iterable[Row], replayed: Iterable[Row]) -> Agreement:
     ----------
     live, replayed : iterables of Row
         In order of time.
+
     """
     compared = same = equal = before = equal_before = 0
     parted_at, largest = math.inf, 0.0

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The commands that look at more than one point: maps, loci, critical values."""
 
 import argparse
@@ -11,7 +25,6 @@ import sys
 from typing import Any, TypeAlias
 
 import numpy as np
-
 from squeal_core import resources
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
@@ -178,7 +191,7 @@ def _start(options: argparse.Namespace,
 
 
 def _law(model: BrakeModel, options: argparse.Namespace, *swept: str) -> Law:
-    """What follows the friction law as the speed changes: by default all that is not given."""
+    """Return what follows the friction law as the speed changes: by default what is not given."""
     if 'rotor_speed' not in swept or 'friction_slope' in swept:
         return False
     if 'friction' in swept or options.friction is not None:
@@ -218,7 +231,8 @@ def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
 
 def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
             numbers: Sequence[int] = (), without: Sweep | None = None) -> int:
-    """Save what was asked for and say what there is; 1 where an interrupt cut it short.
+    """
+    Save what was asked for and say what there is; 1 where an interrupt cut it short.
 
     Without a file the result itself is printed.
     """
@@ -249,6 +263,6 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
 
 
 def _beside(path: str) -> Path:
-    """The file of the sweep without rotation: locus.csv -> locus_without_rotation.csv."""
+    """Return the file of the sweep without rotation: locus.csv -> locus_without_rotation.csv."""
     whole = Path(path)
     return whole.with_name(f'{whole.stem}_without_rotation{whole.suffix}')

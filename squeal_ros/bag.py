@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """ROS 2 bags written whole, and the message classes of rosbags."""
 
 from collections.abc import Sequence
@@ -13,7 +27,6 @@ try:
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 import numpy as np
-
 from squeal_core.output import OutputFiles
 from squeal_ros.bag_reader import decode
 
@@ -23,7 +36,7 @@ _JAZZY = get_typestore(Stores.ROS2_JAZZY)
 class BagMessages:
     """Message classes as rosbags provides them."""
 
-    def type(self, name: str) -> Any:
+    def type(self, name: str) -> Any:  # noqa: A003
         return _JAZZY.types[name]
 
     def floats(self, values: Sequence[float]) -> Any:
@@ -34,7 +47,8 @@ class BagMessages:
 
 
 class BagWriter:
-    """Writes a bag: `NAME.mcap` as one file, any other name as a folder. A context manager.
+    """
+    Writes a bag: `NAME.mcap` as one file, any other name as a folder. A context manager.
 
     Nothing stands under the name until the bag is whole.
 
@@ -44,6 +58,7 @@ class BagWriter:
     files : OutputFiles, optional
         Commits the bag together with other outputs, when its context ends; without one the bag
         is committed when its own context ends, and an existing one is not overwritten.
+
     """
 
     def __init__(self, path: str | Path, files: OutputFiles | None = None) -> None:

@@ -1,4 +1,19 @@
-"""Bounds to what a recorded bag may make a reader do: unpack, store and decode.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Bounds to what a recorded bag may make a reader do: unpack, store and decode.
 
 The reader of the bags is rosbags; it believes sizes that a file states. What is stated is compared
 here with what is there before memory is taken.
@@ -28,6 +43,9 @@ MAX_DEPTH = 20  # of types in types
 
 _SIZES = {'bool': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'uint16': 2,
           'int32': 4, 'uint32': 4, 'float32': 4, 'int64': 8, 'uint64': 8, 'float64': 8}
+_ODD_ENTRIES = (  # of a database: views would be computed when they are asked for messages
+    "SELECT type, name FROM sqlite_master WHERE type NOT IN ('table', 'index') "
+    "OR sql LIKE '%VIRTUAL%' LIMIT 1")
 _STRING = 5  # bytes at least: a length and a zero
 
 
@@ -39,8 +57,7 @@ def check_storage(path: Path, error_of: ErrorOf) -> None:
     try:
         database = sqlite3.connect(f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True)
         try:
-            odd = database.execute("SELECT type, name FROM sqlite_master WHERE type NOT IN "
-                                   "('table', 'index') OR sql LIKE '%VIRTUAL%' LIMIT 1").fetchone()
+            odd = database.execute(_ODD_ENTRIES).fetchone()
         finally:
             database.close()
     except sqlite3.Error:
@@ -98,13 +115,15 @@ def _check_size(size: int) -> None:
 
 
 def least_size(name: str, types: Mapping[str, Any]) -> int:
-    """Return the least number of bytes of a message of a type.
+    """
+    Return the least number of bytes of a message of a type.
 
     Raises
     ------
     ValueError
         For types that contain themselves, and arrays of fixed length with more values than a
         message has.
+
     """
     return _measure(name, types, {}, ())[0]
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Recorded bags, MCAP and sqlite3, read lazily; what is missing in one is said."""
 
 from collections import Counter, defaultdict
@@ -40,7 +54,8 @@ class BagError(SquealError):
 
 
 class Bag:
-    """A recorded bag: its topics, and their messages in order of recording.
+    """
+    A recorded bag: its topics, and their messages in order of recording.
 
     The storage files are read themselves: where metadata.yaml does not fit them, the messages are
     there all the same, and the difference is noted.
@@ -61,6 +76,7 @@ class Bag:
     undecodable : dict
         Of each topic with messages that are none of their type, or are damaged: how many, and
         why the first is not.
+
     """
 
     def __init__(self, path: str | Path, definitions: MessageDefinitions | None = None) -> None:
@@ -86,7 +102,8 @@ class Bag:
         self.types = dict(self.types)
 
     def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any, int]]:
-        """Yield (topic, time of recording [ns], message, publisher) in order of recording.
+        """
+        Yield (topic, time of recording [ns], message, publisher) in order of recording.
 
         Publishers of a topic are told apart where each has a connection of its own; the number is
         0 elsewhere, as in what `ros2 bag record` writes.
@@ -102,6 +119,7 @@ class Bag:
             For what is damaged, or has no message that is wanted.
         DefinitionError
             For a type that no definition is found for.
+
         """
         count: Counter[str] = Counter()
         for file in self._files:
@@ -275,7 +293,8 @@ def _natural(path: Path) -> list[tuple[int, str]]:
 
 
 def decode(store: Typestore, data: bytes, type_name: str) -> tuple[Any, int]:
-    """Return a message and its length in bytes.
+    """
+    Return a message and its length in bytes.
 
     rclpy's `serialize_message` leaves a tail of undefined bytes behind some messages, which
     rosbags' own decoder refuses.

@@ -1,12 +1,26 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The `squeal` command: reads arguments, calls the library, prints; computes nothing itself."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
-from squeal_ros import interrupts
+from squeal_ros import interrupts  # noqa: I100
 
 if __name__ == '__main__':
     interrupts.EndAtOnce(130, 'squeal: interrupted')  # while the rest is imported
 
-import argparse
+import argparse  # noqa: I100
 from collections.abc import Callable, Sequence
 from importlib import import_module
 import os

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What each command of `squeal` does: results on stdout, progress on stderr."""
 
 import argparse
@@ -10,7 +24,6 @@ import sys
 from typing import Any
 
 import numpy as np
-
 from squeal_core import resources
 from squeal_core.brake_file import read_brake
 from squeal_core.brake_model import BrakeModel
@@ -221,7 +234,7 @@ def _in_brief(why: Mechanism | None) -> str:
 
 
 def _mode_json(mode: Mode, identity: str, worth: Trust) -> dict[str, Any]:
-    """A mode as `--json` prints it: what it is, and how far its root can be trusted."""
+    """Return a mode as `--json` prints it: what it is, and how far its root can be trusted."""
     return {'index': mode.index, 'identity': identity, 'kind': mode.kind,
             'frequency_hz': mode.frequency_hz, 'growth_rate': mode.growth_rate,
             'damping_ratio': mode.damping_ratio, 'backward_error': worth.backward_error,

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The demo: player, node and replay together, from a drive cycle to a picture."""
 
 from collections.abc import Iterator
@@ -12,7 +26,6 @@ import subprocess
 import sys
 
 import numpy as np
-
 from squeal_core import resources
 from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_cycle import DriveCycle
@@ -75,12 +88,14 @@ class DemoFiles:
         yield 'their table', self.table
 
     def prepare(self, *, force: bool) -> None:
-        """Make room for a new demo; files of an earlier one are removed only if they may be.
+        """
+        Make room for a new demo; files of an earlier one are removed only if they may be.
 
         Raises
         ------
         OutputError
             For files that are there, or a folder that cannot be written to.
+
         """
         make_folder(self.folder)
         for _, path in self.described():
@@ -107,7 +122,8 @@ class LiveDrive:
 
 @contextmanager
 def own_domain() -> Iterator[int]:
-    """Reserve a ROS domain that no other process of this machine is in.
+    """
+    Reserve a ROS domain that no other process of this machine is in.
 
     A participant binds the UDP port that its domain and number give; the first of a domain is
     tried. Two demos that start at once are kept apart by a port that each holds.

@@ -1,8 +1,22 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Plays brake signals as a vehicle would publish them, and hears what the monitor answers."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator  # noqa: I100
 from contextlib import contextmanager
 from dataclasses import dataclass
 import math
@@ -22,7 +36,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 from std_msgs.msg import Float64, Header
 
-from squeal_core.history import Row
+from squeal_core.history import Row  # noqa: I100
 from squeal_core.settings import NODE_NAME
 from squeal_core.vehicle import BrakeSignals
 
@@ -43,7 +57,8 @@ class Progress:
 
 
 class BrakePlayer:
-    """Publishes the signals of four wheels and collects the diagnostics of a monitor.
+    """
+    Publishes the signals of four wheels and collects the diagnostics of a monitor.
 
     A context manager, with a ROS context of its own.
 
@@ -55,6 +70,7 @@ class BrakePlayer:
     domain : int, optional
         ROS domain, in which only this machine is then heard; by default the one that
         ROS_DOMAIN_ID gives.
+
     """
 
     def __init__(self, signals: BrakeSignals, *, namespace: str = '',
@@ -102,7 +118,8 @@ class BrakePlayer:
 
     def play(self, *, speed_up: float = 1.0, simulated: bool = True, lag: float = math.inf,
              record: Record = lambda *_: None) -> Iterator[list[Progress]]:
-        """Publish all signals in step with time; yield after each what the monitor said since.
+        """
+        Publish all signals in step with time; yield after each what the monitor said since.
 
         What the player is late by, be it kept by the machine or by its caller, it does not make
         up for: a burst of times would be a jump of the clock to the monitor.
@@ -118,6 +135,7 @@ class BrakePlayer:
             most: a slow or busy machine then loses no tick.
         record : callable
             Given topic, type, time [ns] and CDR bytes of each message.
+
         """
         step_time = self._signals.time[1] - self._signals.time[0]
         start, now = time.monotonic() + step_time / speed_up, 0

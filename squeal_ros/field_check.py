@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Whether field paths name numbers of their message types: checked before any message comes."""
 
 from collections.abc import Callable, Mapping
@@ -22,11 +36,13 @@ _IDS = ('id', 'can_id', 'arbitration_id')
 
 def check_fields(settings: MonitorSettings, fields_of: FieldsOf,
                  warn: Callable[[str], None]) -> None:
-    """Check the field path of every input against its message type.
+    """
+    Check the field path of every input against its message type.
 
     Parameters
     ----------
     settings : MonitorSettings
+        Of the monitor.
     fields_of : callable
         Fields of a message type; raises ConfigurationError for one that is not known.
     warn : callable
@@ -36,6 +52,7 @@ def check_fields(settings: MonitorSettings, fields_of: FieldsOf,
     ------
     ConfigurationError
         Naming the key, the path, and the fields that there are.
+
     """
     for brake in settings.brakes:
         for signal, source in brake.inputs.items():

@@ -1,4 +1,19 @@
-"""What a bag says against the settings: topics, types, fields and stamps that do not fit.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a bag says against the settings: topics, types, fields and stamps that do not fit.
 
 Each finding names the inputs it is of, what is wrong and the remedy, so that a replay in which
 nothing was assessed tells why.
@@ -12,7 +27,6 @@ import math
 from typing import Any
 
 import numpy as np
-
 from squeal_core.errors import SquealError
 from squeal_core.inputs import Sample, Unreadable
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
@@ -26,13 +40,15 @@ _ID_FIELDS = ('id', 'can_id', 'arbitration_id', 'pgn', 'identifier', 'wheel_id',
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about a bag that keeps inputs from being read.
+    """
+    Something about a bag that keeps inputs from being read.
 
     Parameters
     ----------
     inputs : tuple of str
         As the settings name them: `fl.pressure`.
     what, remedy : str
+
     """
 
     inputs: tuple[str, ...]
@@ -60,13 +76,15 @@ class _Evidence:
 
 @dataclass
 class InputFindings:
-    """Collects, while a bag is replayed, what does not fit the settings.
+    """
+    Collects, while a bag is replayed, what does not fit the settings.
 
     Parameters
     ----------
     settings : MonitorSettings
     namespace : str
         Where the settings' relative topics are in the bag.
+
     """
 
     settings: MonitorSettings
@@ -86,12 +104,14 @@ class InputFindings:
         return {seen.topic: seen.source.type for seen in self._seen.values()}
 
     def message(self, topic: str, message: Any) -> None:
-        """Take note of a message before its values are read.
+        """
+        Take note of a message before its values are read.
 
         Raises
         ------
         SquealError
             For raw frames of several ids on one topic, which a field path would mix.
+
         """
         ids = self._ids.setdefault(topic, Counter())
         if len(ids) > _MOST_IDS:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Ticks on multiples of the period, whatever the clock does: pure, of times handed in [ns]."""
 
 from dataclasses import dataclass
@@ -12,7 +26,8 @@ _LATEST = 100_000_000  # ns: a tick that comes later is of no use to anyone, so 
 
 @dataclass(frozen=True)
 class Beat:
-    """A tick that is due: its time, how late it is and how many before it were passed over.
+    """
+    A tick that is due: its time, how late it is and how many before it were passed over.
 
     Lateness in simulated time is that of the clock's steps, too.
     """
@@ -25,7 +40,8 @@ class Beat:
 
 
 class TickGrid:
-    """Says when a tick is due; a replay of the same samples then ticks at the same times.
+    """
+    Says when a tick is due; a replay of the same samples then ticks at the same times.
 
     Ticks that came while others were worked on are made up one after the other, and so are those
     that a simulated clock with long steps leaps over. Where the oldest of them would come too
@@ -36,6 +52,7 @@ class TickGrid:
     period : int
     now, steady : int
         Present times: the first tick is the one that comes next. A ROS time of zero is none.
+
     """
 
     def __init__(self, period: int, now: int = 0, steady: int = 0) -> None:
@@ -44,7 +61,8 @@ class TickGrid:
         self._last_steady = steady
 
     def wait(self, now: int, longest: int | None = None) -> int:
-        """Return the time to the next tick, or to the next of the equal parts of a period.
+        """
+        Return the time to the next tick, or to the next of the equal parts of a period.
 
         Zero, where the next tick is there already. A period has as few parts as make none of them
         longer than `longest`.
@@ -64,7 +82,8 @@ class TickGrid:
         return self._last is None or tick > self._last or tick < self._last - 1
 
     def beat(self, now: int, steady: int, *, simulated: bool) -> Beat | None:
-        """Return the tick that is due now, if one is.
+        """
+        Return the tick that is due now, if one is.
 
         Parameters
         ----------
@@ -74,6 +93,7 @@ class TickGrid:
             Of a clock that nobody sets.
         simulated : bool
             ROS time comes from /clock, so it may run at any speed.
+
         """
         if not self.due(now):
             return None

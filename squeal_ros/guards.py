@@ -1,4 +1,19 @@
-"""What keeps the node going: exceptions end as a log line and an answer, and little wakes it.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What keeps the node going: exceptions end as a log line and an answer, and little wakes it.
 
 rclpy lets an exception of any callback end `spin`, of a service callback also the wait of its
 caller; one that a message raises while it is taken blocks the callback group for ever. And its
@@ -45,12 +60,13 @@ class SturdyExecutor(SingleThreadedExecutor):  # type: ignore[misc]
 
 
 class Aside(MutuallyExclusiveCallbackGroup):  # type: ignore[misc]
-    """Entities that an executor neither waits for nor serves, unless `open` is set.
+    """
+    Entities that an executor neither waits for nor serves, unless `open` is set.
 
     What comes meanwhile is kept: messages in their queues, events in the middleware.
     """
 
-    open = False
+    open = False  # noqa: A003
 
     def can_execute(self, entity: Any) -> bool:
         return self.open and bool(super().can_execute(entity))

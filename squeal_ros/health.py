@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """How the node itself does, in figures: ticks, lateness, inputs. Pure; times are handed in."""
 
 from collections import deque
@@ -43,7 +57,8 @@ class Health:
     lateness: Series = field(default_factory=Series)
 
     def begin(self, beat: Beat, period: int) -> None:
-        """Count a tick; one that comes more than a period late missed its deadline.
+        """
+        Count a tick; one that comes more than a period late missed its deadline.
 
         Its lateness counts from the first of those that were passed over for it [ns]. One that is
         late by the steps of a simulated clock missed nothing.

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Subscriptions of the node: any message type, any publisher; what comes, and what does not."""
 
 from collections.abc import Callable, Iterator, Mapping
@@ -12,7 +26,6 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
-
 from squeal_core.errors import ConfigurationError, did_you_mean
 from squeal_ros.guards import Aside
 from squeal_ros.health import Rate
@@ -36,7 +49,8 @@ class _Moment(NamedTuple):
     passed: int
 
     def received(self, info: Mapping[str, Any]) -> int:
-        """Return when a message came, on the node's clock.
+        """
+        Return when a message came, on the node's clock.
 
         The middleware notes it on the system's, which may have been set since, or not at all.
         """
@@ -64,7 +78,8 @@ class _Topic:
 
 
 class InputTopics:
-    """One subscription a topic; messages go to `receive`.
+    """
+    One subscription a topic; messages go to `receive`.
 
     That is given the topic, the message, its time of receipt [ns] and the number that its
     publisher gave it (0: the middleware gives none).
@@ -89,6 +104,7 @@ class InputTopics:
     ------
     ConfigurationError
         For a type, a topic name or a quality of service that is none.
+
     """
 
     def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str], aside: Aside,
@@ -160,7 +176,8 @@ class InputTopics:
         return f'{len(names)} publishers ({", ".join(names)})'
 
     def look_around(self, steady: int) -> tuple[str, ...]:
-        """Return, in words, publishers whose messages cannot come: of another type.
+        """
+        Return, in words, publishers whose messages cannot come: of another type.
 
         The graph is looked at once a second at most [ns of steady time]; then the executor may
         serve events, too, until messages are taken again.

@@ -1,4 +1,19 @@
-"""What SIGINT and SIGTERM do to a process. Imports next to nothing: it is there before the rest.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What SIGINT and SIGTERM do to a process. Imports next to nothing: it is there before the rest.
 
 While a process starts they end it at once; while a command works the first one raises
 KeyboardInterrupt, and what that ends is not interrupted again; at last they are ignored.
@@ -13,7 +28,8 @@ _AGAIN = 0.01  # s
 
 
 class EndAtOnce:
-    """End the process as soon as a signal comes, until cancelled: for the time it starts.
+    """
+    End the process as soon as a signal comes, until cancelled: for the time it starts.
 
     Parameters
     ----------
@@ -23,6 +39,7 @@ class EndAtOnce:
         Written to stderr.
     always : bool
         Also where a signal is ignored, as SIGINT by the background jobs of a shell.
+
     """
 
     def __init__(self, code: int, words: str = '', *, always: bool = False) -> None:
@@ -44,7 +61,8 @@ class EndAtOnce:
 
 
 class InterruptOnce:
-    """Raise KeyboardInterrupt at the first signal; later ones must not disturb the cleaning up.
+    """
+    Raise KeyboardInterrupt at the first signal; later ones must not disturb the cleaning up.
 
     A context manager.
     """

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modes as lines of text, squeal before groan before divergence."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-
 from squeal_core.critical import SQUEAL_BAND
 from squeal_core.sweep_record import Sweep, UNITS
 
@@ -36,13 +49,16 @@ def counts_in_words(modes: Sequence[tuple[str, float]]) -> str:
 
 
 def sweep_rows(record: Sweep, numbers: Sequence[int] = ()) -> Iterator[dict[str, Any]]:
-    """Yield the swept parameters of each point that is done, and its unstable modes.
+    """
+    Yield the swept parameters of each point that is done, and its unstable modes.
 
     Parameters
     ----------
     record : Sweep
+        The sweep.
     numbers : sequence of int
         Modes that are followed: these are listed then, stable or not.
+
     """
     followed = {number: (record.of(number), record.names(number)) for number in numbers}
     for place in np.flatnonzero(record.done).tolist():

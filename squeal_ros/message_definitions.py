@@ -1,4 +1,19 @@
-"""Definitions of recorded messages: the bag's own, a folder's, a workspace's, the standard ones.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Definitions of recorded messages: the bag's own, a folder's, a workspace's, the standard ones.
 
 They are looked for in that order. A bag may hold another version of a type than is installed here,
 so its own definition always wins.
@@ -38,7 +53,8 @@ class DefinitionError(PlacedError):
 
 
 class MessageDefinitions:
-    """Finds the definitions of recorded messages.
+    """
+    Finds the definitions of recorded messages.
 
     Parameters
     ----------
@@ -49,6 +65,7 @@ class MessageDefinitions:
     ------
     DefinitionError
         For what is no folder, or holds no definitions.
+
     """
 
     def __init__(self, folder: str | Path | None = None) -> None:
@@ -65,11 +82,13 @@ class MessageDefinitions:
                                       'give a folder of .msg files')
 
     def store_for(self, connection: Connection, recorded: str, bag: object) -> Typestore:
-        """Return a store that decodes the messages of a connection.
+        """
+        Return a store that decodes the messages of a connection.
 
         Parameters
         ----------
         connection : Connection
+            Of the bag.
         recorded : str
             Hash of the type as it was recorded; empty where it is not known.
         bag : object
@@ -79,6 +98,7 @@ class MessageDefinitions:
         ------
         DefinitionError
             Naming the type that no definition is found for, and where one may come from.
+
         """
         wanted, own, fault = full_type_name(connection.msgtype), dict[str, Any](), ''
         try:
@@ -203,8 +223,9 @@ def _parse(connection: Connection) -> dict[str, Any]:
 def _parse_block(text: str, name: str, *, idl: bool) -> Mapping[str, Any]:
     """Return the types in one definition; IDL may have lines of a preprocessor."""
     text = text.replace('\r\n', '\n')
-    types: Mapping[str, Any] = (get_types_from_idl(_PREPROCESSOR.sub('', text)) if idl
-             else get_types_from_msg(text if text.endswith('\n') else f'{text}\n', name))
+    types: Mapping[str, Any] = (
+        get_types_from_idl(_PREPROCESSOR.sub('', text)) if idl
+        else get_types_from_msg(text if text.endswith('\n') else f'{text}\n', name))
     for kind, (_, fields) in types.items():
         for field, description in fields:
             _check_length(f'{kind}.{field}', description)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Assessment -> ROS messages, for any library that provides the message types."""
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
@@ -23,7 +37,7 @@ OK, WARN, ERROR, STALE = range(4)
 class MessageLibrary(Hashable, Protocol):
     """What differs between rclpy's and rosbags' message classes."""
 
-    def type(self, name: str) -> Any:
+    def type(self, name: str) -> Any:  # noqa: A003
         """Return the class of `package/msg/Name`."""
 
     def floats(self, values: Sequence[float]) -> Any:

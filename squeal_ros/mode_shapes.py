@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The worst unstable mode of each brake as markers, for RViz and Foxglove."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.brake_model import BrakeModel
 from squeal_core.mode_vectors import mode_vectors
@@ -20,7 +33,8 @@ _COLOURS = 32
 
 
 class ModeShapes:
-    """Draws now and then, a brake a tick at most, and wipes what no longer holds.
+    """
+    Draws now and then, a brake a tick at most, and wipes what no longer holds.
 
     Parameters
     ----------
@@ -29,6 +43,7 @@ class ModeShapes:
     settings : MonitorSettings
     publish : callable
         Given brake and MarkerArray.
+
     """
 
     def __init__(self, library: MessageLibrary, model: BrakeModel, settings: MonitorSettings,
@@ -41,7 +56,7 @@ class ModeShapes:
 
     @property
     def status(self) -> str:
-        """What there is to see, in words."""
+        """Return what there is to see, in words."""
         return 'published' if self._model.surface else 'no shapes in this model: build it again'
 
     def retune(self, settings: MonitorSettings) -> None:

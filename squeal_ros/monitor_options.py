@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Arguments of `squeal_monitor`, checked before rclpy sees them; no rclpy needed."""
 
 import argparse
@@ -20,12 +34,14 @@ _USAGE = 'squeal_monitor [--ros-args --params-file MONITOR.yaml [-p NAME:=VALUE]
 
 
 class _Parser(argparse.ArgumentParser):
+
     def error(self, message: str) -> NoReturn:
         self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
 def check_arguments(arguments: Sequence[str]) -> None:
-    """End with help, version or a refusal where arguments ask for it; ROS's pass.
+    """
+    End with help, version or a refusal where arguments ask for it; ROS's pass.
 
     Parameters
     ----------
@@ -36,6 +52,7 @@ def check_arguments(arguments: Sequence[str]) -> None:
     ------
     ConfigurationError
         For parameter files and rules that ROS would not take.
+
     """
     parser = _Parser(
         prog='squeal_monitor', usage=_USAGE, add_help=True, allow_abbrev=False,

@@ -1,12 +1,26 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The node `squeal_monitor`: the life cycle, and what happens at a tick; no arithmetic."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
-from squeal_ros import interrupts
+from squeal_ros import interrupts  # noqa: I100
 
 if __name__ == '__main__':
     interrupts.EndAtOnce(0, always=True)  # while the rest is imported
 
-from contextlib import ExitStack
+from contextlib import ExitStack  # noqa: I100
 from itertools import islice
 import sys
 import time
@@ -17,7 +31,6 @@ from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
-
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import ConfigurationError, SquealError
 from squeal_core.monitor import Assessment, Reading, VehicleMonitor
@@ -43,7 +56,8 @@ _SWITCH = 5e-4  # s after which a worker that makes an anchor hands over to a ti
 
 
 class SquealMonitor(LifecycleNode):  # type: ignore[misc]
-    """Managed node: configure loads the model, activate publishes.
+    """
+    Managed node: configure loads the model, activate publishes.
 
     Parameters
     ----------
@@ -56,6 +70,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     ------
     SquealError
         From the constructor for bad parameters, and from `bring_up` for a bad model.
+
     """
 
     def __init__(self, *, alone: bool = False, **node_arguments: Any) -> None:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """From a command's options to what the library wants, and checks before long work."""
 
 import argparse
@@ -48,13 +62,15 @@ def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
 def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] = (), *,
                  force: bool = False, folder: bool = False,
                  inputs: Sequence[str | Path] = ()) -> None:
-    """Refuse a file that could not or should not be written, before the work that it is for.
+    """
+    Refuse a file that could not or should not be written, before the work that it is for.
 
     Parameters
     ----------
     option : str
         As the user wrote it.
     path : path, optional
+        Where the file is.
     suffixes : sequence of str
         Of the formats that are known; none: any.
     force : bool
@@ -63,6 +79,7 @@ def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] =
         Whether the output is a folder.
     inputs : sequence of paths
         What the command reads, which is never replaced.
+
     """
     if path is None:
         return

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Publishers of the node: reliable, the unstable list latched, silent unless it is active."""
 
 from collections.abc import Iterable
@@ -6,7 +20,6 @@ from typing import Any
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
-
 from squeal_core.monitor import Assessment
 from squeal_ros import messages
 from squeal_ros.guards import Aside
@@ -17,7 +30,8 @@ _LATCHED = ('unstable_frequencies', 'mode_shape')
 
 
 class OutputTopics:
-    """The topics of some brakes, and /diagnostics.
+    """
+    The topics of some brakes, and /diagnostics.
 
     Parameters
     ----------
@@ -33,6 +47,7 @@ class OutputTopics:
     ------
     ConfigurationError
         For a quality of service that is none.
+
     """
 
     def __init__(self, node: LifecycleNode, library: RosMessages, brakes: Iterable[str],

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Parameters of the node: declared from the table of keys, checked on set, applied after."""
 
 from collections.abc import Callable, Iterable
@@ -8,7 +22,6 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParam
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-
 from squeal_core.errors import ConfigurationError
 from squeal_core.settings import (
     flatten,
@@ -27,7 +40,8 @@ _CHANGE = {'tick': 'takes effect at the next tick',
 
 
 class NodeParameters:
-    """Declares all settings on a node and keeps them, checked, in `settings`.
+    """
+    Declares all settings on a node and keeps them, checked, in `settings`.
 
     Parameters
     ----------
@@ -42,6 +56,7 @@ class NodeParameters:
     ------
     ConfigurationError
         For a bad value or an unknown name.
+
     """
 
     def __init__(self, node: Node, configured: Callable[[], bool],

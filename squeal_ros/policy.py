@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The SROS2 policy of the node for given settings: what it may publish, hear and answer."""
 
 from collections.abc import Iterable, Iterator
@@ -23,11 +37,13 @@ _WIDTH = 95
 
 
 def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
-    """Return a policy file (sros2's policy.xsd, version 0.2.0) that allows what the node does.
+    """
+    Return a policy file (sros2's policy.xsd, version 0.2.0) that allows what the node does.
 
     Parameters
     ----------
     settings : MonitorSettings
+        Of the monitor.
     namespace : str
         Of the node, absolute.
 
@@ -35,6 +51,7 @@ def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
     ------
     ConfigurationError
         For what is no absolute namespace.
+
     """
     if not _NAMESPACE.fullmatch(namespace):
         raise ConfigurationError('namespace', f'{namespace!r} is no absolute namespace',

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Bag in, assessments out: the monitor of the node, on the bag's time."""
 
 from collections import defaultdict
@@ -23,7 +37,8 @@ _LONGEST_SILENCE = 10_000_000_000
 
 
 class Replay:
-    """The monitor over a bag, on the same grid of times as the node; iterate over its ticks.
+    """
+    The monitor over a bag, on the same grid of times as the node; iterate over its ticks.
 
     Parameters
     ----------
@@ -32,6 +47,7 @@ class Replay:
     model : BrakeModel
     namespace : str
         Where the settings' relative topics are in the bag.
+
     """
 
     def __init__(self, bag: Bag, settings: MonitorSettings, model: BrakeModel, *,
@@ -45,16 +61,18 @@ class Replay:
 
     @property
     def findings(self) -> list[Finding]:
-        """What of the bag does not fit the settings, as far as it was read."""
+        """Return what of the bag does not fit the settings, as far as it was read."""
         return self._found.listed(self._bag.types, self._bag.undecodable)
 
     def __iter__(self) -> Iterator[tuple[Assessment, ...]]:
-        """Yield the assessments of every tick.
+        """
+        Yield the assessments of every tick.
 
         Raises
         ------
         BagError
             For a bag that cannot be read, or has no message on the topics of the settings.
+
         """
         wanted = self._found.wanted
         if not self._bag.types:
@@ -104,7 +122,8 @@ class Replay:
 
 @dataclass
 class Outputs:
-    """Writes what the node publishes as a bag, and a table beside it as CSV; keeps no rows.
+    """
+    Writes what the node publishes as a bag, and a table beside it as CSV; keeps no rows.
 
     Parameters
     ----------
@@ -115,6 +134,7 @@ class Outputs:
         Whether an existing bag and an existing table may be replaced.
     node : str
         Whose topics are written.
+
     """
 
     path: Path
@@ -137,12 +157,14 @@ class Outputs:
         return self._detector.events
 
     def check(self, inputs: Iterable[str | Path] = ()) -> None:
-        """Refuse, before any work, outputs that could not be written, or would replace an input.
+        """
+        Refuse, before any work, outputs that could not be written, or would replace an input.
 
         Parameters
         ----------
         inputs : iterable of paths
             What the replay reads; of a folder each file.
+
         """
         read = {os.path.realpath(file) for path in map(Path, inputs)
                 for file in (path, *(path.iterdir() if path.is_dir() else ()))}

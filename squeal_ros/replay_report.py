@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What a replay says first: how much of the braking was assessed, and why the rest was not."""
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +45,8 @@ _ANY_REMEDY = 'docs/reliability.md says what each reason means'
 
 
 class ReplayReport:
-    """The result of a replay, in words and for programs.
+    """
+    The result of a replay, in words and for programs.
 
     Parameters
     ----------
@@ -41,6 +56,7 @@ class ReplayReport:
         What of the bag does not fit the settings.
     notes : sequence of str
         What else is to be known of the bag.
+
     """
 
     def __init__(self, summary: DriveSummary, events: Sequence[SquealEvent],
@@ -70,7 +86,7 @@ class ReplayReport:
                 'ticks_by_state': dict(brake.states),
                 'reasons': [self._reason_json(reason, brake)
                             for reason in brake.ranked()[:_MOST_LINES]]}
-                for name, brake in summary.brakes.items()},
+                       for name, brake in summary.brakes.items()},
             'findings': [asdict(finding) for finding in self._findings],
             'notes': list(self._notes),
             'events': [asdict(event) for event in self._events]}

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What the node says about itself and its brakes, and when: diagnostics, and the markers."""
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +29,8 @@ from squeal_ros.output_topics import OutputTopics
 
 
 class Reporter:
-    """Publishes diagnostics at their rate and on a change of level.
+    """
+    Publishes diagnostics at their rate and on a change of level.
 
     Parameters
     ----------
@@ -31,6 +46,7 @@ class Reporter:
         Count of messages without the field that was looked for.
     engine : callable
         Figures of the engine, and which brakes are compared, by name.
+
     """
 
     def __init__(self, name: str, settings: MonitorSettings, library: messages.MessageLibrary,

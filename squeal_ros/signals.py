@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Fields of messages -> samples. Works on any message object: rclpy's and rosbags' alike."""
 
 from collections import Counter, defaultdict
@@ -8,7 +22,6 @@ import re
 from typing import Any
 
 import numpy as np
-
 from squeal_core.errors import ConfigurationError
 from squeal_core.monitor import Sample, Unreadable
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
@@ -28,7 +41,8 @@ class OtherMessageError(FieldError):
 
 @dataclass(frozen=True)
 class FieldPath:
-    """Where in a message a number is: `a.b`, `[2]`, `velocity[name=front_left_wheel_joint]`.
+    """
+    Where in a message a number is: `a.b`, `[2]`, `velocity[name=front_left_wheel_joint]`.
 
     The last form takes the index at which the list `name` holds the text; both lists have to be
     of one length. So have they, like those of a JointState, for an index by number.
@@ -110,7 +124,8 @@ class FieldPath:
 
 
 def stamp_of(message: Any, received: int) -> int:
-    """Return the time a message holds for [ns]: its header's stamp, or that of its receipt.
+    """
+    Return the time a message holds for [ns]: its header's stamp, or that of its receipt.
 
     A zero stamp is none, and so is one that is no time.
     """
@@ -160,12 +175,14 @@ class _Input:
 
 @dataclass
 class Router:
-    """Which topic feeds which inputs of which brakes.
+    """
+    Which topic feeds which inputs of which brakes.
 
     Parameters
     ----------
     types : mapping
         Message type of each topic.
+
     """
 
     types: dict[str, str]
@@ -174,12 +191,14 @@ class Router:
 
     @classmethod
     def of(cls, settings: MonitorSettings, problems: Counter[str] | None = None) -> 'Router':
-        """Return a router that counts on in `problems`, if they are given.
+        """
+        Return a router that counts on in `problems`, if they are given.
 
         Raises
         ------
         ConfigurationError
             For a bad field path or a topic of two types.
+
         """
         types: dict[str, str] = {}
         inputs: defaultdict[str, list[_Input]] = defaultdict(list)
@@ -200,7 +219,8 @@ class Router:
 
     def samples(self, topic: str, message: Any, received: int, number: int = 0,
                 connection: int = 0) -> Iterator[tuple[str, Signal, Sample | Unreadable]]:
-        """Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
+        """
+        Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
 
         A message about something else, as of a second publisher of other joints, is no problem as
         long as others hold the value.
@@ -210,10 +230,12 @@ class Router:
         topic : str
             As the settings name it.
         message : object
+            As it was received.
         received : int
             Time of receipt [ns].
         number, connection : int
             As of `Sample`.
+
         """
         for source in self._inputs[topic]:
             found: Sample | Unreadable

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Says which input topics bring nothing: pure, of counts and steady times handed in [ns]."""
 
 from collections.abc import Mapping
@@ -7,7 +21,8 @@ AGAIN = 60_000_000_000  # ns until it is said again
 
 
 class Silence:
-    """Tells when to log topics that never brought a message, and inputs that all fell silent.
+    """
+    Tells when to log topics that never brought a message, and inputs that all fell silent.
 
     A single topic that brought messages and stops is no matter of this: it may be published only
     while the brake is applied, and the state of its brake says what is missing.
@@ -22,13 +37,16 @@ class Silence:
         self._since = self._next = 0
 
     def due(self, counts: Mapping[str, int], steady: int) -> tuple[str, ...]:
-        """Return the topics to log now, mostly none.
+        """
+        Return the topics to log now, mostly none.
 
         Parameters
         ----------
         counts : mapping
             Messages received of each topic.
         steady : int
+            Steady time [ns].
+
         """
         total = sum(counts.values())
         if self._heard is None:

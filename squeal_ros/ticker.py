@@ -1,4 +1,19 @@
-"""Drives ticks on ROS time from a steady timer, so that no step of a clock can stall them.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Drives ticks on ROS time from a steady timer, so that no step of a clock can stall them.
 
 A timer on ROS time waits for the system clock to come back after a backward step (rclpy#1490), and
 for ever on a /clock that stopped. Here a timer on steady time leads to each tick; simulated time
@@ -16,7 +31,6 @@ from rclpy.clock import Clock, JumpThreshold
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
-
 from squeal_ros.grid import Beat, StandstillWatch, TickGrid
 
 _LOOKS = 4  # at a simulated clock within its timeout
@@ -25,7 +39,8 @@ _KEPT = 50_000_000  # ns for which services wait at most
 
 
 class Ticker:
-    """Calls `on_tick` with each tick that is due, and `on_stop` while ROS time stands still.
+    """
+    Calls `on_tick` with each tick that is due, and `on_stop` while ROS time stands still.
 
     Every tick is a beat; so are moments in between where ticks are rare.
 
@@ -41,6 +56,7 @@ class Ticker:
         Given what the clock does, in words; called again and again until it goes on.
     alone : bool
         Whether the executor serves nothing but this node.
+
     """
 
     def __init__(self, node: Node, gather: Callable[[], None], on_tick: Callable[[Beat], None],

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Bags of one brake, made for tests: any storage, any definition, any fault."""
 
 from collections.abc import Iterator
@@ -28,7 +42,7 @@ class Entry(NamedTuple):
     """One message: its topic, type, time of recording [ns] and content."""
 
     topic: str
-    type: str
+    type: str  # noqa: A003
     time: int
     message: Any
 
@@ -48,18 +62,22 @@ def times(seconds: float, step: float = 0.05) -> Iterator[int]:
 
 def braking(seconds: float = 2.0, *, behind: int = 0, joint: str = 'fl_wheel_joint',
             pressure: float = 8e5, topics: str = '/fl') -> list[Entry]:
-    """Return what a vehicle publishes that brakes all the time.
+    """
+    Return what a vehicle publishes that brakes all the time.
 
     Parameters
     ----------
     seconds : float
+        Duration [s].
     behind : int
         By which stamps are behind the times of recording [ns].
     joint : str
+        Name of the joint.
     pressure : float
         [Pa].
     topics : str
         Where the topics of the brake are.
+
     """
     found = []
     for number, time in enumerate(times(seconds)):

@@ -1,8 +1,22 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Fixtures that tests share: the shipped model, its brake, and the modes the model is made of."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from collections.abc import Iterator
+from collections.abc import Iterator  # noqa: I100
 import os
 import signal
 from typing import Any
@@ -52,13 +66,13 @@ def pytest_make_collect_report() -> Iterator[None]:
 
 @pytest.fixture(scope='session')
 def kang() -> BrakeModel:
-    """The shipped model, N = 92."""
+    """Return the shipped model, N = 92."""
     return BrakeModel.load('kang2009')
 
 
 @pytest.fixture(scope='session')
 def brake() -> Brake:
-    """The description that the shipped model was built from."""
+    """Return the description that the shipped model was built from."""
     return read_brake(config_folder() / 'brakes' / 'kang2009.yaml')
 
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """ROS domains that no other test on this machine uses at the same time."""
 
 from collections.abc import Iterator
@@ -12,7 +26,8 @@ _START = count(os.getpid() * 37)
 
 @contextmanager
 def free_domain() -> Iterator[int]:
-    """Reserve a domain id between 1 and 100, each time another.
+    """
+    Reserve a domain id between 1 and 100, each time another.
 
     A participant that ended is in the graph of the next one in its domain for up to 20 s, and a
     client there may wait that long for its services.

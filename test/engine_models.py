@@ -1,9 +1,22 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Models and points that tests of the engine share."""
 
 from typing import Any
 
 import numpy as np
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
 
@@ -11,7 +24,8 @@ STIFFNESS = 0.35e11
 
 
 def random_model(size: int, seed: int = 0, **changes: Any) -> BrakeModel:
-    """A model with the symmetries of a brake's arrays and their sizes in K09's model.
+    """
+    Return a model with the symmetries of a brake's arrays and their sizes in K09's model.
 
     Every mode has shapes at as many points of contact as there are modes; the spacing of the
     frequencies is that of K09's.
@@ -32,14 +46,14 @@ def random_model(size: int, seed: int = 0, **changes: Any) -> BrakeModel:
 
 
 def point(**changes: float) -> OperatingPoint:
-    """An operating point in the middle of the range."""
+    """Return an operating point in the middle of the range."""
     return OperatingPoint(**{
         'rotor_speed': 20.0, 'friction': 0.42, 'friction_slope': -0.02, 'contact_pressure': 7e5,
         'contact_stiffness': STIFFNESS, **changes})
 
 
 def random_point(generator: np.random.Generator, contact_area: float) -> OperatingPoint:
-    """A point of the whole range for which the engine is meant."""
+    """Return a point of the whole range for which the engine is meant."""
     def spread(low: float, high: float) -> float:
         return float(np.exp(generator.uniform(np.log(low), np.log(high))))
 
@@ -51,7 +65,7 @@ def random_point(generator: np.random.Generator, contact_area: float) -> Operati
 
 
 def near(start: OperatingPoint, step: float, generator: np.random.Generator) -> OperatingPoint:
-    """A point up to a relative step away in every parameter; a tenth of it in the slope [s/m]."""
+    """Return a point up to a relative step away; a tenth of it in the slope [s/m]."""
     shares = generator.uniform(-1.0, 1.0, 5)
     names = ('rotor_speed', 'friction', 'contact_pressure', 'contact_stiffness')
     return OperatingPoint(
@@ -61,7 +75,7 @@ def near(start: OperatingPoint, step: float, generator: np.random.Generator) -> 
 
 
 def between(start: OperatingPoint, end: OperatingPoint, part: float) -> OperatingPoint:
-    """A point on the straight way between two."""
+    """Return a point on the straight way between two."""
     return OperatingPoint(**{name: value + part * (getattr(end, name) - value)
                              for name, value in start.__dict__.items()})
 

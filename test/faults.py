@@ -1,4 +1,19 @@
-"""Faults of inputs: each turns a stream of received samples into what a faulty input would give.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Faults of inputs: each turns a stream of received samples into what a faulty input would give.
 
 A fault is pure: it is handed a stream, the signal it befalls and the time it lasts, and returns
 another stream. What concerns the transport (`NODE_FAULTS`) tests of the node bring about.
@@ -10,7 +25,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-
 from squeal_core.monitor import Sample
 from squeal_core.settings import Signal
 
@@ -32,7 +46,8 @@ Change = Callable[[Stream, int, int], Iterable[Event]]
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault.
+    """
+    One fault.
 
     Parameters
     ----------
@@ -44,6 +59,7 @@ class Fault:
         comes; 'harmless': the assessments stay.
     cause : str
         What the reason says after the signal's name; a regular expression.
+
     """
 
     name: str

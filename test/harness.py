@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """A vehicle for node tests: real publishers and subscribers around a real node, no launch."""
 
 import os
@@ -5,7 +19,7 @@ import os
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
 
-from collections.abc import Callable, Iterator  # noqa: E402
+from collections.abc import Callable, Iterator  # noqa: E402, I100
 from contextlib import contextmanager  # noqa: E402
 import gc  # noqa: E402
 import math  # noqa: E402
@@ -16,7 +30,7 @@ import pytest  # noqa: E402
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100
 from domains import free_domain  # noqa: E402
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
@@ -26,10 +40,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rclpy.time import Time  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState, Temperature  # noqa: E402
-from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
-
 from squeal_ros.guards import SturdyExecutor  # noqa: E402
 from squeal_ros.node import SquealMonitor  # noqa: E402
+from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
 
 TIMEOUT = 600.0  # s of the machine's time: only what hangs takes so long
 SECOND = 1_000_000_000  # ns
@@ -45,7 +58,8 @@ _SPIN = 0.002  # s; always the same: another one makes rclpy begin again with it
 
 
 class Vehicle:
-    """One brake's signals, the node under test, and what the node last said.
+    """
+    One brake's signals, the node under test, and what the node last said.
 
     Simulated time goes on only when the node has taken what was published and has spoken at each
     tick, so no test depends on the machine's speed. Without a `monitor` the node under test is
@@ -105,7 +119,7 @@ class Vehicle:
 
     @property
     def now(self) -> Any:
-        """The present time, for a stamp."""
+        """Return the present time, for a stamp."""
         if self.simulated is None:
             return self.node.get_clock().now().to_msg()
         return Time(nanoseconds=self.simulated).to_msg()
@@ -180,7 +194,8 @@ class Vehicle:
                         subscription.callback(taken[0])
 
     def meet(self) -> None:
-        """Wait until the node's topics and this vehicle's are connected, and begin to tell time.
+        """
+        Wait until the node's topics and this vehicle's are connected, and begin to tell time.
 
         What was published before would be lost.
         """
@@ -252,7 +267,8 @@ class Vehicle:
     # -- services
 
     def ask(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service of the monitor, and return its response.
+        """
+        Call a service of the monitor, and return its response.
 
         Of a node in another process only what may be asked twice: a first response can be lost.
         """
@@ -275,7 +291,7 @@ class Vehicle:
 
     @property
     def risk(self) -> float:
-        """The risk last heard; minus one before the first."""
+        """Return the risk last heard; minus one before the first."""
         return float(self.said['squeal_risk'].data) if 'squeal_risk' in self.said else -1.0
 
     @property
@@ -284,20 +300,20 @@ class Vehicle:
 
     @property
     def status(self) -> Any:
-        """This brake's diagnostic status, or None."""
+        """Return this brake's diagnostic status, or None."""
         found = [s for s in getattr(self.said.get('diagnostics'), 'status', ())
                  if s.hardware_id == self.brake]
         return found[0] if found else None
 
     @property
     def node_status(self) -> Any:
-        """The node's own diagnostic status, or None."""
+        """Return the node's own diagnostic status, or None."""
         statuses = getattr(self.said.get('diagnostics'), 'status', ())
         return statuses[-1] if statuses else None
 
     @property
     def figures(self) -> dict[str, str]:
-        """The values of the node's own status."""
+        """Return the values of the node's own status."""
         return {item.key: item.value for item in getattr(self.node_status, 'values', ())}
 
 
@@ -309,7 +325,8 @@ def parameters(**values: Any) -> list[Parameter]:
 @contextmanager
 def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
             alone: bool = False, **values: Any) -> Iterator[Vehicle]:
-    """Run a node for one brake in a domain of its own, with settings that suit a test.
+    """
+    Run a node for one brake in a domain of its own, with settings that suit a test.
 
     Time is simulated and stands still while the node is waited for: no clock has stopped. With
     `use_sim_time=False` it is the system's, and `PATIENT` what keeps samples of a busy machine.

@@ -1,4 +1,19 @@
-"""Damaged files by number: what a mutant is depends on the file and on a random generator alone.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Damaged files by number: what a mutant is depends on the file and on a random generator alone.
 
 Bytes flipped, cut, spliced; lines lost, doubled, moved; and, with checksums and a hash that are
 right again, other values and another structure inside.
@@ -14,9 +29,8 @@ from typing import Any
 import zipfile
 
 import numpy as np
-import yaml
-
 from squeal_core.npz_archive import content_hash
+import yaml
 
 NASTY: list[Any] = [
     None, True, '', 'x', 'nan', '1e9', math.nan, math.inf, -math.inf, 0, -1, 0.0, 1e-300, 1e300,

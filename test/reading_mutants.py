@@ -1,4 +1,19 @@
-"""A process that reads damaged files: `reading_mutants.py KIND FIRST COUNT FOLDER`.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A process that reads damaged files: `reading_mutants.py KIND FIRST COUNT FOLDER`.
 
 It may take 500 MB beyond what it holds when it starts, and prints as JSON what became of the
 files. What is read after all is used once.
@@ -6,7 +21,7 @@ files. What is read after all is used once.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from collections.abc import Callable
+from collections.abc import Callable  # noqa: I100
 from dataclasses import dataclass, field
 import json
 import os
@@ -61,7 +76,7 @@ class Kind:
 
 
 def assess(model: BrakeModel) -> None:
-    """A model that was read serves a monitor, or is refused by it in one line."""
+    """Have a model that was read serve a monitor, or be refused by it in one line."""
     try:
         vehicle = VehicleMonitor(read_settings({'brakes': ['fl']}), model)
     except SquealError:
@@ -127,7 +142,7 @@ class Found:
 
 
 def resident() -> int:
-    """The most this process ever held [bytes]; getrusage would count its parent in."""
+    """Return the most this process ever held [bytes]; getrusage would count its parent in."""
     status = Path('/proc/self/status').read_text()
     return 1024 * int(status.partition('VmHWM:')[2].split()[0])
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """One test for a table of cases: all rows are tried, and those that fail are reported together."""
 
 from collections.abc import Callable, Iterable
@@ -11,7 +25,8 @@ _SHOWN = 60  # characters of an argument in a report
 
 
 def each(names: str | tuple[str, ...], rows: Iterable[Any]) -> Callable[[Any], Any]:
-    """Decorate a test that is called with each row of a table in turn.
+    """
+    Decorate a test that is called with each row of a table in turn.
 
     Written like `pytest.mark.parametrize`, of which it makes one test; two of them try every pair.
     Fixtures are shared by all rows: for cases that change them, parametrize.
@@ -22,6 +37,7 @@ def each(names: str | tuple[str, ...], rows: Iterable[Any]) -> Callable[[Any], A
         Arguments of the test that a row gives values of.
     rows : iterable
         A value for a single name, else as many values as names; or a `pytest.param` of these.
+
     """
     keys = (names,) if isinstance(names, str) else tuple(names)
     table = [_values(row, len(keys)) for row in rows]

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Two records of one drive: where they are the same, and from where on they are not."""
 
 from dataclasses import replace
@@ -20,7 +34,7 @@ def changed(time: float, **values: object) -> list[Row]:
 
 
 def test_the_same_numbers_whatever_the_words() -> None:
-    """NaN equals NaN here, and reasons may differ."""
+    """Take NaN as equal to NaN here; reasons may differ."""
     found = agreement(DRIVE, changed(-1.0))
     assert (found.compared, found.same_inputs, found.equal) == (12, 12, 12)
     assert found.parted_at == math.inf

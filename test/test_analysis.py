@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The commands over many points, as a user calls them, against solves written out here."""
 
 import csv
@@ -14,7 +28,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel
 from squeal_core import build as building
 from squeal_core.arrays import ComplexArray
@@ -30,7 +43,7 @@ PRELOAD, STIFFNESS = 2000.0, 0.35e11
 
 @pytest.fixture(autouse=True)
 def _signals() -> Any:
-    """`main` sets what SIGTERM does; here it is set back."""
+    """Set back what SIGTERM does, which `main` sets."""
     before = signal.getsignal(signal.SIGTERM)
     yield
     signal.signal(signal.SIGTERM, before)
@@ -65,7 +78,7 @@ def roots(d: ComplexArray, k: ComplexArray) -> ComplexArray:
 
 
 def near(found: ComplexArray, hertz: float) -> complex:
-    """The least stable root within 3 Hz of a frequency."""
+    """Return the least stable root within 3 Hz of a frequency."""
     inside = found[np.abs(found.imag / 2.0 / np.pi - hertz) < 3.0]
     return complex(inside[inside.real.argmax()])
 

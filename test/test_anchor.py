@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Series of the spectrum against full eigensolutions, closed forms and their own convergence."""
 
 from dataclasses import replace
@@ -7,7 +21,6 @@ from engine_models import between, companion_roots, near, point, random_model, r
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
@@ -51,7 +64,8 @@ def blocks_of(anchor: Anchor) -> Any:
 @pytest.mark.parametrize('degree', [3, 4, 5])
 @pytest.mark.parametrize('which', ['kang', 'blocks'])
 def test_errors_fall_with_the_step(kang: BrakeModel, degree: int, which: str) -> None:
-    """Error ~ step^(degree + 1): single modes, pairs and larger blocks.
+    """
+    Error ~ step^(degree + 1): single modes, pairs and larger blocks.
 
     Of a block the mean of its roots is what a power series holds; the roots themselves may merge.
     """
@@ -89,7 +103,7 @@ def off_means(anchor: Anchor, model: BrakeModel, at: OperatingPoint) -> FloatArr
 
 @pytest.mark.parametrize('degree', [3, 4, 6])
 def test_rate_of_a_single_mode_in_closed_form(degree: int) -> None:
-    """w -> sqrt(w^2 + k a - (d/2)^2): its series in k is known, and so is the error's rate."""
+    """Expand w -> sqrt(w^2 + k a - (d/2)^2): its series in k is known, and the error's rate."""
     model = BrakeModel(angular_frequencies=[1e3], contact_stiffness=[[1.0]])
     anchor = anchor_at(model, point(contact_stiffness=2e6), degree=degree)
 
@@ -173,7 +187,8 @@ def test_an_anchor_on_an_exceptional_point_does_not_pretend() -> None:
 @pytest.mark.parametrize('stiffness', [1.6e10, 1.88e10, 1.95e10, 2e10, 2.05e10, 2.4e10])
 @pytest.mark.parametrize(('couple', 'sizes'), [(2e-5, [2]), (2e-6, [1, 1])])
 def test_veering(stiffness: float, couple: float, sizes: list[int]) -> None:
-    """Two modes of which one stiffens: they veer at k = 2e10, and change places beyond.
+    """
+    Two modes of which one stiffens: they veer at k = 2e10, and change places beyond.
 
     In one block they are followed through it; of two blocks each says that it is lost.
     """
@@ -208,7 +223,8 @@ def test_two_equal_modes_that_have_nothing_to_do_with_each_other() -> None:
 
 @pytest.mark.parametrize('seed', [1, 2])
 def test_errors_are_honest(kang: BrakeModel, seed: int) -> None:
-    """Over the whole range, anchors up to 30 % away in every parameter.
+    """
+    Over the whole range, anchors up to 30 % away in every parameter.
 
     The estimate is none of all that could be: of roots that oscillate one in 200 is off by more,
     all but a few of them where no answer would come of it. Where one would, the estimate of no
@@ -321,7 +337,7 @@ def test_points_where_a_coefficient_vanishes_or_is_negative(changes: dict[str, f
 
 
 def turned(model: BrakeModel, angle: float) -> BrakeModel:
-    """The same brake with the cos and sin shapes of every doublet turned into each other."""
+    """Return the brake with the cos and sin shapes of every doublet turned into each other."""
     w, turn, i = model.angular_frequencies, np.eye(model.size), 0
     while i + 1 < model.size:
         if w[i] > 0.0 and abs(w[i + 1] - w[i]) < 1e-9 * w[i]:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Bags that would make a reader unpack, allocate or decode without end are refused at once."""
 
 import os
@@ -9,10 +23,9 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from bags import HEADER_MSG, reports, storage_file, WHEELS, write_bag  # noqa: E402
+from bags import HEADER_MSG, reports, storage_file, WHEELS, write_bag  # noqa: E402, I100
 from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: E402
 from rosbags.rosbag2.storage_mcap import zstd  # noqa: E402
-
 from squeal_ros import bag_bounds  # noqa: E402
 from squeal_ros.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.message_definitions import DefinitionError  # noqa: E402
@@ -86,7 +99,7 @@ def test_a_file_that_unpacks_without_end_is_refused(tmp_path: Path, monkeypatch:
 
 
 def test_a_message_that_unpacks_without_end_is_counted_as_damaged(tmp_path: Path,
-                                                                   monkeypatch: Any) -> None:
+                                                                  monkeypatch: Any) -> None:
     folder = write_bag(tmp_path / 'bag', reports(), packed=CompressionMode.MESSAGE)
     monkeypatch.setattr(bag_bounds, 'MAX_CHUNK', 26)  # a report has more
     bag = Bag(folder)
@@ -99,7 +112,7 @@ def test_a_database_with_a_view_is_refused(tmp_path: Path) -> None:
     with sqlite3.connect(file) as database:
         database.execute('ALTER TABLE messages RENAME TO others')
         database.execute('CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL '
-                         "SELECT i + 1 FROM n) SELECT i AS id, 1 AS topic_id, i AS timestamp, "
+                         'SELECT i + 1 FROM n) SELECT i AS id, 1 AS topic_id, i AS timestamp, '
                          "x'00' AS data FROM n")
     with pytest.raises(BagError, match="holds a view 'messages'"):
         read(file)

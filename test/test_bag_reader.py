@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Bags as they are: schemas, definitions from elsewhere, damage, storage against metadata."""
 
 from pathlib import Path
@@ -8,7 +22,7 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from bags import (  # noqa: E402
+from bags import (  # noqa: E402, I100
     braking,
     Entry,
     FLOAT,
@@ -22,7 +36,6 @@ from bags import (  # noqa: E402
     write_bag,
 )
 from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: E402
-
 from squeal_core.errors import SquealError  # noqa: E402
 from squeal_ros.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.message_definitions import DefinitionError, MessageDefinitions  # noqa: E402

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Brake descriptions: the shipped one number by number, and every way to get one wrong."""
 
 from collections.abc import Iterable
@@ -11,12 +25,11 @@ from typing import Any
 
 import pytest
 from rows import each
-import yaml
-
 from squeal_core.brake import Brake, Caliper, StiffnessTable
 from squeal_core.brake_file import parse_brake, read_brake
 from squeal_core.errors import BrakeDescriptionError, SquealError
 from squeal_core.ranges import ImplausibleWarning
+import yaml
 
 SHIPPED = Path(__file__).parents[1] / 'config' / 'brakes' / 'kang2009.yaml'
 CONTENT = yaml.safe_load(SHIPPED.read_text(encoding='utf-8'))
@@ -43,7 +56,7 @@ def place_of(sections: Iterable[str], content: dict[str, Any]) -> dict[str, Any]
 
 
 def edited(changes: dict[str, Any]) -> dict[str, Any]:
-    """The shipped description with values at dotted paths replaced, added or deleted."""
+    """Return the shipped description with values at dotted paths replaced, added or deleted."""
     content = deepcopy(CONTENT)
     for path, value in changes.items():
         *sections, key = path.split('.')
@@ -356,7 +369,7 @@ def test_refusals_stay_short(key: str, value: Any) -> None:
 
 
 def doubts(changes: dict[str, Any]) -> list[str]:
-    """What is said of the shipped description with some values replaced."""
+    """Return what is said of the shipped description with some values replaced."""
     said: list[str] = []
     parse_brake(edited(changes), warn=said.append)
     return said

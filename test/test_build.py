@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Brakes of one's own: modal results for pads and disc, unequal pads, pad supports, the audit."""
 
 import json
@@ -6,8 +20,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
-
 from squeal_core.brake_file import read_brake
 from squeal_core.brake_model import BrakeModel
 from squeal_core.build import build_model
@@ -17,6 +29,7 @@ from squeal_core.nodal_modes import NodalModes
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.resources import config_folder
 from squeal_core.stability import complex_modes
+import yaml
 
 SHIPPED = yaml.safe_load((config_folder() / 'brakes' / 'kang2009.yaml').read_text())
 COARSE: dict[str, Any] = {'disc_order': 3, 'pad_elements': (4, 8, 1), 'contact_points': 4}

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Sensitivities, critical values along rays and merging margins: closed forms and solves."""
 
 from dataclasses import replace
@@ -5,7 +19,6 @@ import math
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.critical import critical_value
 from squeal_core.errors import OperatingPointError
@@ -78,7 +91,8 @@ def test_sensitivity_of_the_shipped_model(speed: float, name: str, kang: BrakeMo
 # ---------------------------------------------------------------- critical values: closed forms
 
 def flutter(couple: float, stiffening: float = 0.0, damping: float = 40.0) -> BrakeModel:
-    """Two modes of equal damping, K = diag(w1^2 + k_c stiffening, w2^2) + mu k_c couple SKEW.
+    """
+    Two modes of equal damping, K = diag(w1^2 + k_c stiffening, w2^2) + mu k_c couple SKEW.
 
     With equal damping d a root is i w where (half the split of K)^2 = -d^2 w^2, w^2 its mean:
     gap^2 + d^2 mean = (mu k_c couple)^2.

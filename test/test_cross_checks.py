@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Checks across brakes: what they tell, how soon, and what they leave alone."""
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,6 +21,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from squeal_core.axles import axle_partners
+from squeal_core.cross_checks import CrossChecks
+from squeal_core.errors import ConfigurationError
+from squeal_core.inputs import Reading, Sample
+from squeal_core.monitor import VehicleMonitor
+from squeal_core.settings import read_settings, Signal
 from test_monitor import CERTAIN, MODEL
 from vehicle_streams import (
     BAR,
@@ -37,13 +57,6 @@ from vehicle_streams import (
     turning,
     with_abs,
 )
-
-from squeal_core.axles import axle_partners
-from squeal_core.cross_checks import CrossChecks
-from squeal_core.errors import ConfigurationError
-from squeal_core.inputs import Reading, Sample
-from squeal_core.monitor import VehicleMonitor
-from squeal_core.settings import read_settings, Signal
 
 SENSORS: Mapping[str, Sensor] = dict.fromkeys(SIGNALS, Sensor(25.0))
 Told = dict[tuple[int, Signal], list[tuple[float, str]]]
@@ -252,7 +265,7 @@ def test_what_vehicles_do_is_left_alone(name: str) -> None:
 
 
 def spun(speeds: Sequence[float]) -> Drive:
-    """A vehicle that stands while some of its wheels spin for 6 s."""
+    """Return a vehicle that stands while some of its wheels spin for 6 s."""
     rest = scaled(stop(20.0, 1.0, front=0.0, hold=8.0), 'rotor_speed', 0.0)
     spinning = np.clip(np.minimum(rest.time - 3.0, 9.0 - rest.time), 0.0, 1.0)
     return replace(rest, rotor_speed=spinning[:, None] * np.array(speeds))

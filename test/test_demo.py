@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The demo on real processes and real DDS, for the first seconds of the cycle."""
 
 from collections.abc import Iterator
@@ -12,16 +26,14 @@ import time
 
 from domains import free_domain
 import pytest
-
 from squeal_core.settings import load_settings, MONITOR_KEYS
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('rosbags', reason='needs rosbags')
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402, I100
 import numpy as np  # noqa: E402
-
 from squeal_core.history import Row  # noqa: E402
 from squeal_core.vehicle import BrakeSignals  # noqa: E402
 from squeal_core.view.table import drive_console, DriveDisplay  # noqa: E402
@@ -48,7 +60,8 @@ def environment() -> Iterator[dict[str, str]]:
 
 
 def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
-    """Live and replayed numbers: equal bit for bit until they saw different samples.
+    """
+    Live and replayed numbers: equal bit for bit until they saw different samples.
 
     A sample is seen one tick later (1 s of the drive) where its message arrives after the tick
     it belongs to: here later than 12 ms. How many are depends on the machine.

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Anchors laid down beforehand, by the library and by the command."""
 
 from dataclasses import replace
@@ -10,7 +24,6 @@ from typing import Any
 from engine_models import point, random_model
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel
 from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.envelope import braking_points, covered, Envelope, lay_down, random_places
@@ -30,7 +43,7 @@ RANGES = ('--rotor-speed', '10', '20', '--pressure', '1e6', '2e6', '--friction',
 
 @pytest.fixture(autouse=True)
 def _signals() -> Any:
-    """`main` sets what SIGTERM does; here it is set back."""
+    """Set back what SIGTERM does, which `main` sets."""
     before = signal.getsignal(signal.SIGTERM)
     yield
     signal.signal(signal.SIGTERM, before)

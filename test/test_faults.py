@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Every fault on every input, singly and in pairs: no number, the right cause, quick recovery."""
 
 from collections.abc import Iterator
@@ -10,10 +24,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from test_monitor import MODEL
-
 from squeal_core.monitor import Assessment, Sample, VehicleMonitor
 from squeal_core.settings import read_settings, Signal
+from test_monitor import MODEL
 
 # a fault from 2 s on for 3.9 s, seen at 10 Hz; inputs at 20 Hz are stale after 0.5 s
 BEGIN = 1000 * SECOND
@@ -62,7 +75,7 @@ def bad(fault: Fault, signal: Signal, stream: Stream, tick: int) -> bool:
 
 
 def check(found: Assessment, causes: list[tuple[Signal, Fault]]) -> None:
-    """An assessment under faults that are past their limit: no number, and why."""
+    """Check an assessment under faults that are past their limit: no number, and why."""
     assert not found.known, found
     assert np.isnan([found.risk, found.growth_rate, found.worst_frequency_hz,
                      found.friction_margin]).all()
@@ -102,7 +115,8 @@ def test_harmless(name: str, signal: Signal) -> None:
 
 
 def blind(first: tuple[Signal, Fault], second: tuple[Signal, Fault], tick: int) -> bool:
-    """Tell whether the second fault hides the first.
+    """
+    Tell whether the second fault hides the first.
 
     A stuck input is not told while it is not known whether the disc slides; friction is not
     needed while a pressure in bar, for the time that it takes to tell, reads as released.

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Field paths against the types of their messages, and the node that is told a wrong one."""
 
 from collections.abc import Mapping
 
 import pytest
 from rows import each
-
 from squeal_core.errors import ConfigurationError
 from squeal_core.settings import read_settings
 from squeal_ros.field_check import check_fields, check_path

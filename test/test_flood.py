@@ -1,4 +1,19 @@
-"""Floods of messages from another process: ticks go on, memory stays, what is dropped is counted.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Floods of messages from another process: ticks go on, memory stays, what is dropped is counted.
 
 Figures are printed; what depends on the machine's speed is not asserted.
 """
@@ -15,7 +30,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from domains import free_domain  # noqa: E402
+from domains import free_domain  # noqa: E402, I100
 from flooding import MESSAGES  # noqa: E402
 from harness import outside, Vehicle  # noqa: E402
 import processes  # noqa: E402
@@ -55,7 +70,7 @@ class Flood:
         self._process.stdin.flush()  # type: ignore[union-attr]
 
     def hear(self) -> dict[str, int]:
-        """What was sent so far, once there is another stage."""
+        """Return what was sent so far, once there is another stage."""
         line = self._process.stdout.readline()  # type: ignore[union-attr]
         return json.loads(line)['sent']  # type: ignore[no-any-return]
 
@@ -84,7 +99,8 @@ def known(ear: Vehicle) -> int:
 
 
 def watch(ear: Vehicle, seconds: float) -> tuple[float, float]:
-    """Hear diagnostics for so long and until enough ticks are done; return p99 and lateness [s].
+    """
+    Hear diagnostics for so long and until enough ticks are done; return p99 and lateness [s].
 
     Both are the largest. A p99 is that of a window of ticks; of a short flood some were before it.
     """

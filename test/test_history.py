@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Squeal events and the summary of a drive, from rows and assessments made by hand."""
 
 from collections.abc import Iterator
@@ -7,7 +21,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core.assessment import Assessment, State
 from squeal_core.drive_envelope import drive_envelope
 from squeal_core.drive_summary import DriveSummary, worst_reason
@@ -32,7 +45,8 @@ def row(time: float, risk: float, growth: float = 1.0, frequency: float = 2000.0
 
 
 def test_an_event_has_the_figures_of_its_worst_row() -> None:
-    """The largest risk, and the growth rate and frequency of the fastest growing mode.
+    """
+    The largest risk, and the growth rate and frequency of the fastest growing mode.
 
     Neither is in the first or last row, and they are in different ones.
     """
@@ -145,7 +159,7 @@ def test_silence_is_counted() -> None:
 
 
 def drive(ticks: int) -> Iterator[Row]:
-    """A brake whose risk is known at every other tick, with one mode at one tick."""
+    """Return a brake whose risk is known at every other tick, with one mode at one tick."""
     for tick in range(ticks):
         one = row(0.5 * tick, float(tick % 7 == 3) if tick % 2 else NAN)
         mode = ((2503.0,), (7.0,)) if tick == 5 else ((), ())

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Imports run one way, and what is optional is imported only in the leaf that needs it."""
 
 import ast
@@ -319,7 +333,7 @@ def test_blas_is_pinned_before_anything_else(module: str) -> None:
 
 
 @each('action', ['', "; squeal_core.BrakeModel.load('kang2009')",
-                                    '; import squeal_core.monitor'])
+                 '; import squeal_core.monitor'])
 def test_what_the_core_pulls_in(action: str) -> None:
     run = subprocess.run(
         [sys.executable, '-c', f'import sys, squeal_core{action}; print(*sys.modules)'],

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """One input: its guards, its buffer, the ranges of the model; and the alarm over the risk."""
 
 from collections.abc import Sequence
@@ -9,8 +23,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from test_monitor import assess, feed, GOOD, monitor, NAN, SECOND, small_model, TABLE_ONLY, TICK
-
 from squeal_core.alarm import Alarm
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.friction import FrictionTable
@@ -19,6 +31,7 @@ from squeal_core.plausibility import AbsoluteGuard, BarGuard, GaugeGuard, Guard,
 from squeal_core.resources import config_folder
 from squeal_core.stuck import SignalStep, StuckGuard
 from squeal_core.vehicle import brake_signals, BrakeSignals, read_vehicle
+from test_monitor import assess, feed, GOOD, monitor, NAN, SECOND, small_model, TABLE_ONLY, TICK
 
 BAR, TO_RPM, LEAPS = 'bar', 'rpm', 'leaps'  # in what they say
 CYCLES = ('us06', 'wltc_3b', 'chicago_trip')
@@ -192,7 +205,7 @@ def braked(*, rest: float = 0.0, noise: float = 0.0, rate: float = 50.0,
 @pytest.mark.parametrize('air', [6.6e4, 9e4, 101325.0, 1.06e5])
 @pytest.mark.parametrize('noise', [0.0, 5e3])
 def test_an_absolute_pressure_given_as_gauge_is_told_in_five_seconds(air: float,
-                                                                      noise: float) -> None:
+                                                                     noise: float) -> None:
     said = judged(GaugeGuard(), [*braked(rest=air, noise=noise, brakings=1)] * 2, rate=50.0)
     assert said[249] == ''
     assert all(text.startswith(ABSOLUTE) for text in said[600:])
@@ -241,7 +254,7 @@ def test_the_reference_is_looked_for_in_the_monitor() -> None:
 
 def heard(*publishers: tuple[int, float, Sequence[float]], signal: Any = 'pressure',
           rate: float = 50.0, **parameters: Any) -> list[str]:
-    """What is said of the samples of publishers that take turns: first number, delay, values."""
+    """Return what is said of publishers that take turns: first number, delay, values."""
     watch = monitor(**parameters)
     events = sorted((round((i / rate + delay) * SECOND) + TICK, number + i, value)
                     for number, delay, values in publishers for i, value in enumerate(values))

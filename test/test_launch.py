@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Launch files: read as text always, loaded where ROS is, their node run as its own process."""
 
 import ast
@@ -13,9 +27,8 @@ from typing import Any
 
 from domains import free_domain
 import pytest
-import yaml
-
 from squeal_core.settings import is_built_in, settings_keys
+import yaml
 
 ROOT = Path(__file__).parents[1]
 FILES = {path.name: path for path in sorted((ROOT / 'launch').glob('*.py'))}
@@ -199,6 +212,7 @@ def test_settings_that_are_not_there_stop_the_launch(tmp_path: Path,
                                                      monkeypatch: pytest.MonkeyPatch) -> None:
     """The function of the launch file, run with what stands for launch and launch_ros."""
     class Stand:
+
         def __init__(self, *values: Any, **options: Any) -> None:
             self.values, self.options = values, options
 

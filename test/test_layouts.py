@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Every topic and field of the shipped layouts is there: read from messages of a running node."""
 
 from collections.abc import Iterator
@@ -12,15 +26,14 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import LATCHED, vehicle  # noqa: E402
+from harness import LATCHED, vehicle  # noqa: E402, I100
 from rclpy.qos import qos_profile_sensor_data  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
-from std_msgs.msg import Float64  # noqa: E402
-from visualization_msgs.msg import Marker  # noqa: E402
-
 from squeal_core.resources import config_folder  # noqa: E402
 from squeal_core.settings import read_settings  # noqa: E402
 from squeal_ros.node import RosMessages  # noqa: E402
+from std_msgs.msg import Float64  # noqa: E402
+from visualization_msgs.msg import Marker  # noqa: E402
 
 FOLDER = config_folder() / 'layouts'
 FOXGLOVE = json.loads((FOLDER / 'foxglove.json').read_text(encoding='utf-8'))

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Margins: closed forms, the offline search, one solve a call, what each is kept apart from."""
 
 from collections import Counter
@@ -7,7 +21,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake import Caliper
 from squeal_core.critical import critical_value
@@ -46,7 +59,8 @@ def searched(model: BrakeModel, inputs: MarginInputs = HERE, *, band: tuple[floa
 
 
 def flutter(couple: float, **changes: Any) -> BrakeModel:
-    """Two modes of equal damping: growth where mu k_c couple exceeds half the split of K, damped.
+    """
+    Two modes of equal damping: growth where mu k_c couple exceeds half the split of K, damped.
 
     (half the split)^2 + d^2 mean = (mu k_c couple)^2, mean that of the squares of frequency.
     """

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What each term adds to a growth rate, against closed forms and differences; labels; trust."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake_model import OPERATORS, SUPPORTS
@@ -132,7 +145,8 @@ def test_one_mode_in_closed_form() -> None:
 
 @pytest.mark.parametrize('beyond', [1.01, 1.3, 3.0])
 def test_flutter_of_two_modes_in_closed_form(beyond: float) -> None:
-    """Of K = diag(w^2) + b SKEW: growing root l^2 = -(mean +- i sqrt(b^2 - gap^2)).
+    """
+    Of K = diag(w^2) + b SKEW: growing root l^2 = -(mean +- i sqrt(b^2 - gap^2)).
 
     The couple adds Re(i b^2 / (s l)), the separation takes Re(i gap^2 / (s l)), s the root.
     """
@@ -231,7 +245,7 @@ def test_labels_of_k09(speed: float, law: bool, expected: dict[int, Label],
 
 
 def labels(**arrays: FloatArray | list[float] | float) -> dict[Label, str]:
-    model = BrakeModel(**{'angular_frequencies': [W1, W2], 'damping_ratios': 1e-5,  # type: ignore[arg-type]
+    model = BrakeModel(**{'angular_frequencies': [W1, W2], 'damping_ratios': 1e-5,  # type: ignore[arg-type]  # noqa: E501
                           **arrays})
     return {m.label: m.reason for m in mechanisms(model, POINT)}
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Model files: what is saved comes back bit for bit; what was damaged is refused in one line."""
 
 import dataclasses
@@ -17,7 +31,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 import numpy as np
 import pytest
-
 from squeal_core.brake import Caliper, StiffnessTable
 from squeal_core.brake_model import BrakeModel, OPERATORS
 from squeal_core.errors import ModelFileError
@@ -83,7 +96,7 @@ def rewrite(path: Path, header: Any = None, arrays: dict[str, Any] | None = None
 
 
 def npy(shape: str, data: bytes, kind: str = '<f8') -> bytes:
-    """A .npy file that declares a shape, whatever its data are."""
+    """Return a .npy file that declares a shape, whatever its data are."""
     text = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}}}".ljust(117) + '\n'
     return b'\x93NUMPY\x01\x00\x76\x00' + text.encode() + data
 
@@ -256,6 +269,7 @@ def test_arrays_of_something_else(path: Path, array: Any) -> None:
 
 
 class Trap:
+
     def __reduce__(self) -> Any:
         return sys.exit, ('a pickle was executed',)
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Products of powers against polynomials multiplied out by brute force."""
 
 from collections import Counter
@@ -6,7 +20,6 @@ from math import comb, prod
 
 import numpy as np
 import pytest
-
 from squeal_core.monomials import Monomials, Term
 
 SIZES = [(variables, degree) for variables in range(7) for degree in range(5)]
@@ -64,7 +77,7 @@ def test_products_multiply_polynomials(first: int, second: int) -> None:
 
 @pytest.mark.parametrize('degree', [1, 2, 4])
 def test_factors_raise_a_polynomial_by_one_degree(degree: int) -> None:
-    """sum over variables of z_i times a polynomial of each; a term is yielded once a variable."""
+    """Compare with the sum of z_i times a polynomial of each; a term comes once a variable."""
     monomials, generator = Monomials(3, degree), np.random.default_rng(degree)
     before = generator.integers(-9, 9, (3, len(monomials.terms[degree - 1])))
     expected: Counter[Term] = Counter()

@@ -1,4 +1,19 @@
-"""Damaged model, brake and table files: one line of the named error, under 1 s and 500 MB each.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Damaged model, brake and table files: one line of the named error, under 1 s and 500 MB each.
 
 The files are read by a process of its own, whose memory is limited (`reading_mutants.py`).
 """
@@ -13,7 +28,6 @@ import sys
 from mutants import mutant_of_archive, mutant_of_text
 from processes import linux, short_and_long
 import pytest
-
 from squeal_core.resources import find
 
 SCRIPT = Path(__file__).with_name('reading_mutants.py')

@@ -1,4 +1,19 @@
-"""The node on real DDS: inputs published, outputs heard. No launch, no mock, no sleep.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The node on real DDS: inputs published, outputs heard. No launch, no mock, no sleep.
 
 Time is simulated, and goes on when the node has spoken; see `harness.py`.
 """
@@ -10,12 +25,11 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import LATCHED, PATIENT, Vehicle, vehicle  # noqa: E402
-from std_msgs.msg import Float64MultiArray  # noqa: E402
-
+from harness import LATCHED, PATIENT, Vehicle, vehicle  # noqa: E402, I100
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.errors import SquealError  # noqa: E402
 from squeal_core.stability import complex_modes  # noqa: E402
+from std_msgs.msg import Float64MultiArray  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 

@@ -1,4 +1,19 @@
-"""The node on clocks that stop, start late, jump or are set: never a number from a stopped clock.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The node on clocks that stop, start late, jump or are set: never a number from a stopped clock.
 
 Simulated time is /clock as a simulator publishes it; the system clock that is set is the node's
 own clock object, set ahead or back as the system's would be.
@@ -12,7 +27,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from builtin_interfaces.msg import Time as TimeMessage  # noqa: E402
+from builtin_interfaces.msg import Time as TimeMessage  # noqa: E402, I100
 from harness import BEGIN, PATIENT, Vehicle, vehicle  # noqa: E402
 from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
@@ -30,7 +45,8 @@ def simulated(**values: Any) -> Any:
 
 
 def go_on(car: Vehicle) -> None:
-    """Let simulated time go on until the node is heard to see squeal.
+    """
+    Let simulated time go on until the node is heard to see squeal.
 
     Where the machine is slow, it may have called the clock stopped in between.
     """
@@ -163,7 +179,7 @@ def test_from_system_to_simulated_time_and_back(alone: bool) -> None:
 
 
 def test_a_time_that_is_none_ends_nothing() -> None:
-    """rclpy refuses a negative time by an exception in its own callback."""
+    """Send a negative time, which rclpy refuses by an exception in its own callback."""
     with vehicle() as car:
         go_on(car)
         publisher = car.node.create_publisher(Clock, '/clock', 10)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """/diagnostics of the node (REP-107): how often, on what, in which form; the log beside it."""
 
 import math
@@ -8,9 +22,8 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import Vehicle, vehicle  # noqa: E402
+from harness import Vehicle, vehicle  # noqa: E402, I100
 from sensor_msgs.msg import JointState  # noqa: E402
-
 from squeal_core.monitor import Assessment  # noqa: E402
 from squeal_core.settings import read_settings  # noqa: E402
 from squeal_ros import reporting  # noqa: E402

@@ -1,4 +1,19 @@
-"""Faults of inputs through real DDS: no number past the limit, the cause named, quick recovery.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Faults of inputs through real DDS: no number past the limit, the cause named, quick recovery.
 
 Simulated time goes on in step with what the node has taken, so nothing hangs on the machine's
 speed. `test_faults.py` plays every fault on every input of the monitor without a node.
@@ -15,9 +30,12 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import Vehicle, vehicle  # noqa: E402
+from harness import Vehicle, vehicle  # noqa: E402, I100
 from rclpy.time import Time  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
+from squeal_core.monitor import Sample  # noqa: E402
+from squeal_core.settings import Signal  # noqa: E402
+from squeal_ros import input_topics  # noqa: E402
 from std_msgs.msg import Float32, Float64, Header  # noqa: E402
 from test_faults import (  # noqa: E402
     bad,
@@ -31,10 +49,6 @@ from test_faults import (  # noqa: E402
     STUCK,
 )
 from test_node_inputs import stranger  # noqa: E402
-
-from squeal_core.monitor import Sample  # noqa: E402
-from squeal_core.settings import Signal  # noqa: E402
-from squeal_ros import input_topics  # noqa: E402
 
 TOPICS: dict[Signal, str] = {'rotor_speed': 'joint_states', 'pressure': 'fl/brake_pressure',
                              'friction': 'fl/friction'}
@@ -85,7 +99,7 @@ class Stage:
 
     @property
     def risk(self) -> float:
-        """The risk in the last diagnostics."""
+        """Return the risk in the last diagnostics."""
         values = {item.key: item.value for item in self._car.status.values}
         assert math.isnan(float(values['squeal_risk'])) == (values['state'] != 'steady')
         assert str(self._car.risk) == values['squeal_risk']

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Inputs on real DDS: any publisher, any type, any bytes; what cannot be used is named."""
 
 from collections.abc import Iterator
@@ -10,7 +24,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from geometry_msgs.msg import TwistStamped  # noqa: E402
+from geometry_msgs.msg import TwistStamped  # noqa: E402, I100
 from harness import Vehicle, vehicle  # noqa: E402
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
@@ -22,12 +36,11 @@ from rclpy.qos import (  # noqa: E402
 )
 from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
-from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
-
 from squeal_ros import input_topics  # noqa: E402
 from squeal_ros.guards import Aside  # noqa: E402
 from squeal_ros.input_topics import InputTopics  # noqa: E402
 from squeal_ros.message_types import RosMessages  # noqa: E402
+from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The node's life cycle: transitions good and bad, failures that say why, other models."""
 
 from pathlib import Path
@@ -8,7 +22,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import Vehicle, vehicle  # noqa: E402
+from harness import Vehicle, vehicle  # noqa: E402, I100
 from lifecycle_msgs.msg import State, Transition  # noqa: E402
 from lifecycle_msgs.srv import (  # noqa: E402
     ChangeState,
@@ -18,7 +32,6 @@ from lifecycle_msgs.srv import (  # noqa: E402
 )
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
-
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.resources import config_folder  # noqa: E402
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Markers of the worst unstable mode: off by default, latched, wiped when they no longer hold."""
 
 from dataclasses import replace
@@ -10,13 +24,12 @@ import pytest
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('visualization_msgs', reason='needs visualization_msgs')
 
-from harness import LATCHED, Vehicle, vehicle  # noqa: E402
+from harness import LATCHED, Vehicle, vehicle  # noqa: E402, I100
 from rclpy.parameter import Parameter  # noqa: E402
-from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
-
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.mode_vectors import mode_vectors  # noqa: E402
 from squeal_core.stability import complex_modes  # noqa: E402
+from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 TOPIC = '/squeal_monitor/fl/mode_shape'
 

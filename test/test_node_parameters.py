@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Parameters of a running node: what takes effect, what waits, what is refused and why."""
 
 import math
@@ -10,15 +24,14 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import LATCHED, Vehicle, vehicle  # noqa: E402
+from harness import LATCHED, Vehicle, vehicle  # noqa: E402, I100
 from processes import short_and_long  # noqa: E402
 from rcl_interfaces.msg import Parameter as ParameterMessage  # noqa: E402
 from rcl_interfaces.msg import ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
-from std_msgs.msg import Float64MultiArray  # noqa: E402
-
 from squeal_core.settings import settings_keys  # noqa: E402
+from std_msgs.msg import Float64MultiArray  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 
@@ -117,7 +130,7 @@ def test_refusals_give_a_reason(running: Vehicle, name: str, value: Any, words: 
 
 @pytest.fixture(scope='module')
 def running() -> Any:
-    """A node that is only asked, never told anything it takes."""
+    """Return a node that is only asked, never told anything it takes."""
     with vehicle() as car:
         car.until(lambda: car.risk > 0.99)
         yield car

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """More than one publisher of an input on real DDS: named where they contradict each other."""
 
 import math
@@ -7,14 +21,13 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import vehicle  # noqa: E402
+from harness import vehicle  # noqa: E402, I100
 from rclpy.time import Time  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
+from squeal_core.monitor import Sample  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 from test_node_faults import drive, often, Stage, stage  # noqa: E402
 from test_node_inputs import stranger  # noqa: E402
-
-from squeal_core.monitor import Sample  # noqa: E402
 
 __all__ = ['often']
 OK, WARN, ERROR = (bytes([level]) for level in range(3))

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Properties that every operator must have, on random shapes and on the shipped model."""
 
 from collections.abc import Callable
@@ -8,7 +22,6 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
-
 from squeal_core import BrakeModel, OperatingPoint, operators
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake import Brake
@@ -74,7 +87,7 @@ def distance(first: ComplexArray, second: ComplexArray) -> float:
 
 
 def transformed(model: BrakeModel, t: FloatArray) -> BrakeModel:
-    """The model in coordinates a = t b, with t orthogonal and blind to the frequencies."""
+    """Return the model in coordinates a = t b, with t orthogonal and blind to the frequencies."""
     return replace(model, **{name: t.T @ getattr(model, name) @ t for name in OPERATORS
                              if getattr(model, name) is not None})
 
@@ -272,5 +285,5 @@ def test_taking_out_free_coordinates_changes_nothing(
     roots, whole = eigenvalues(kang, q), np.linalg.eigvals(state)
     # a defective pair at zero moves by sqrt(eps |K|) of 1e10 1/s^2 at worst; others by rounding
     assert distance(roots, whole) < 1e-2
-    large = lambda x: x[np.abs(x) > 1.0]
+    large = lambda x: x[np.abs(x) > 1.0]  # noqa: E731
     assert distance(large(roots), large(whole)) < ROUNDING

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Outputs: whole or not at all, regular files only, never over one unasked."""
 
 from collections.abc import Callable, Iterator
@@ -9,7 +23,6 @@ import subprocess
 import sys
 
 import pytest
-
 from squeal_core.output import check_target, output_file, OutputError, OutputFiles, PARTIAL
 
 ENDED = 2**22 + 1  # no process has this number: Linux gives at most 2**22
@@ -178,7 +191,7 @@ def test_a_folder_is_replaced_only_if_it_is_a_bag(tmp_path: Path) -> None:
 
 @pytest.fixture
 def small(tmp_path: Path) -> Iterator[Path]:
-    """A file system of 64 kB, where this process may mount one."""
+    """Return a file system of 64 kB, where this process may mount one."""
     folder = tmp_path / 'small'
     folder.mkdir()
     try:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The node as `ros2 param` and `ros2 lifecycle` see it: their requests, over its services."""
 
 from collections.abc import Iterator
@@ -10,7 +24,7 @@ import yaml
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from domains import free_domain  # noqa: E402
+from domains import free_domain  # noqa: E402, I100
 from harness import outside, Vehicle, vehicle  # noqa: E402
 from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import (  # noqa: E402

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What is installed, from what, and with which licence: metadata, source archive, headers."""
 
 import ast
@@ -92,6 +106,13 @@ def test_package_xml_names_what_tests_need() -> None:
         'python3-pytest-timeout'}
     assert {item.text for item in package.iter('exec_depend')} >= {
         'python3-numpy', 'python3-scipy', 'python3-yaml', 'rclpy'}
+
+
+def test_every_file_has_the_licence_header() -> None:
+    without = [str(path.relative_to(ROOT)) for path in SOURCES
+               if not path.read_text(encoding='utf-8').startswith(f'{HEADER}\n')
+               and path.stat().st_size]
+    assert without == []
 
 
 def test_the_source_archive_is_whole(tmp_path: Path) -> None:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What HDF5, OP2 and VTU files say of a change in a sample."""
 
 from collections.abc import Callable
@@ -34,7 +48,7 @@ def changed(field: str, at: Any, value: Any) -> Callable[[np.ndarray], np.ndarra
 
 
 def rewritten(folder: Path, name: str, change: Callable[[np.ndarray], np.ndarray] | None) -> Path:
-    """A sample with one table changed, or gone."""
+    """Return a sample with one table changed, or gone."""
     path = folder / 'pad.h5'
     write_nastran_h5(path)
     with module('h5py').File(path, 'r+') as file:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Files of pads and discs that are not what a brake says they are: one line, and no model."""
 
 from collections.abc import Callable
@@ -8,14 +22,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-import test_readers_samples as samples
-import yaml
-
 from squeal_core.brake import Brake
 from squeal_core.fe.solid import pad_modes, SolidModes
 from squeal_core.readers.raw import RawModes
 from squeal_core.resources import config_folder
 from squeal_ros.cli import main
+import test_readers_samples as samples
+import yaml
 
 SHIPPED = yaml.safe_load((config_folder() / 'brakes' / 'kang2009.yaml').read_text())
 FORMATS = ('unv', 'nastran_h5', 'table', 'ansys', 'vtu')
@@ -25,7 +38,7 @@ MODES = 10
 
 @pytest.fixture(scope='module')
 def raw(brake: Brake) -> RawModes:
-    """A coarse pad where the top one is, in mm and t."""
+    """Return a coarse pad where the top one is, in mm and t."""
     solved = pad_modes(brake.pad, brake.contact, MODES, elements=(3, 6, 1))
     modes = SolidModes(solved.basis, solved.angular_frequencies, solved.shapes, solved.names,
                        solved.density, offset=0.008).nodal()
@@ -36,7 +49,7 @@ def raw(brake: Brake) -> RawModes:
 @pytest.fixture
 def written(raw: RawModes, tmp_path: Path,
             monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
-    """Writes the pad in a format, its shapes scaled."""
+    """Write the pad in a format, its shapes scaled."""
     def write(name: str, scale: Any = 1.0) -> Path:
         shapes = raw.shapes * scale
         hexahedra = raw.elements[0].nodes[:, :20]
@@ -51,7 +64,7 @@ def written(raw: RawModes, tmp_path: Path,
 
 def refusal(path: Path, told: dict[str, Any], capfd: pytest.CaptureFixture[str], *,
             side: str = 'top', modes: int = MODES) -> str:
-    """What `squeal build` says of a brake with this pad, which must be one line and no model."""
+    """Return what `squeal build` says of a brake with this pad: one line and no model."""
     source = {'file': str(path), 'length_unit': 'mm', 'mass_unit': 't', **told}
     if path.stem in UNSTATED:
         source.setdefault('modal_mass', 1.0)
@@ -87,7 +100,7 @@ def test_confused_units_and_places(name: str, written: Callable[..., Path],
     assert 'has its contact face at z = 0.005 m, the brake at 0.008 m' in refusal(
         path, lower, capfd)
     assert re.search('its contact face at|none at those of the contact',
-                             refusal(path, {'axis': 'x'}, capfd))
+                     refusal(path, {'axis': 'x'}, capfd))
     assert f'has {MODES} modes, but the brake is to keep 12; export more modes' in refusal(
         path, {}, capfd, modes=12)
 

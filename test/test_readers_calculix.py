@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """CalculiX solves the pad of Kang (2009) on a mesh of its own; its modes are those found here."""
 
 from collections.abc import Sequence
@@ -9,7 +23,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core.brake import Brake, Material
 from squeal_core.fe.mass import EDGES
 from squeal_core.modal_basis import modal_assurance, Quadrature
@@ -53,7 +66,7 @@ def deck(where: np.ndarray, elements: np.ndarray, material: Material, modes: int
 
 
 def solved(folder: Path, text: str) -> Path:
-    """The .frd file that CalculiX writes for a deck."""
+    """Return the .frd file that CalculiX writes for a deck."""
     ccx = shutil.which('ccx')
     if ccx is None:
         pytest.skip('CalculiX is not installed (Debian, Ubuntu: apt install calculix-ccx)')

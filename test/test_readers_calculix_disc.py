@@ -1,4 +1,19 @@
-"""CalculiX solves the hat disc of Kang (2009): modes and a brake's stability by two programs.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+CalculiX solves the hat disc of Kang (2009): modes and a brake's stability by two programs.
 
 The mesh is one of ours, so that both programs solve the same matrices and agree to rounding; the
 axisymmetric route knows nothing of it, so that it tells what the mesh is worth.
@@ -13,8 +28,6 @@ from typing import Any
 import numpy as np
 import pytest
 import skfem
-from test_readers_calculix import deck, solved
-
 from squeal_core.brake import Brake, HatDisc, ModalResults
 from squeal_core.brake_model import BrakeModel
 from squeal_core.build import build_model
@@ -26,6 +39,7 @@ from squeal_core.nodal_modes import NodalModes
 from squeal_core.operating_point import OperatingPoint
 from squeal_core.readers import read_modes
 from squeal_core.stability import complex_modes
+from test_readers_calculix import deck, solved
 
 MODES = 42  # two more than the brake keeps, so that a doublet that would be cut is seen
 KEPT = 40
@@ -63,14 +77,15 @@ def groups(frequencies: np.ndarray) -> Iterator[slice]:
 
 
 def turn(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, float]:
-    """The matrix that takes the second shapes to the first, and the part it cannot reach."""
+    """Return the matrix that takes the second shapes to the first, and what it cannot reach."""
     first, second = (shapes.reshape(len(shapes), -1).T for shapes in (one, other))
     matrix = np.linalg.lstsq(second, first, rcond=None)[0]
     return matrix, float(np.linalg.norm(first - second @ matrix) / np.linalg.norm(first))
 
 
 def test_same_mesh_same_modes(theirs: NodalModes, ours: NodalModes) -> None:
-    """Frequencies to the 7 digits of the file, shapes to its 6; doublets by the plane they span.
+    """
+    Frequencies to the 7 digits of the file, shapes to its 6; doublets by the plane they span.
 
     A turn that is orthogonal says that the normalisation is the same, too.
     """
@@ -85,7 +100,8 @@ def test_same_mesh_same_modes(theirs: NodalModes, ours: NodalModes) -> None:
 
 
 def test_axisymmetric_modes(theirs: NodalModes, disc: HarmonicModes) -> None:
-    """The lowest thirty are found, each doublet by its plane, frequencies from above.
+    """
+    The lowest thirty are found, each doublet by its plane, frequencies from above.
 
     24 elements round the circle leave 2 % at five nodal diameters and 3 % at six.
     """

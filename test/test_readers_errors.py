@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Broken, foreign and misleading files: one line of what, which value, where, and remedy."""
 
 from pathlib import Path
@@ -5,11 +19,10 @@ import re
 import sys
 
 import pytest
-from test_readers_samples import FRD, options, PAD, refusal, SAMPLES, write_sample
-
 from squeal_core.errors import PlacedError, SquealError
 from squeal_core.readers import FORMATS, read_modes, ReaderError
 from squeal_core.readers import raw as limits
+from test_readers_samples import FRD, options, PAD, refusal, SAMPLES, write_sample
 
 
 def test_the_error_is_one_of_a_place() -> None:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Each reader finds the same modes again, in the layout of every package and its variants."""
 
 from pathlib import Path
@@ -6,6 +20,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from squeal_core.fe.mass import EDGES, reference_nodes
+from squeal_core.nodal_modes import ElementBlock
+from squeal_core.readers import frd, nastran_h5, read_modes, unv
+from squeal_core.readers.raw import RawModes
 from test_readers_samples import (
     FRD,
     HERTZ,
@@ -21,11 +39,6 @@ from test_readers_samples import (
     write_unv,
     write_vtu,
 )
-
-from squeal_core.fe.mass import EDGES, reference_nodes
-from squeal_core.nodal_modes import ElementBlock
-from squeal_core.readers import frd, nastran_h5, read_modes, unv
-from squeal_core.readers.raw import RawModes
 
 
 @pytest.mark.parametrize('name', SAMPLES)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modal masses by integration, and the checks of normalisation and placing."""
 
 from dataclasses import replace
@@ -6,12 +20,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_readers_samples import FRD, HERTZ, PAD, write_table
-
 from squeal_core.fe.mass import modal_masses, reference_nodes
 from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
 from squeal_core.readers import read_modes, ReaderError
 from squeal_core.readers.normalising import rigid_mass
+from test_readers_samples import FRD, HERTZ, PAD, write_table
 
 VOLUMES = {'tet4': 1 / 6, 'tet10': 1 / 6, 'hex8': 1.0, 'hex20': 1.0, 'hex27': 1.0, 'wedge6': 1 / 2,
            'wedge15': 1 / 2}

@@ -1,4 +1,19 @@
-"""Truncated files and flipped bytes give one line or plausible modes: no noise, no crash, no wait.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Truncated files and flipped bytes give one line or plausible modes: no noise, no crash, no wait.
 
 Of what a reader returns, only that it can be used is asked: a flipped digit cannot be told.
 """
@@ -9,17 +24,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_readers_samples import options, SAMPLES, write_sample
-
 from squeal_core.nodal_modes import NodalModes
 from squeal_core.readers import read_modes, ReaderError
+from test_readers_samples import options, SAMPLES, write_sample
 
 FLIPS, CUTS = 100, 40
 FEWER = {'op2': 30, 'nastran_h5': 12}  # pyNastran takes its time, HDF5 a process of its own
 
 
 def outcome(path: Path, told: dict[str, Any]) -> ReaderError | NodalModes:
-    """What a file gives, in under a second of computing; an error is one line."""
+    """Return what a file gives, in under a second of computing; an error is one line."""
     start = time.process_time()  # not the clock: others may be at work
     try:
         found: ReaderError | NodalModes = read_modes(path, **told)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Rigid motions: what zero-frequency shapes must be, exact ones for them, and what is missing."""
 
 from dataclasses import replace
@@ -5,8 +19,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_readers_samples import FRD, HERTZ, PAD
-
 from squeal_core.brake import Brake, ModalResults
 from squeal_core.component import read_component
 from squeal_core.fe.mass import mass_matrix, mass_products
@@ -14,6 +26,7 @@ from squeal_core.nodal_modes import NodalModes
 from squeal_core.readers import read_modes, ReaderError
 from squeal_core.readers.normalising import normalised
 from squeal_core.readers.rigid_modes import exact_rigid_modes, in_plane_first, rigid_fields
+from test_readers_samples import FRD, HERTZ, PAD
 
 DENSITY = 7820.0
 
@@ -24,7 +37,7 @@ def pad() -> NodalModes:
 
 
 def mixed(modes: NodalModes, seed: int) -> NodalModes:
-    """The same rigid modes, mixed as solvers do."""
+    """Return the same rigid modes, mixed as solvers do."""
     turn = np.linalg.qr(np.random.default_rng(seed).standard_normal((6, 6)))[0]
     shapes = modes.shapes.copy()
     shapes[:6] = np.tensordot(turn, shapes[:6], axes=1)

@@ -1,4 +1,19 @@
-"""The same modes in the layout of every package, for the tests of the readers; no tests here.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The same modes in the layout of every package, for the tests of the readers; no tests here.
 
 The modes are CalculiX's of a coarse pad (test/data/readers/pad.frd: C3D20, mm, t, s). Writers are
 those of other projects where there are any, else the layouts are set down here by the manuals.
@@ -12,7 +27,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core.readers import frd, read_modes, ReaderError
 
 FRD = Path(__file__).parent / 'data' / 'readers' / 'pad.frd'
@@ -40,12 +54,12 @@ def write_frd(path: Path) -> None:
 
 
 def ints(*values: int, width: int = 10) -> str:
-    """A record of integers, as Fortran writes it."""
+    """Return a record of integers, as Fortran writes it."""
     return ''.join(f'{value:{width}d}' for value in values)
 
 
 def reals(*values: float, width: int = 13, digits: int = 5) -> str:
-    """A record of real numbers, as Fortran writes it."""
+    """Return a record of real numbers, as Fortran writes it."""
     return ''.join(f'{value:{width}.{digits}E}' for value in values)
 
 
@@ -260,12 +274,12 @@ def write_sample(name: str, folder: Path) -> Path:
 
 
 def options(name: str) -> dict[str, Any]:
-    """What a reader must be told about a sample."""
+    """Return what a reader must be told about a sample."""
     return PAD if SAMPLES[name][3] else {**PAD, 'modal_mass': 1.0}
 
 
 def refusal(path: Path, **told: Any) -> str:
-    """The one line that a file gives; its path is cut off."""
+    """Return the one line that a file gives; its path is cut off."""
     with pytest.raises(ReaderError) as caught:
         read_modes(path, **told)
     text = str(caught.value)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Results in other systems, phases, sectors and files: refused in one line, or read alike."""
 
 from collections.abc import Callable
@@ -7,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from squeal_core.readers import FORMATS, read_modes
 from test_readers_samples import (
     dataset,
     FRD,
@@ -22,8 +37,6 @@ from test_readers_samples import (
     write_sample,
     write_unv_2414,
 )
-
-from squeal_core.readers import FORMATS, read_modes
 
 LAYOUTS = 'this layout is not read; these are: NLIST and PRNSOL,U,COMP of Ansys, *NODE lines'
 
@@ -42,7 +55,7 @@ def listing(write: Callable[[Path], None], folder: Path, old: str, new: str) -> 
 
 
 def as_complex(path: Path, factor: Callable[[int], complex]) -> Path:
-    """The shapes of dataset 2414 as complex numbers, each node's times a factor."""
+    """Return the shapes of dataset 2414 as complex numbers, each node's times a factor."""
     lines, node = [], -1
     for line in path.read_text().split('\n'):
         if line == ints(1, 2, 2, 8, 2, 3):

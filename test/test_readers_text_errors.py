@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What each text format says of a change in a sample: message, line, remedy."""
 
 from pathlib import Path
@@ -10,7 +24,7 @@ NODE_10, NODE_13 = f'{10:10d}', f'{13:10d}'
 
 
 def altered(name: str, folder: Path, old: str, new: str, count: int = 1) -> str:
-    """What a sample gives after a change of its text, which must be found in it."""
+    """Return what a sample gives after a change of its text, which must be found in it."""
     path = write_sample(name, folder)
     text = path.read_text()
     found = re.sub(old, new, text, count=count, flags=re.MULTILINE)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """When a fault of an input is over: within one `max_age`, or a latch that says until when."""
 
 from collections.abc import Callable, Iterator
@@ -6,10 +20,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_monitor import GOOD, monitor, SECOND, TICK
-
 from squeal_core.monitor import Reading, Sample
 from squeal_core.settings import Signal
+from test_monitor import GOOD, monitor, SECOND, TICK
 
 RATE, LENGTH, BEGIN = 50, 12, 4  # Hz, s, s
 MAX_AGE = 0.5  # s

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Roots next to the verdict, solved for one by one in the full problem."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.critical import critical_value
 from squeal_core.mode_vectors import refined_root
@@ -54,7 +67,8 @@ def test_a_guess_that_is_no_root_shows_in_the_error() -> None:
 
 
 def test_verdicts_across_the_boundary_without_full_solves(kang: BrakeModel) -> None:
-    """Friction in steps of 2e-5 through a critical one: hardly any point is solved in full.
+    """
+    Friction in steps of 2e-5 through a critical one: hardly any point is solved in full.
 
     The table may err by 1 1/s there, and by errors of that size nothing is decided within it.
     """

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Bags: written, read, damaged; and the replay of what a node was given."""
 
 from dataclasses import replace
@@ -20,7 +34,6 @@ from rosbags.interfaces import (  # noqa: E402
 )
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
-
 from squeal_core.brake_model import BrakeModel  # noqa: E402
 from squeal_core.history import read_rows, row_of, squeal_events  # noqa: E402
 from squeal_core.monitor import Assessment  # noqa: E402

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """`squeal replay` over bags that do not fit its settings: what it says first, exit codes."""
 
 from collections import Counter
@@ -12,7 +26,7 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from bags import (  # noqa: E402
+from bags import (  # noqa: E402, I100
     braking,
     Entry,
     FLOAT,
@@ -27,7 +41,6 @@ from bags import (  # noqa: E402
     times,
     write_bag,
 )
-
 from squeal_core.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor import Assessment  # noqa: E402
 from squeal_core.settings import read_settings  # noqa: E402

@@ -1,4 +1,19 @@
-"""Nodes as processes: killed and started again, several in a domain, one in each of two domains.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Nodes as processes: killed and started again, several in a domain, one in each of two domains.
 
 Times are printed; what depends on the machine's speed is not asserted.
 """
@@ -18,7 +33,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from domains import free_domain  # noqa: E402
+from domains import free_domain  # noqa: E402, I100
 from harness import outside, Vehicle  # noqa: E402
 import processes  # noqa: E402
 from processes import linux, monitor, short_and_long  # noqa: E402

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The security policy lists what the running node has in the graph, no more and no less."""
 
 from collections.abc import Iterator
@@ -11,8 +25,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from harness import vehicle  # noqa: E402
-
+from harness import vehicle  # noqa: E402, I100
 from squeal_core.errors import ConfigurationError  # noqa: E402
 from squeal_core.resources import config_folder  # noqa: E402
 from squeal_core.settings import is_built_in, load_settings, read_settings  # noqa: E402
@@ -47,7 +60,7 @@ class Case(NamedTuple):
 
 @pytest.fixture(scope='module', params=['shipped', 'other'])
 def case(request: pytest.FixtureRequest) -> Iterator[Case]:
-    """A running node, and the policy for its settings."""
+    """Return a running node, and the policy for its settings."""
     if request.param == 'shipped':
         policy = ElementTree.parse(SHIPPED).getroot()
         namespace, values = '', {'brakes': [brake.name for brake in SETTINGS.brakes]}
@@ -91,7 +104,8 @@ def test_parameters_are_the_nodes(case: Case) -> None:
 
 
 class Element(NamedTuple):
-    """What sros2's policy.xsd 0.2.0 says of an element: attributes, and children in their order.
+    """
+    What sros2's policy.xsd 0.2.0 says of an element: attributes, and children in their order.
 
     Attributes and the numbers of children are regular expressions; a child that ends in * may be
     there any number of times.

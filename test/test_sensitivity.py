@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Sensitivities against differences of the roots, and first-order risk against Monte Carlo."""
 
 from dataclasses import replace
@@ -5,7 +19,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.operating_point import Coefficients
@@ -51,7 +64,7 @@ def roots_at(model: BrakeModel, coefficients: Coefficients) -> ComplexArray:
 
 def difference(model: BrakeModel, at: Coefficients, name: str, root: complex,
                step: float) -> complex:
-    """d root / d coefficient by fourth-order central differences, following the root."""
+    """Return d root / d coefficient by fourth-order central differences, following the root."""
     def moved(times: float) -> complex:
         roots = roots_at(model, at._replace(**{name: getattr(at, name) + times * step}))
         return complex(roots[np.abs(roots - root).argmin()])
@@ -116,7 +129,7 @@ def test_growth_change_is_first_order() -> None:
     model, at = random_model(2), POINT.coefficients()
 
     def missed(step: float, root: complex) -> tuple[float, float]:
-        """What `growth_change` is off, and the change itself."""
+        """Return what `growth_change` is off, and the change itself."""
         there = Coefficients(*(c * (1.0 + sign * step) for c, sign in zip(
             at, (1, -1, 1, 1, -1, 1), strict=True)))
         moved = roots_at(model, there)
@@ -140,7 +153,7 @@ SPREAD = Deviations(friction=0.004, pressure=0.02, rotor_speed=0.02, contact_sti
 
 
 def point_of(inputs: Inputs) -> OperatingPoint:
-    """The pressure acts as it is; the slope goes with the friction, as a scaled law's does."""
+    """Return a point: the slope goes with the friction, as a scaled law's does."""
     return OperatingPoint(
         rotor_speed=inputs.rotor_speed, friction=inputs.friction,
         friction_slope=-0.1 * inputs.friction, contact_pressure=inputs.pressure,
@@ -152,7 +165,7 @@ def inputs(friction: float) -> Inputs:
 
 
 def growing(at: Inputs) -> tuple[Mode, ...]:
-    """The mode nearest to growing."""
+    """Return the mode nearest to growing."""
     modes = complex_modes(TWO, point_of(at)).modes
     return (max(modes, key=lambda m: m.growth_rate),)
 

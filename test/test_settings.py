@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Settings of the monitor: defaults, every key with every kind of wrong value, parameter files."""
 
 import math
@@ -6,7 +20,6 @@ from typing import Any
 
 import pytest
 from rows import each
-
 from squeal_core.errors import ConfigurationError
 from squeal_core.settings import (
     flatten,
@@ -26,13 +39,13 @@ ROTOR = InputSettings(topic='joint_states', type='sensor_msgs/msg/JointState',
 
 
 def read(**changes: Any) -> Any:
-    """Settings of one brake `a`; `a__pressure__topic` stands for a.pressure.topic."""
+    """Return settings of one brake `a`; `a__pressure__topic` stands for a.pressure.topic."""
     return read_settings({'brakes': ['a'],
                           **{key.replace('__', '.'): v for key, v in changes.items()}})
 
 
 def refusal(parameters: Any, reader: Any = read_settings) -> str:
-    """A refusal is one line that ends with a remedy."""
+    """Return the refusal, which is one line that ends with a remedy."""
     with pytest.raises(ConfigurationError) as caught:
         reader(parameters)
     text = str(caught.value)
@@ -42,7 +55,7 @@ def refusal(parameters: Any, reader: Any = read_settings) -> str:
 
 
 def refused(key: str, value: Any) -> str:
-    """The refusal of a value names its key, and shows it."""
+    """Return the refusal of a value, which names its key and shows it."""
     text = refusal({'brakes': ['a'], key: value})
     assert text.startswith(f'{key}: is {value!r} [')
     return text
@@ -143,7 +156,7 @@ def test_what_must_not_be_negative(key: str) -> None:
 
 
 @each('key', ['rate', 'diagnostics_rate', 'minimum_rotor_speed',
-                                 'squeal_band_high_hz', 'a.pressure.max_age'])
+              'squeal_band_high_hz', 'a.pressure.max_age'])
 def test_what_must_not_be_zero(key: str) -> None:
     assert 'give a number from' in refused(key, 0.0)
 

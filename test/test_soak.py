@@ -1,4 +1,19 @@
-"""An hour of driving, faster than real time: memory, threads and open files stay as they are.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+An hour of driving, faster than real time: memory, threads and open files stay as they are.
 
 The node is a process of its own on simulated time, four brakes at 10 Hz, through a drive cycle
 again and again; its signals have the noise of sensors. Time goes on when the node has answered,
@@ -13,11 +28,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from domains import free_domain  # noqa: E402
+from domains import free_domain  # noqa: E402, I100
 from harness import outside, Vehicle  # noqa: E402
 import processes  # noqa: E402
 from processes import cpu_seconds, Footprint, linux, short_and_long  # noqa: E402
-
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.drive_cycle import read_drive_cycle  # noqa: E402
 from squeal_core.resources import find  # noqa: E402

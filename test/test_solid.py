@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Solids on hexahedra and tetrahedra: meshes, modes, sampling, the cache."""
 
 from collections.abc import Callable
@@ -8,7 +22,6 @@ import numpy as np
 import pytest
 import skfem
 from skfem.helpers import ddot, dot, eye, sym_grad, trace
-
 from squeal_core import operators
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Brake, Contact, Material, Pad
@@ -122,7 +135,8 @@ def test_curved_elements_there_and_back(kind: str) -> None:
 
 
 def columns_of(kinds: tuple[str, ...], where: FloatArray) -> tuple[ElementBlock, ...]:
-    """A hexahedron of 20 nodes beside two wedges of 15 (or linear ones), by the places of nodes.
+    """
+    Return a hexahedron of 20 nodes beside two wedges of 15, or linear ones, by places of nodes.
 
     Two unit cubes along x, the second cut along the diagonal of its base.
     """
@@ -338,7 +352,8 @@ def test_same_seed_same_mesh() -> None:
 
 @pytest.mark.parametrize('kind', SECOND_ORDER)
 def test_clamped_bar(kind: str) -> None:
-    """Without Poisson's ratio a bar's axial quarter wave is that of a string: h^4.
+    """
+    Without Poisson's ratio a bar's axial quarter wave is that of a string: h^4.
 
     Serendipity elements hold this rate on parallelepipeds only, so they get a graded mesh
     instead of one with moved nodes.

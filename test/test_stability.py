@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Roots, their order and kinds, and vectors, against plain eigensolutions."""
 
 from hypothesis import given, settings
@@ -5,7 +19,6 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.mode_vectors import mode_vectors
@@ -38,7 +51,7 @@ def random_model(seed: int, size: int = 5) -> BrakeModel:
 
 
 def state_matrix(model: BrakeModel, point: OperatingPoint) -> FloatArray:
-    """The companion form, all 2N rows."""
+    """Return the companion form, all 2N rows."""
     n = model.size
     return np.block([[np.zeros((n, n)), np.eye(n)],
                      [-model.stiffness(point), -model.damping(point)]])

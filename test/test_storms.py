@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Messages of any content into the real node: it answers on, and never from what is no input."""
 
 import math
@@ -9,7 +23,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from builtin_interfaces.msg import Time  # noqa: E402
+from builtin_interfaces.msg import Time  # noqa: E402, I100
 from harness import Vehicle, vehicle  # noqa: E402
 from processes import short_and_long  # noqa: E402
 from rclpy.serialization import serialize_message  # noqa: E402
@@ -26,7 +40,7 @@ SPEED = st.sampled_from([20.0, 20.5, 21.0]) | st.sampled_from([20.0, 0.0, -20.0]
 PRESSURE = st.sampled_from([7.84e5, 8e5]) | st.sampled_from([0.0, 7.84e5]) | st.floats()
 FRICTION = st.sampled_from([0.4, 0.42]) | st.sampled_from([0.3, 0.95]) | st.floats()
 STAMP = st.none() | st.just(None) | st.builds(Time, sec=st.integers(-2**31, 2**31 - 1),
-                              nanosec=st.integers(0, 2**32 - 1))
+                                              nanosec=st.integers(0, 2**32 - 1))
 NAMES = st.lists(st.just('fl_wheel_joint') | TEXT, max_size=3)
 JOINTS = st.builds(lambda names, speeds, positions: JointState(
     name=names, velocity=speeds, position=positions), NAMES | st.just(['fl_wheel_joint']),
@@ -85,7 +99,7 @@ class Storm:
         self.check()
 
     def check(self) -> None:
-        """What the node last said: a number only of inputs that are good."""
+        """Return what the node last said: a number only of inputs that are good."""
         assert -1.0 <= self._car.risk <= 1.0 or math.isnan(self._car.risk)
         if self._car.status is None:
             return

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Shapes for pictures: the model's own in order, scale and sign; and they survive a file."""
 
 from dataclasses import replace
@@ -5,7 +19,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel
 from squeal_core.errors import ModelError, ModelFileError
 from squeal_core.surface import Patch, SurfaceShapes
@@ -50,7 +63,8 @@ def test_nodal_diameters_are_those_of_the_names(kang: BrakeModel) -> None:
 
 @pytest.mark.parametrize(('pad', 'side'), [('pad 1', 1.0), ('pad 2', -1.0)])
 def test_signs_and_scale_are_those_of_the_arrays(kang: BrakeModel, pad: str, side: float) -> None:
-    """The contact array's block of pad and disc is minus the integral of both normal shapes.
+    """
+    The contact array's block of pad and disc is minus the integral of both normal shapes.
 
     Integrated here over the picture's coarse points (trapezoids, 2 % inside the edges), so to
     some per cent only; a wrong sign or order of modes would leave no likeness at all.

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Sweeps against solves at single points; their files; interrupts and workers; pictures."""
 
 from dataclasses import replace
@@ -13,7 +27,6 @@ from typing import Any
 from matplotlib import rc_context
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint, SquealError
 from squeal_core.friction import FrictionLaw
 from squeal_core.output import OutputError
@@ -181,7 +194,7 @@ def test_each_line_of_a_grid_is_tracked_by_itself() -> None:
 
 
 def test_slope_by_the_law_and_friction_as_given(kang: BrakeModel) -> None:
-    """mu' at each speed, scaled to the friction there; forwards and backwards alike."""
+    """Expect mu' at each speed, scaled to the friction there; forwards and backwards alike."""
     assert isinstance(kang.friction_law, FrictionLaw)
     for way in (1.0, -1.0):
         found = sweep(kang, replace(at(kang), rotor_speed=way, friction=way * 0.42),
@@ -433,7 +446,7 @@ def test_records_are_frozen() -> None:
 # ---------------------------------------------------------------- pictures
 
 def marks(svg: str) -> int:
-    """Number of circles of a scatter plot."""
+    """Return the number of circles of a scatter plot."""
     groups = re.findall(r'<g id="PathCollection_1">(.*?)</g>\s*</g>', svg, re.DOTALL)
     return len(re.findall('<use', groups[0])) if groups else 0
 

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Table files: anchors come back bit for bit; what was damaged is refused in one line."""
 
 from collections.abc import Callable
@@ -15,7 +29,6 @@ import zipfile
 from engine_models import near, point, random_model
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
@@ -225,6 +238,7 @@ def test_a_missing_array(path: Path, name: str) -> None:
 
 
 class Trap:
+
     def __reduce__(self) -> Any:
         return sys.exit, ('a pickle was executed',)
 

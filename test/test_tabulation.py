@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The fast engine against the full solver: the same modes, whatever path leads to them."""
 
 from collections.abc import Iterable, Sequence
@@ -11,7 +25,6 @@ from typing import Any
 from engine_models import near, point, random_model, random_point
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint, tabulation
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at, anchor_steps

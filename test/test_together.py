@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Brakes assessed together: what each of them gets by itself, and no more calls than needed."""
 
 from collections.abc import Callable, Sequence
@@ -8,7 +22,6 @@ from typing import Any
 from engine_models import point, random_model
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint, workers
 from squeal_core.anchor_solution import anchor_at
 from squeal_core.brake import StiffnessTable
@@ -268,7 +281,7 @@ def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
 
 
 def driven(kang: BrakeModel, begin: Callable[[], None] = lambda: None) -> str:
-    """What is known of four brakes over some ticks, to the last bit."""
+    """Return what is known of four brakes over some ticks, to the last bit."""
     at = settings(anchor_delay=0.1, risk_delay=0.2)
     engines, found = Engines(kang, at), []
     brakes = [SlidingBrake(engines, at, brake.name) for brake in at.brakes]
@@ -290,7 +303,8 @@ def driven(kang: BrakeModel, begin: Callable[[], None] = lambda: None) -> str:
 
 def test_the_same_ticks_give_the_same_bits(kang: BrakeModel,
                                            monkeypatch: pytest.MonkeyPatch) -> None:
-    """Anchors, cells and margins are made by workers, however slow these are.
+    """
+    Anchors, cells and margins are made by workers, however slow these are.
 
     Where they never get to run, ticks make the steps: at most one for each brake.
     """

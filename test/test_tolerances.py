@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Verdicts do not depend on the unit of time: tolerances are relative to the spectrum."""
 
 from dataclasses import replace
@@ -8,7 +22,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.batch import batch_modes, OperatingPoints
 from squeal_core.critical import critical_value
@@ -28,7 +41,7 @@ SCALE = st.floats(-4.0, 4.0).map(lambda power: 10.0**power)
 
 
 def faster(model: BrakeModel, scale: float) -> BrakeModel:
-    """The same brake in another unit of time: all eigenvalues are `scale` times as large."""
+    """Return the brake in another unit of time: all eigenvalues are `scale` times as large."""
     return replace(model, provenance={}, **{
         name: scale**power * getattr(model, name) for name, power in _OF_TIME.items()
         if getattr(model, name) is not None})
@@ -44,7 +57,7 @@ def kinds(model: BrakeModel, at: OperatingPoint) -> list[str]:
 
 
 def resting(size: int, seed: int) -> BrakeModel:
-    """A model with two modes of no frequency, of which one has no stiffness at all."""
+    """Return a model with two modes of no frequency, of which one has no stiffness at all."""
     model = random_model(size, seed)
     free = np.ones(size)
     free[0] = 0.0
@@ -142,7 +155,8 @@ def slow(friction: float, **changes: float) -> OperatingPoint:
 
 @pytest.mark.parametrize('damping', [0.0, 0.001])
 def test_flutter_of_frequencies_of_order_one(damping: float) -> None:
-    """Two modes and a couple mu: they merge at mu = (w2^2 - w1^2) / 2, and grow beyond.
+    """
+    Two modes and a couple mu: they merge at mu = (w2^2 - w1^2) / 2, and grow beyond.
 
     lambda^2 + d lambda + mean +- sqrt(half^2 - mu^2) = 0 with equal damping d of both.
     """
@@ -164,7 +178,8 @@ def test_flutter_of_frequencies_of_order_one(damping: float) -> None:
 
 @pytest.mark.parametrize('contact', [False, True])
 def test_two_degrees_of_freedom_on_a_belt(contact: bool) -> None:
-    """Hoffmann et al. 2002: M = I, K = [[k11, k12 - mu k3], [k12, k22]], merging in closed form.
+    """
+    Hoffmann et al. 2002: M = I, K = [[k11, k12 - mu k3], [k12, k22]], merging in closed form.
 
     With all of the stiffness in the contact the model has no frequency of its own.
     """

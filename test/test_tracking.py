@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Identities of modes against closed forms, plain continuation, and K09's numbering."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.errors import ModelError, OperatingPointError
@@ -71,8 +84,7 @@ def test_merged_modes_stay_merged() -> None:
 
 @pytest.mark.parametrize(('ratios', 'growing'), [([0.001, 0.00103], '1'), ([0.00103, 0.001], '2')])
 def test_a_near_merging_is_no_guess(ratios: list[float], growing: str) -> None:
-    """Unlike damping keeps roots apart: fine steps find which one grows, coarse ones say merged.
-    """
+    """Unlike damping keeps roots apart: fine steps find which grows, coarse ones say merged."""
     model, there = pair(ratios), replace(POINT, friction=1.2 * MERGING)
     assert names(model, there) == ['1/2', '1/2']
     fine = names(model, there, 1e-5)

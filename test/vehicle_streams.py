@@ -1,4 +1,19 @@
-"""Streams of samples of a whole vehicle: healthy manoeuvres, and faults of one input or several.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Streams of samples of a whole vehicle: healthy manoeuvres, and faults of one input or several.
 
 Made of the shipped drives and vehicle, or of a braking in brief; then what wheels and sensors do
 to them: slip, turns, ABS, single-wheel interventions, resolution, noise, delay, other rates.
@@ -11,7 +26,6 @@ import heapq
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.drive_cycle import read_drive_cycle
 from squeal_core.friction import FrictionTable
@@ -81,7 +95,8 @@ def scaled(drive: Drive, signal: str, factors: Any) -> Drive:
 
 def with_abs(drive: Drive, wheels: Sequence[int], *, frequency: float = 15.0, depth: float = 0.6,
              slip: float = 0.12, grip: float = 1.0) -> Drive:
-    """Let ABS pulse the pressure of wheels while they brake; each slips as its pulses go.
+    """
+    Let ABS pulse the pressure of wheels while they brake; each slips as its pulses go.
 
     `grip` is the fraction of the pressure that the road under the wheel bears.
     """

@@ -1,4 +1,19 @@
-"""Disc modes from the axisymmetric section: Fourier harmonics in theta, exact doublets.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Disc modes from the axisymmetric section: Fourier harmonics in theta, exact doublets.
 
 Each mode has n nodal diameters and a section shape (U, V, W)(r, z). Its two halves are
 
@@ -86,7 +101,8 @@ class HarmonicModes:
         return self._turn(u, v, w, points)
 
     def volume_layers(self) -> Iterator[SampledShapes]:
-        """Yield samples that together integrate products of two modes over the volume exactly.
+        """
+        Yield samples that together integrate products of two modes over the volume exactly.
 
         One section at a time: the trapezoidal rule in theta is exact for trigonometric products
         once it has more than twice as many points as nodal diameters.
@@ -114,11 +130,13 @@ class HarmonicModes:
 
 def disc_modes(disc: HatDisc, count: int, *, order: int = 4,
                element_size: float = 0.03, corner_layers: int = 2) -> HarmonicModes:
-    """Return at least `count` lowest modes of a clamped hat disc, no doublet cut in two.
+    """
+    Return at least `count` lowest modes of a clamped hat disc, no doublet cut in two.
 
     Parameters
     ----------
     disc : HatDisc
+        Dimensions and material.
     count : int
         Number of modes wanted; one more is kept where a doublet would be cut.
     order : int
@@ -127,6 +145,7 @@ def disc_modes(disc: HatDisc, count: int, *, order: int = 4,
         Largest element edge [m].
     corner_layers : int
         Geometric layers of elements towards the hat's re-entrant corners and the clamp.
+
     """
     basis = skfem.CellBasis(
         hat_section(disc, element_size, corner_layers),
@@ -155,7 +174,8 @@ def hat_section(disc: HatDisc, element_size: float, layers: int = 2) -> skfem.Me
 
 def _graded(corners: tuple[float, ...], element_size: float, layers: int,
             smooth: float) -> FloatArray:
-    """Divide between corners evenly, then geometrically towards each, the smooth end left out.
+    """
+    Divide between corners evenly, then geometrically towards each, the smooth end left out.
 
     Stress is singular at the re-entrant corners and at the clamp's edges.
     """

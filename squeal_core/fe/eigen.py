@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Stiffness and mass of an elastic solid, and its lowest modes by shift-invert."""
 
 from collections.abc import Callable
@@ -37,7 +51,8 @@ def tables(plain: skfem.CellBasis) -> tuple[FloatArray, FloatArray]:
 
 
 def assembled(basis: skfem.CellBasis, material: Material) -> tuple[Any, Any]:
-    """Return stiffness [N/m] and mass [kg] of a vector basis, sparse (dofs, dofs).
+    """
+    Return stiffness [N/m] and mass [kg] of a vector basis, sparse (dofs, dofs).
 
     All element matrices are made at once, not by pairs of functions.
     """
@@ -69,7 +84,8 @@ def _gathered(basis: skfem.CellBasis, blocks: FloatArray) -> Any:
 
 
 def rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
-    """Mass-normalised translations and rotations about the mass centre, in `RIGID_NAMES` order.
+    """
+    Mass-normalised translations and rotations about the mass centre, in `RIGID_NAMES` order.
 
     They are linear in the coordinates, so their values at the nodes hold them exactly.
     """
@@ -92,7 +108,8 @@ def rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
 
 def lowest_modes(stiffness: Any, mass: Any, shift: float, rigid: FloatArray, count: int,
                  progress: Callable[[str], None]) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest modes by shift-invert on the complement of the rigid ones.
+    """
+    Return the lowest modes by shift-invert on the complement of the rigid ones.
 
     These cannot leak in. The factorisation is ordered for a symmetric matrix and takes no pivots:
     a fraction of the time and the memory of the usual one.
@@ -100,6 +117,7 @@ def lowest_modes(stiffness: Any, mass: Any, shift: float, rigid: FloatArray, cou
     Parameters
     ----------
     stiffness, mass : sparse (n, n) arrays
+        Stiffness matrix.
     shift : float
         Below the lowest eigenvalue [rad^2/s^2].
     rigid : (R, n) array
@@ -115,6 +133,7 @@ def lowest_modes(stiffness: Any, mass: Any, shift: float, rigid: FloatArray, cou
         Rising eigenvalues [rad^2/s^2].
     shapes : (count, n) array
         Mass normalised [kg^-1/2].
+
     """
     progress('factorising')
     factor = splu((stiffness - shift * mass).tocsc(), permc_spec='MMD_AT_PLUS_A',

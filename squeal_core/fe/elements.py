@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Solid elements: their functions, their geometry, and the order of their nodes."""
 
 from typing import Any
@@ -26,7 +40,8 @@ KINDS: dict[str, tuple[Any, Any, FloatArray]] = {
 
 def foreign_mesh(coordinates: FloatArray, block: ElementBlock) -> tuple[
         skfem.Mesh, skfem.Element, Any]:
-    """Return the mesh of elements given by VTK's numbering, and how its nodes are counted here.
+    """
+    Return the mesh of elements given by VTK's numbering, and how its nodes are counted here.
 
     Parameters
     ----------
@@ -47,6 +62,7 @@ def foreign_mesh(coordinates: FloatArray, block: ElementBlock) -> tuple[
     ------
     ModesError
         For another kind, or nodes that do not fit it.
+
     """
     if block.kind not in KINDS:
         raise ModesError(f'elements: kind {block.kind!r} cannot be integrated over; give '
@@ -68,14 +84,15 @@ def foreign_mesh(coordinates: FloatArray, block: ElementBlock) -> tuple[
 
 
 def functions(element: skfem.Element, local: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return an element's functions (n, P) at local points (3, P), and gradients (n, 3, P)."""
+    """Return an element's shapes, (n, P), at local points (3, P), and gradients (n, 3, P)."""
     found = [element.lbasis(local.copy(), i) for i in range(len(element.doflocs))]
     return (np.array([value + 0.0 * local[0] for value, _ in found]),
             np.array([np.asarray(slope) + 0.0 * local for _, slope in found]))
 
 
 def isoparametric(mesh: skfem.Mesh, element: skfem.Element) -> skfem.Mesh:
-    """Return the mesh with the geometry that an element can follow.
+    """
+    Return the mesh with the geometry that an element can follow.
 
     Twenty nodes cannot follow a geometry of 27: not even rigid motions would be held.
     """

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Where in a mesh points lie, also where its elements are long and curved."""
 
 from collections.abc import Callable, Iterator
@@ -27,7 +41,8 @@ _OUTSIDE = 1e-2  # how far outside its element a point may lie, in units of the 
 
 @dataclass(frozen=True)
 class Cells:
-    """Elements of one kind.
+    """
+    Elements of one kind.
 
     Parameters
     ----------
@@ -39,6 +54,7 @@ class Cells:
         Gives values (n, P) and gradients (n, 3, P) at local points (3, P).
     shape : str
         'tet', 'hex' or 'wedge'.
+
     """
 
     nodes: FloatArray
@@ -61,12 +77,14 @@ class Cells:
 
 
 def locate(mesh: skfem.Mesh, points: FloatArray) -> tuple[Any, FloatArray]:
-    """Return the element that each point (3, P) lies in, and its local coordinates (3, P).
+    """
+    Return the element that each point (3, P) lies in, and its local coordinates (3, P).
 
     Raises
     ------
     SquealError
         For points outside the mesh.
+
     """
     cells, local, outside = search(cells_of(mesh), points)
     check_found(outside, points)
@@ -81,7 +99,8 @@ def cells_of(mesh: skfem.Mesh) -> Cells:
 
 
 def search(cells: Cells, points: FloatArray) -> tuple[Any, FloatArray, FloatArray]:
-    """Return the element nearest to each point (3, P), local coordinates, and how far outside.
+    """
+    Return the element nearest to each point (3, P), local coordinates, and how far outside.
 
     scikit-fem's own search takes elements by their corners and loses points between a chord and
     its arc; this one inverts the curved geometry. The elements with the nearest centres are tried
@@ -111,7 +130,8 @@ def search(cells: Cells, points: FloatArray) -> tuple[Any, FloatArray, FloatArra
 
 def _candidates(centres: FloatArray, points: FloatArray,
                 best: FloatArray) -> Iterator[tuple[Any, Any]]:
-    """Yield numbers of points (p,) and of elements to try for each (p, k), nearest ones first.
+    """
+    Yield numbers of points (p,) and of elements to try for each (p, k), nearest ones first.
 
     What is not found by then (`best`, which the caller updates) gets all elements.
     """
@@ -145,7 +165,8 @@ def inverse(slopes: FloatArray) -> FloatArray:
 
 
 def _invert(cells: Cells, points: FloatArray, own: Any) -> tuple[FloatArray, FloatArray]:
-    """Return local coordinates by Newton's method, and by how far it missed the points (P,).
+    """
+    Return local coordinates by Newton's method, and by how far it missed the points (P,).
 
     It starts near the node next to each point: long elements bend far.
     """

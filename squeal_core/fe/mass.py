@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modal masses of nodal shapes, integrated over their elements; needs no scikit-fem."""
 
 from itertools import product
@@ -5,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_matrix
-
 from squeal_core.arrays import FloatArray
 from squeal_core.nodal_modes import ElementBlock, ModesError, NodalModes
 
@@ -42,7 +55,8 @@ _POINTS = 4  # Gauss points a direction: exact for quadratic shapes on straight 
 
 
 def modal_masses(modes: NodalModes, density: float) -> FloatArray:
-    """Return the integral of density times the shape squared over the elements, of each mode.
+    """
+    Return the integral of density times the shape squared over the elements, of each mode.
 
     Parameters
     ----------
@@ -60,17 +74,20 @@ def modal_masses(modes: NodalModes, density: float) -> FloatArray:
     ------
     ModesError
         For modes without elements, and elements that are turned inside out.
+
     """
     return np.diag(mass_products(modes.shapes, mass_matrix(modes, density))).copy()
 
 
 def mass_matrix(modes: NodalModes, density: float) -> Any:
-    """Return the consistent mass matrix of the nodes, sparse (M, M), for each direction [kg].
+    """
+    Return the consistent mass matrix of the nodes, sparse (M, M), for each direction [kg].
 
     Raises
     ------
     ModesError
         As `modal_masses`.
+
     """
     if not modes.elements:
         raise ModesError(f'{modes.source or "modes"}: there are no elements to integrate over; '

@@ -1,4 +1,19 @@
-"""Meshes of hat discs and pads.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Meshes of hat discs and pads.
 
 They are of second order, turned from a section of quadrilaterals, with mid-nodes on the true
 curves. They can be made irregular on purpose: what is found on them must not depend on it.
@@ -26,11 +41,13 @@ Shape: TypeAlias = Literal['hexahedra', 'tetrahedra']
 def hat_disc_mesh(disc: HatDisc, *, element_size: float = 0.012, around: int = 48,
                   corner_layers: int = 0, shape: Shape = 'hexahedra', irregularity: float = 0.0,
                   layered: bool = True, seed: int = 0) -> skfem.Mesh:
-    """Return a second-order mesh of a hat disc.
+    """
+    Return a second-order mesh of a hat disc.
 
     Parameters
     ----------
     disc : HatDisc
+        Dimensions and material.
     element_size : float
         Largest element edge in the section [m].
     around : int
@@ -46,6 +63,7 @@ def hat_disc_mesh(disc: HatDisc, *, element_size: float = 0.012, around: int = 4
         Leave nodes in their planes of constant z, as the planar-mesh method needs it.
     seed : int
         Of the random moves.
+
     """
     section = hat_section(disc, element_size, corner_layers)
     angles = np.linspace(0.0, 2.0 * np.pi, around + 1)
@@ -56,15 +74,20 @@ def hat_disc_mesh(disc: HatDisc, *, element_size: float = 0.012, around: int = 4
 def pad_mesh(contact: Contact, bottom: float, top: float, elements: tuple[int, int, int], *,
              shape: Shape = 'hexahedra', irregularity: float = 0.0, layered: bool = True,
              seed: int = 0) -> skfem.Mesh:
-    """Return a second-order mesh of the contact sector, centred at theta = 0; see `hat_disc_mesh`.
+    """
+    Return a second-order mesh of the contact sector, centred at theta = 0; see `hat_disc_mesh`.
 
     Parameters
     ----------
     contact : Contact
+        Contact patch.
     bottom, top : float
         z of its faces [m].
     elements : (3,) ints
         Elements in r, theta and z; tetrahedra: six times as many.
+    shape, irregularity, layered, seed
+        As for `hat_disc_mesh`.
+
     """
     section = skfem.MeshQuad.init_tensor(
         np.linspace(contact.inner_radius, contact.outer_radius, elements[0] + 1),

@@ -1,4 +1,19 @@
-"""Modes of another package on elements of several kinds, wedges among them; needs no scikit-fem.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Modes of another package on elements of several kinds, wedges among them; needs no scikit-fem.
 
 Each element's own shape functions carry the shapes and their theta derivatives, as in `solid`.
 """
@@ -9,7 +24,6 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_matrix
-
 from squeal_core.arrays import FloatArray
 from squeal_core.fe.locate import Cells, check_found, inverse, search
 from squeal_core.fe.mass import reference_nodes, rule, shape_functions
@@ -22,7 +36,8 @@ _CHUNK = 20_000  # quadrature points at a time
 
 @dataclass(frozen=True, eq=False)
 class ElementModes:
-    """Modes of another package, sampled through the elements they came with; a `ModalBasis`.
+    """
+    Modes of another package, sampled through the elements they came with; a `ModalBasis`.
 
     Parameters
     ----------
@@ -33,6 +48,7 @@ class ElementModes:
     ------
     ModesError
         For no elements.
+
     """
 
     modes: NodalModes

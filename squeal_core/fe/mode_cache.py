@@ -1,4 +1,19 @@
-"""Solved modes kept on disk, under a hash of all that they depend on; no pickle.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Solved modes kept on disk, under a hash of all that they depend on; no pickle.
 
 An entry that cannot be read, or is not what its name says, counts as absent and is written anew.
 A cache that cannot be written costs a warning, not the result.
@@ -13,7 +28,6 @@ import warnings
 
 import numpy as np
 from numpy.typing import ArrayLike
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import ModelFileError
 from squeal_core.npz_archive import npz_reader
@@ -43,7 +57,8 @@ def content_key(**parts: ArrayLike | str) -> str:
 
 def remembered(folder: str | Path | None, key: str, shape: tuple[int, int],
                compute: Callable[[], Solution]) -> Solution:
-    """Return frequencies (N,) and shapes (N, unknowns) from the cache, or compute and keep them.
+    """
+    Return frequencies (N,) and shapes (N, unknowns) from the cache, or compute and keep them.
 
     Parameters
     ----------
@@ -55,6 +70,7 @@ def remembered(folder: str | Path | None, key: str, shape: tuple[int, int],
         N and the number of unknowns.
     compute : callable
         Gives the two arrays.
+
     """
     if folder is None:
         return compute()

@@ -1,4 +1,19 @@
-"""Modes of three-dimensional solids, free or clamped, on hexahedra or tetrahedra.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Modes of three-dimensional solids, free or clamped, on hexahedra or tetrahedra.
 
 Any mesh of scikit-fem's will do (`skfem.Mesh.load` reads many formats), and so will modes of
 another package that come with their elements: both are sampled through the elements' own shape
@@ -19,7 +34,6 @@ except ImportError as error:
     raise ImportError(
         "finite element modes need scikit-fem: pip install -e '.[fe]' in the checkout") from error
 from scipy.sparse import coo_matrix
-
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact, Material, Pad
 from squeal_core.errors import SquealError
@@ -49,7 +63,8 @@ def _quiet(_: str) -> None:
 
 @dataclass(frozen=True)
 class SolidModes:
-    """Modes of a solid on a mesh in Cartesian coordinates; a `ModalBasis`.
+    """
+    Modes of a solid on a mesh in Cartesian coordinates; a `ModalBasis`.
 
     Parameters
     ----------
@@ -64,6 +79,7 @@ class SolidModes:
         rho [kg/m^3].
     offset : float
         How far the solid stands above its mesh [m]: equal pads share one solution.
+
     """
 
     basis: skfem.CellBasis
@@ -75,7 +91,8 @@ class SolidModes:
 
     @classmethod
     def from_nodal(cls, nodal: NodalModes, *, density: float | None = None) -> 'SolidModes':
-        """Return modes of another package, sampled through the elements they came with.
+        """
+        Return modes of another package, sampled through the elements they came with.
 
         Parameters
         ----------
@@ -88,6 +105,7 @@ class SolidModes:
         ------
         ModesError
             For no elements, elements of several kinds or of one that is not known.
+
         """
         kinds = sorted({block.kind for block in nodal.elements})
         if len(kinds) != 1:
@@ -126,7 +144,7 @@ class SolidModes:
                               slopes)
         dofs = self.basis.element_dofs[:, cells]
         return polar(self._at(dofs, values),
-                           self._at(dofs, x * gradients[:, 1] - y * gradients[:, 0]), points)
+                     self._at(dofs, x * gradients[:, 1] - y * gradients[:, 0]), points)
 
     def _at(self, dofs: Any, values: FloatArray) -> FloatArray:
         """Return Cartesian components (3, N, P) from function values (n, P) and dofs (3n, P)."""
@@ -159,13 +177,15 @@ def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
                 clamped: Callable[[FloatArray], Any] | None = None,
                 element: skfem.Element | None = None, cache: str | Path | None = None,
                 progress: Callable[[str], None] = _quiet) -> SolidModes:
-    """Return the `count` lowest modes of a solid.
+    """
+    Return the `count` lowest modes of a solid.
 
     Parameters
     ----------
     mesh : skfem.Mesh
         Hexahedra or tetrahedra, Cartesian, the axis of rotation along z through the origin [m].
     material : Material
+        Of all elements.
     count : int
         Number of modes; of a free solid the six rigid ones are the first.
     clamped : callable, optional
@@ -182,6 +202,7 @@ def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
     ------
     SquealError
         Where no face of the mesh is clamped that should be.
+
     """
     element = element or (skfem.ElementTetP2() if mesh.refdom is skfem.refdom.RefTet
                           else skfem.ElementHex2())
@@ -213,17 +234,20 @@ def at_radius(radius: float, *, tolerance: float = 1e-4) -> Callable[[FloatArray
 
 def pad_modes(pad: Pad, contact: Contact, count: int, *,
               elements: tuple[int, int, int] = (9, 18, 3)) -> SolidModes:
-    """Return the `count` lowest modes of a free pad over the contact sector.
+    """
+    Return the `count` lowest modes of a free pad over the contact sector.
 
     Parameters
     ----------
     pad : Pad
+        Dimensions and material.
     contact : Contact
         The sector the pad fills, centred at theta = 0; its lower face lies at z = 0.
     count : int
         Number of modes, the six rigid ones included.
     elements : (3,) ints
         Number of elements in r, theta and z.
+
     """
     mesh = sector_mesh(contact, 0.0, pad.thickness, elements)
     return free_modes(skfem.CellBasis(mesh, skfem.ElementVector(skfem.ElementHex2()), intorder=5),

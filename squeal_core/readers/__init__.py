@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Modal results of other finite element packages, read to `NodalModes`."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-
 from squeal_core.errors import quoted
 from squeal_core.nodal_modes import NodalModes
 from squeal_core.readers import (
@@ -31,17 +44,19 @@ _SUFFIXES = {
     '.csv': 'table', '.txt': 'table', '.rpt': 'listing', '.lis': 'listing', '.vtu': 'vtu'}
 
 
-def read_modes(path: str | Path, *, format: str | None = None, length_unit: str = 'm',
+def read_modes(path: str | Path, *, format: str | None = None, length_unit: str = 'm',  # noqa: A002, E501
                mass_unit: str = 'kg', axis: Axis = 'z',
                origin: Sequence[float] = (0.0, 0.0, 0.0),
                modal_mass: float | Sequence[float] | None = None, density: float | None = None,
                total_mass: float | None = None, frequencies_hz: Sequence[float] | None = None,
                mass_tolerance: float = 0.05) -> NodalModes:
-    """Return the natural modes that another package has written, in SI units.
+    """
+    Return the natural modes that another package has written, in SI units.
 
     Parameters
     ----------
     path : path
+        Where the file is.
     format : str
         One of `FORMATS`; by the suffix if left out.
     length_unit : str
@@ -76,6 +91,7 @@ def read_modes(path: str | Path, *, format: str | None = None, length_unit: str 
     ------
     ReaderError
         One line: which file and place, what is wrong with it, and what to do.
+
     """
     path = Path(path)
     raw = _reader(path, format)(path)
@@ -87,7 +103,7 @@ def read_modes(path: str | Path, *, format: str | None = None, length_unit: str 
     return normalising.normalised(modes, stated, density, total_mass, mass_tolerance)
 
 
-def _reader(path: Path, format: str | None) -> Callable[[Path], RawModes]:
+def _reader(path: Path, format: str | None) -> Callable[[Path], RawModes]:  # noqa: A002
     name = _SUFFIXES.get(path.suffix.lower(), '') if format is None else format
     if name not in FORMATS:
         what = (f'has the suffix {quoted(path.suffix)}' if format is None

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """CalculiX results: `.frd`, ASCII, as `*NODE FILE` writes them in a `*FREQUENCY` step."""
 
 from dataclasses import dataclass, field
@@ -62,7 +76,7 @@ def read(path: Path) -> RawModes:
 
 
 def _rows(text: Text, i: int, count: int) -> range:
-    """The rows of a block: as many as its head says, and then its end."""
+    """Return the rows of a block: as many as its head says, and then its end."""
     rows = range(i, i + count)
     end = text.line(i + count) if count > 0 else b''
     if end.strip() != b'-3' or any(text.lines[row][:3] != b' -1' for row in rows):
@@ -124,7 +138,7 @@ def _element_nodes(text: Text, i: int, size: int) -> list[int]:
 
 
 def _result(text: Text, i: int, found: _Found) -> int:
-    """A block of results: kept if it is the displacement of a normal mode."""
+    """Read a block of results: kept if it is the displacement of a normal mode."""
     head = i
     count, kind = int(text.number(i, 24, 36, int)), text.number(i, 56, 58, int)
     i += 1

@@ -1,4 +1,19 @@
-"""Copies tables of an HDF5 file to a .npz file; run as a process of its own.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Copies tables of an HDF5 file to a .npz file; run as a process of its own.
 
 The HDF5 library overwrites memory or runs in circles on some damaged files. Here that ends this
 process, and its parent says in one line that the file is damaged.
@@ -16,12 +31,14 @@ class Refused(Exception):
 
 
 def copy_tables(source: str, target: str, wanted: dict[str, list[str]], most_bytes: int) -> None:
-    """Write the fields that are wanted and there, as arrays named `table|field`.
+    """
+    Write the fields that are wanted and there, as arrays named `table|field`.
 
     Raises
     ------
     Refused
         For tables of too many bytes, links, data in other files and fields that are no numbers.
+
     """
     import h5py
     arrays: dict[str, Any] = {}
@@ -40,7 +57,8 @@ def copy_tables(source: str, target: str, wanted: dict[str, list[str]], most_byt
 
 
 def _table(file: Any, name: str) -> Any:
-    """Return a table that lies in this very file, None where there is none of this name.
+    """
+    Return a table that lies in this very file, None where there is none of this name.
 
     A link on the way, and a table whose data lie elsewhere, would read other files, or for ever.
     """
@@ -71,7 +89,7 @@ def _check_size(name: str, table: Any, most_bytes: int) -> None:
     for count, what in ((table.shape[0], 'rows'), ((table.chunks or (0,))[0], 'rows a chunk')):
         if count * row > most_bytes:
             raise Refused(f'{name} has {count} {what} of {row} bytes, more than {most_bytes} '
-                             'bytes in all')
+                          'bytes in all')
 
 
 def _numbers(name: str, field: str, table: Any) -> Any:

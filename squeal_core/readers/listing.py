@@ -1,4 +1,19 @@
-"""Node listings as Abaqus and Ansys print them: coordinates, then displacements of each mode.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Node listings as Abaqus and Ansys print them: coordinates, then displacements of each mode.
 
 Ansys: NLIST, and PRNSOL,U,COMP of each mode. Abaqus: the *NODE lines of the input file, and
 field output reports of U at nodes, one frame after another. Several outputs may be joined into
@@ -10,7 +25,6 @@ from pathlib import Path
 import re
 
 import numpy as np
-
 from squeal_core.errors import quoted
 from squeal_core.readers.raw import assemble, NodeField, RawModes, ReaderError
 from squeal_core.readers.text import Text
@@ -103,7 +117,7 @@ def _field(rows: list[list[float]], where: str) -> NodeField:
 
 
 def _next(text: Text, i: int, line: str, found: _Found, section: _Section) -> _Section:
-    """What a line that is no row of numbers begins, ends, or leaves as it is."""
+    """Return what a line that is no row of numbers begins, ends, or leaves as it is."""
     words = line.replace(',', ' ').split()
     _check_kind(text, i, line)
     if line.partition(',')[0].strip() == '*NODE':  # not *NODE OUTPUT
@@ -136,7 +150,7 @@ def _check_kind(text: Text, i: int, line: str) -> None:
 
 
 def _begin(text: Text, i: int, mode: tuple[str, ...], frequency: str, found: _Found) -> None:
-    """A mode begins, or a further page of it."""
+    """Begin a mode, or a further page of it."""
     value = _number(text, i, frequency)
     if found.frequencies_hz.setdefault(mode, value) != value:
         raise text.error(i, f'gives {value} Hz to mode {" substep ".join(mode)}, which had '

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Nastran results: the HDF5 file that `HDF5OUT` gives (MSC Nastran 2018 and later)."""
 
 from collections.abc import Mapping
@@ -11,7 +25,6 @@ import tempfile
 from typing import Any, TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.bounded_reader import check_readable
 from squeal_core.readers.raw import (

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Nastran results: OP2 files, through pyNastran, which asks for numpy below 2."""
 
 from contextlib import redirect_stderr, redirect_stdout
@@ -7,7 +21,6 @@ from typing import Any
 import warnings
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.bounded_reader import check_readable
 from squeal_core.readers.nastran_h5 import by_kind, check_systems, ELEMENTS, PYRAMIDS

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """To unit modal mass: from masses that are stated, or from the density and the elements."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import quoted
 from squeal_core.fe.mass import mass_matrix, mass_products
@@ -25,7 +38,8 @@ _STATE = ('state modal_mass (1 for mass-normalised modes, in mass_unit), or dens
 
 def normalised(modes: NodalModes, stated: FloatArray | None, density: float | None,
                total_mass: float | None, tolerance: float) -> NodalModes:
-    """Return the modes with unit modal mass.
+    """
+    Return the modes with unit modal mass.
 
     Parameters
     ----------
@@ -40,6 +54,7 @@ def normalised(modes: NodalModes, stated: FloatArray | None, density: float | No
         Of a free component [kg]; held against the rigid modes.
     tolerance : float
         How far masses may differ, relative.
+
     """
     for name, value in (('density', density), ('total_mass', total_mass)):
         if value is not None and not 0.0 < value < np.inf:
@@ -80,7 +95,8 @@ def stated_masses(source: str, count: int, given: float | Sequence[float] | None
 
 
 def rigid_mass(modes: NodalModes) -> float | None:
-    """Return the mass of a free component from its rigid modes [kg]; None without all six.
+    """
+    Return the mass of a free component from its rigid modes [kg]; None without all six.
 
     At the mass centre c, and only there, the sum of phi(c)^2 over the mass-normalised rigid modes
     is least, and it is 3 / m: the rotations have no part in it.
@@ -133,7 +149,8 @@ def _check_orthogonal(modes: NodalModes, products: FloatArray, limit: float) -> 
 
 
 def _check_box(modes: NodalModes) -> None:
-    """Refuse a normalisation that no component could have: it is a confusion of units.
+    """
+    Refuse a normalisation that no component could have: it is a confusion of units.
 
     The mean over the nodes of a mass-normalised shape squared is about one over the mass.
     """

@@ -1,7 +1,20 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Real shapes from complex ones: some programs write normal modes as complex numbers."""
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.readers.raw import ReaderError
 
@@ -9,11 +22,13 @@ _OUT_OF_PHASE = 1e-3  # fraction of a shape that may be out of phase with the re
 
 
 def real_shape(shape: ComplexArray, where: str) -> FloatArray:
-    """Return a complex shape whose points all move in one phase as a real one.
+    """
+    Return a complex shape whose points all move in one phase as a real one.
 
     Parameters
     ----------
     shape : complex array
+        As the file gives it.
     where : str
         Place in the file, for the error.
 
@@ -21,6 +36,7 @@ def real_shape(shape: ComplexArray, where: str) -> FloatArray:
     ------
     ReaderError
         For a truly complex mode: it belongs to a damped, rotating or rubbing component.
+
     """
     largest = float(np.abs(shape).max(initial=0.0))
     if not 0.0 < largest < np.inf:  # refused elsewhere, with its node

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """From a file's units and axes to ours: metres, kilograms, the rotation axis along z."""
 
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import quoted
 from squeal_core.readers.raw import RawModes, ReaderError
@@ -27,17 +40,20 @@ _SMALLEST_M, _LARGEST_M = 1e-3, 10.0
 
 def placed(raw: RawModes, length_unit: str, axis: str,
            origin: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    """Return coordinates [m] and shapes, the axis of rotation along z through the origin.
+    """
+    Return coordinates [m] and shapes, the axis of rotation along z through the origin.
 
     Parameters
     ----------
     raw : RawModes
+        As the file gives them.
     length_unit : str
         Of the coordinates and of `origin`: 'm', 'mm' or 'inch'.
     axis : str
         The axis of the file that the brake turns about: 'x', 'y' or 'z'.
     origin : (3,) floats
         A point on it, in axes and units of the file.
+
     """
     unit = choice(raw, 'length_unit', length_unit, LENGTH_UNITS_M)
     if raw.length_unit_m and abs(raw.length_unit_m / unit - 1.0) > 1e-3:

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What a reader finds in a file, before units, axis and normalisation; and what it refuses."""
 
 from collections.abc import Mapping, Sequence
@@ -6,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from squeal_core.arrays import FloatArray, readonly
 from squeal_core.bounded_reader import read_bounded
 from squeal_core.errors import PlacedError, quoted
@@ -30,7 +43,8 @@ class ReaderError(PlacedError):
 
 @dataclass(frozen=True, eq=False)
 class RawModes:
-    """Natural modes as a file gives them, in the units and axes of the file.
+    """
+    Natural modes as a file gives them, in the units and axes of the file.
 
     Parameters
     ----------
@@ -47,6 +61,7 @@ class RawModes:
         The path, for errors and provenance.
     length_unit_m : float or None
         The file's unit of length [m], where it says so.
+
     """
 
     coordinates: FloatArray
@@ -60,7 +75,8 @@ class RawModes:
 
 @dataclass(frozen=True, eq=False)
 class NodeField:
-    """Three values at each of M nodes, named by the numbers that the file gives them.
+    """
+    Three values at each of M nodes, named by the numbers that the file gives them.
 
     Parameters
     ----------
@@ -68,6 +84,7 @@ class NodeField:
     values : (M, 3) array
     where : str
         Place in the file, for errors.
+
     """
 
     ids: IntArray
@@ -92,7 +109,8 @@ def assemble(path: Path, nodes: NodeField, fields: Sequence[NodeField],
              cells: Mapping[str, Sequence[Sequence[int]] | IntArray], *,
              modal_masses: Sequence[float] | FloatArray | None = None,
              length_unit_m: float | None = None) -> RawModes:
-    """Return raw modes of nodes, fields and cells that name nodes by the file's numbers.
+    """
+    Return raw modes of nodes, fields and cells that name nodes by the file's numbers.
 
     Nodes that the modes say nothing about, and nodes of no element where there are elements, are
     left out: they carry no part of the component.
@@ -102,6 +120,7 @@ def assemble(path: Path, nodes: NodeField, fields: Sequence[NodeField],
     ReaderError
         For nodes that are there twice, without place or without value, for nothing to read, for
         values that are not finite, and for elements whose nodes are in another order.
+
     """
     if not fields:
         raise ReaderError(path, 'holds no real normal modes', 'export displacements of each mode')
@@ -128,7 +147,7 @@ def assemble(path: Path, nodes: NodeField, fields: Sequence[NodeField],
 
 
 def _within(field: NodeField, named: IntArray) -> NodeField:
-    """The part of a field at nodes of elements; a reference point moves as it likes."""
+    """Return the part of a field at nodes of elements; a reference point moves as it likes."""
     inside = np.isin(field.ids, named)
     return field if inside.all() else NodeField(field.ids[inside], field.values[inside],
                                                 field.where)

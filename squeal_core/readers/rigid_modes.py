@@ -1,4 +1,19 @@
-"""Rigid motions of a component: its zero-frequency shapes must be ones, and are made exact.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Rigid motions of a component: its zero-frequency shapes must be ones, and are made exact.
 
 Solvers find rigid modes to some digits only. What they are off by has no stiffness of its own,
 so that the friction couple turns it into a slow divergence that no brake has.
@@ -8,7 +23,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.nodal_modes import NodalModes
 from squeal_core.readers.raw import ReaderError
@@ -30,7 +44,8 @@ def rigid_fields(coordinates: FloatArray) -> FloatArray:
 
 
 def exact_rigid_modes(modes: NodalModes) -> NodalModes:
-    """Return the modes, those of zero frequency replaced by the rigid motions nearest to them.
+    """
+    Return the modes, those of zero frequency replaced by the rigid motions nearest to them.
 
     Parameters
     ----------
@@ -42,6 +57,7 @@ def exact_rigid_modes(modes: NodalModes) -> NodalModes:
     ReaderError
         For a zero-frequency shape that is no rigid motion within `RIGID_TOLERANCE`: results in
         local coordinates, a mechanism, or another component; and for one that is there twice.
+
     """
     rigid = np.flatnonzero(modes.angular_frequencies == 0.0)
     flat = modes.shapes[rigid].reshape(rigid.size, modes.coordinates.size)
@@ -68,7 +84,8 @@ def exact_rigid_modes(modes: NodalModes) -> NodalModes:
 
 
 def in_plane_first(modes: NodalModes) -> NodalModes:
-    """Return the modes, the rigid ones turned so that those in the plane of the disc are first.
+    """
+    Return the modes, the rigid ones turned so that those in the plane of the disc are first.
 
     Any turn of modes of one frequency is as good; solvers mix them at will. In this one a motion
     that presses nowhere has no stiffness at all, instead of what rounding leaves.
@@ -77,6 +94,7 @@ def in_plane_first(modes: NodalModes) -> NodalModes:
     ----------
     modes : NodalModes
         Of unit modal mass, rigid ones exact; z is the axis of rotation.
+
     """
     rigid = np.flatnonzero(modes.angular_frequencies == 0.0)
     if not rigid.size:
@@ -108,7 +126,8 @@ def _triangular(parts: FloatArray, columns: list[int]) -> FloatArray:
 
 
 def rigid_mass_fractions(modes: NodalModes, mass: Any) -> FloatArray:
-    """Return what fractions of the mass the modes carry in rigid motion: (6,), rising, 0 to 1.
+    """
+    Return what fractions of the mass the modes carry in rigid motion: (6,), rising, 0 to 1.
 
     One near zero says that the component can move as a rigid body in a way in which no mode
     does: a free component whose file lacks a rigid mode.
@@ -119,6 +138,7 @@ def rigid_mass_fractions(modes: NodalModes, mass: Any) -> FloatArray:
         Of unit modal mass.
     mass : sparse (M, M) array
         Of the nodes, for each direction [kg].
+
     """
     fields = rigid_fields(modes.coordinates)
     weighed = np.stack([mass @ fields[:, :, axis].T for axis in range(3)], axis=2)  # (M, 6, 3)

@@ -1,4 +1,19 @@
-"""Modes as a table, one line a node: what a script or a spreadsheet can write.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Modes as a table, one line a node: what a script or a spreadsheet can write.
 
     # comment
     frequency_hz, 0, 3442.5
@@ -13,7 +28,6 @@ from pathlib import Path
 import re
 
 import numpy as np
-
 from squeal_core.errors import quoted
 from squeal_core.readers import listing
 from squeal_core.readers.raw import assemble, NodeField, RawModes

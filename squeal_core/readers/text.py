@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Text files by line: fixed columns are read strictly, errors name file, line and column."""
 
 from collections.abc import Callable
@@ -6,20 +20,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from squeal_core.errors import quoted
 from squeal_core.readers.raw import AGAIN, read_bytes, ReaderError
 
 
 @dataclass(frozen=True, eq=False)
 class Text:
-    """Lines of a file.
+    """
+    Lines of a file.
 
     Parameters
     ----------
     path : Path
     lines : list of bytes
         Without their ends.
+
     """
 
     path: Path
@@ -60,7 +75,8 @@ class Text:
 
     def fixed(self, rows: range, start: int, width: int, count: int,
               kind: type = float) -> Any:
-        """Return the numbers (len(rows), count) in columns of equal width.
+        """
+        Return the numbers (len(rows), count) in columns of equal width.
 
         Fortran leaves no blank between long numbers, so that splitting at blanks would not do.
         """

@@ -1,4 +1,19 @@
-"""Universal files (UNV, UFF): nodes 15 and 2411, elements 2412, shapes 55 and 2414, units 164.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Universal files (UNV, UFF): nodes 15 and 2411, elements 2412, shapes 55 and 2414, units 164.
 
 The columns are read here, not by pyuff: it keeps no line numbers, passes over a dataset that was
 cut short, and reads no number of a Fortran D exponent in dataset 55. The tests hold it against
@@ -10,7 +25,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-
 from squeal_core.errors import quoted
 from squeal_core.readers.phases import real_shape
 from squeal_core.readers.raw import AGAIN, assemble, IntArray, NodeField, RawModes, ReaderError
@@ -63,7 +77,7 @@ def read(path: Path) -> RawModes:
 
 
 def _datasets(text: Text) -> Iterator[tuple[int, int, int]]:
-    """Number, first line and end of each dataset: it stands between two lines of -1."""
+    """Return the number, first line and end of each dataset: it stands between two lines of -1."""
     marks = [i for i, line in enumerate(text.lines) if line.rstrip() == _MARK]
     if not marks:
         raise ReaderError(text.path, 'has no line of -1 in columns 5 and 6, as each dataset of a '
@@ -175,7 +189,8 @@ def _shape_2414(text: Text, start: int, stop: int, found: _Found) -> None:
 
 
 def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
-    """Values a node and whether they are complex, from the record that says what the data are.
+    """
+    Values a node and whether they are complex, from the record that says what the data are.
 
     None for what is no mode shape.
     """
@@ -197,7 +212,7 @@ def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
 
 def _keep_shape(text: Text, start: int, rows: range, layout: tuple[int, bool], found: _Found,
                 number: int) -> None:
-    """A record of the node, then its values, six a record; complex ones are pairs."""
+    """Keep a shape: a record of the node, then its values, six a record; complex ones as pairs."""
     width, is_complex = layout
     records = 1 + -(-width * (1 + is_complex) // 6)
     if len(rows) % records:

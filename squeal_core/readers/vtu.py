@@ -1,4 +1,19 @@
-"""VTU, the XML file of an unstructured grid: one array of vectors at the points for each mode.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+VTU, the XML file of an unstructured grid: one array of vectors at the points for each mode.
 
 Read here, not by meshio: it knows neither the versions that VTK writes today (2.x) nor a bound to
 what it unpacks. The tests read what meshio writes.
@@ -15,7 +30,6 @@ from xml.etree import ElementTree
 import zlib
 
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.errors import quoted
 from squeal_core.readers.raw import (
@@ -180,7 +194,7 @@ def _cells(file: _File, piece: ElementTree.Element) -> dict[str, IntArray]:
 
 
 def _array(file: _File, element: ElementTree.Element | None, size: int | None) -> Any:
-    """The numbers of a DataArray: as many as there must be, or as there are."""
+    """Return the numbers of a DataArray: as many as there must be, or as there are."""
     if element is None:
         raise file.error('lacks its points or their coordinates')
     name, kind = element.get('Name', ''), _TYPES[element.attrib['type']]

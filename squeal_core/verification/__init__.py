@@ -1,4 +1,19 @@
-"""What K09 says against what this project gives: one row a claim, every number computed.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What K09 says against what this project gives: one row a claim, every number computed.
 
 The only numbers written here are the paper's and the tolerances. Where the two differ and it is
 known why, the row says so; any other difference makes `Verification.passed` False.
@@ -10,7 +25,6 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-
 from squeal_core.brake_model import BrakeModel
 from squeal_core.errors import SquealError
 from squeal_core.sweep import sweep
@@ -49,7 +63,8 @@ class Verification:
 
 def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: None,
            workers: int = 0) -> Verification:
-    """Rerun K09 and return claim by claim what the paper says and what the model gives.
+    """
+    Rerun K09 and return claim by claim what the paper says and what the model gives.
 
     Parameters
     ----------
@@ -64,6 +79,7 @@ def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: Non
     ------
     SquealError
         For a model of another brake.
+
     """
     missing = {name for _, name, *_ in PRINTED} - set(model.names)
     if missing or model.friction_law is None:

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Claims of K09 about frequencies and about which modes squeal: figs 8, 10, 13 and 14."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-
 from squeal_core.mechanism import Mechanism, mechanisms
 from squeal_core.stability import complex_modes, Mode
 from squeal_core.verification.case import added_pairs, Case
@@ -39,7 +52,7 @@ def maps(case: Case) -> Iterator[Row]:
 
 
 def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[Row]:
-    """What moves in the two pairs that squeal at 5 rad/s."""
+    """Return what moves in the two pairs that squeal at 5 rad/s."""
     third = np.array([name[:-1] == 'disc (3,0)' for name in case.model.names])
     for pair, words, part in ((THIRD, 'third disc doublet', third),
                               (PADS, 'rigid pads', case.rigid)):

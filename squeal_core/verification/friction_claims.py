@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Claims of K09 about growing friction and what rotation changes: figs 11 and 12."""
 
 from collections.abc import Iterator, Sequence
@@ -85,7 +99,7 @@ def _why_apart(apart: float, near: str, parts: Parts | None) -> str:
 
 
 def _raised(variants: _Variants, softer: tuple[Mode, Mode]) -> Row:
-    """What the radial term does to the critical friction, at full and at 71 % stiffness."""
+    """Return what the radial term does to the critical friction, at full and at 71 % stiffness."""
     both = variants.still, variants.damped
     low, high = (case.critical_friction(PADS) for case in both)
     soft = [case.critical_friction([mode.index for mode in softer], stiffness=SOFTER[1])

@@ -1,10 +1,23 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The modes that a model of K09's brake was built from, solved anew: for what needs shapes."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-
 from squeal_core import operators
 from squeal_core.brake import Brake, HatDisc
 from squeal_core.brake_file import parse_brake
@@ -29,7 +42,7 @@ class Parts:
 
     @cached_property
     def by_sums(self) -> BrakeModel:
-        """The model with contact integrals as sums over 15 x 43 nodes, as K09 eq. (40) reads."""
+        """Return the model with contact sums over 15 x 43 nodes, as K09 eq. (40) reads."""
         half = 0.5 * _hat(self.brake).rotor_thickness
         top, bottom = (contact_grid(self.brake.contact, z, AS_PRINTED) for z in (half, -half))
         first, second = self.pads

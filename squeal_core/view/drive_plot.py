@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The picture of a drive: speed, pressure, risk and unstable frequencies over time."""
 
 from collections.abc import Callable, Iterable
@@ -9,7 +23,6 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-
 from squeal_core.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.history import Row
 from squeal_core.view.saving import FigureTarget, save_figure
@@ -17,18 +30,22 @@ from squeal_core.view.saving import FigureTarget, save_figure
 
 def plot_drive(rows: Callable[[], Iterable[Row]], path: FigureTarget, *, title: str,
                wheel_radius: float, squeal_band_hz: tuple[float, float]) -> None:
-    """Draw a drive to a PNG file; of a long one the extremes in each pixel or so.
+    """
+    Draw a drive to a PNG file; of a long one the extremes in each pixel or so.
 
     Parameters
     ----------
     rows : callable
         Gives the rows anew at each call, in order of time.
     path : path
+        Where the file is.
     title : str
+        Above the figure.
     wheel_radius : float
         To show rotor speed as vehicle speed [m].
     squeal_band_hz : (2,) floats
         Shaded in the frequency panel.
+
     """
     envelope = drive_envelope(rows)
     matplotlib.rcParams['font.size'] = 9

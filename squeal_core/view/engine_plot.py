@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The picture of how right the online engine is: error against distance from an anchor."""
 
 from dataclasses import dataclass
@@ -13,7 +27,8 @@ from squeal_core.view.saving import FigureTarget, save_figure
 
 @dataclass(frozen=True, eq=False)
 class ErrorsOverDistance:
-    """Errors of oscillating modes [1/s] at points ever farther from anchors.
+    """
+    Errors of oscillating modes [1/s] at points ever farther from anchors.
 
     Parameters
     ----------
@@ -23,6 +38,7 @@ class ErrorsOverDistance:
         Relative change of the parameter.
     true, estimated : (D, samples) arrays
         Of the worst mode of each sample; infinite where a series diverges.
+
     """
 
     parameter: str

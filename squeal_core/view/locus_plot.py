@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Loci: frequency and growth rate of a few modes over one parameter."""
 
 from collections.abc import Sequence
@@ -10,7 +24,6 @@ except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from numpy.typing import NDArray
-
 from squeal_core.arrays import FloatArray
 from squeal_core.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
@@ -22,7 +35,8 @@ _STYLES = ('-', '--', '-.', ':')
 
 def plot_loci(record: Sweep, numbers: Sequence[int], path: FigureTarget, *,
               without: Sweep | None = None, title: str = '', overwrite: bool = True) -> None:
-    """Draw the loci of some modes, with rotation (solid) and without (broken), as K09 figs 11, 12.
+    """
+    Draw the loci of some modes, with rotation (solid) and without (broken), as K09 figs 11, 12.
 
     Parameters
     ----------
@@ -31,9 +45,14 @@ def plot_loci(record: Sweep, numbers: Sequence[int], path: FigureTarget, *,
     numbers : sequence of int
         Identities of the modes.
     path : path
+        Where the file is.
     without : Sweep, optional
         The same without rotation.
     title : str
+        Above the figure.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
     """
     (parameter,) = record.axes
     label = axis_of(record, parameter)[1]
@@ -86,18 +105,22 @@ def _from_before(merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def plot_growth_rates(record: Sweep, path: FigureTarget, *, title: str = '',
                       overwrite: bool = True, numbers: Sequence[int] | None = None) -> None:
-    """Draw growth rates over a parameter, as K09 fig. 15 over speed; divergence apart.
+    """
+    Draw growth rates over a parameter, as K09 fig. 15 over speed; divergence apart.
 
     Parameters
     ----------
     record : Sweep
         Of one parameter, tracked.
     path : path or binary file
+        Where the file is.
     title : str
+        Above the figure.
     overwrite : bool
         Whether an existing file may be replaced.
     numbers : sequence of int, optional
         Identities; by default of the oscillating modes that grow anywhere in the sweep.
+
     """
     (parameter,) = record.axes
     x, label = axis_of(record, parameter)

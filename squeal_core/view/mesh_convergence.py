@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The picture of how the matrices converge with the planar mesh, and what they make unstable."""
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +24,6 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-
 from squeal_core.view.saving import FigureTarget, save_figure
 
 _MARKERS = 'os^vDP'
@@ -19,7 +32,8 @@ _RULES = ('firebrick', 'darkgoldenrod', 'teal')  # no colours of matrices
 
 @dataclass(frozen=True)
 class Ladder:
-    """What came of a ladder of meshes, the coarsest first.
+    """
+    What came of a ladder of meshes, the coarsest first.
 
     Parameters
     ----------
@@ -32,6 +46,7 @@ class Ladder:
         Largest growth rate of the brake built on each mesh [1/s]; may be empty.
     order : float
         Of convergence that theory says, drawn as a guide; 0: none.
+
     """
 
     title: str
@@ -43,7 +58,8 @@ class Ladder:
 
 def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: FigureTarget, *,
                           growth_rate: float) -> None:
-    """Draw errors and growth rates over the fineness of planar meshes to a PNG file.
+    """
+    Draw errors and growth rates over the fineness of planar meshes to a PNG file.
 
     Parameters
     ----------
@@ -52,8 +68,10 @@ def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: FigureT
     meshes : Ladder
         The default grid, fed from irregular nodes that lie denser and denser.
     path : path
+        Where the file is.
     growth_rate : float
         What the growth rate would be without any error [1/s].
+
     """
     with matplotlib.rc_context({'font.size': 9, 'axes.titlesize': 9}):
         figure = Figure(figsize=(11.0, 7.6), layout='constrained')

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Maps of stability: all frequencies over one parameter, or the growth rate over two."""
 
 from typing import Any
@@ -10,7 +24,6 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-
 from squeal_core.arrays import FloatArray
 from squeal_core.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
@@ -65,7 +78,8 @@ def conditions(record: Sweep) -> str:
 
 def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
                        overwrite: bool = True, highest_hz: float | None = None) -> None:
-    """Draw the frequencies of all modes over a parameter; those that grow are marked.
+    """
+    Draw the frequencies of all modes over a parameter; those that grow are marked.
 
     Parameters
     ----------
@@ -74,6 +88,9 @@ def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
     path : path
         PNG, SVG or PDF.
     title : str
+        Above the figure.
+    overwrite : bool
+        Whether an existing file may be replaced.
     highest_hz : float, optional
         Where the frequency axis ends; by default at 8 kHz, or above the highest flutter.
 
@@ -81,6 +98,7 @@ def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
     -----
     As K09 figs 10 and 13: a circle marks Re(lambda) > 0; its colour is the growth rate. Crosses
     at zero frequency mark divergence.
+
     """
     (parameter,) = record.axes
     x, label = axis_of(record, parameter)
@@ -126,17 +144,22 @@ def axis_ends(x: FloatArray) -> tuple[float, float]:
 
 def plot_growth_map(record: Sweep, path: FigureTarget, *, title: str = '', overwrite: bool = True,
                     band_hz: tuple[float, float] = (1250.0, 16000.0)) -> None:
-    """Draw the largest growth rate in a band over two parameters; the black line is its zero.
+    """
+    Draw the largest growth rate in a band over two parameters; the black line is its zero.
 
     Parameters
     ----------
     record : Sweep
         Of two parameters.
     path : path or binary file
+        Where the file is.
     title : str
+        Above the figure.
     overwrite : bool
         Whether an existing file may be replaced.
     band_hz : (2,) floats
+        Low and high end [Hz].
+
     """
     first, second = record.axes
     (y, y_label), (x, x_label) = axis_of(record, first), axis_of(record, second)

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """The live table of a drive, and the summary of its squeal events."""
 
 from collections.abc import Iterator, Sequence
@@ -26,7 +40,8 @@ def drive_console() -> Console:
 
 
 class DriveDisplay:
-    """Shows the present rows: redrawn in place on a terminal, else a block now and then.
+    """
+    Shows the present rows: redrawn in place on a terminal, else a block now and then.
 
     Parameters
     ----------
@@ -36,6 +51,7 @@ class DriveDisplay:
         Risk from which a row is red [-].
     block_period : float
         Time of the drive between two blocks where there is no terminal [s].
+
     """
 
     def __init__(self, console: Console, title: str, *, warning: float = 0.5,

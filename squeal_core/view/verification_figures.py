@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """K09's figures from a verification: curves, maps and loci, and the shapes of the modes."""
 
 from collections.abc import Callable
@@ -12,7 +26,6 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-
 from squeal_core.friction import FrictionLaw
 from squeal_core.mechanism import without_rotation
 from squeal_core.output import check_target, make_folder, OutputFiles
@@ -33,11 +46,13 @@ _LEAST_GROWTH = 2.0  # 1/s, of the modes that fig. 15 shows
 def write_figures(result: Verification, folder: str | Path, *,
                   overwrite: bool = True, progress: Callable[[str], None] = lambda _: None
                   ) -> tuple[Path, ...]:
-    """Draw K09's figures 8 to 16 as PNG; without scikit-fem those that show no shapes.
+    """
+    Draw K09's figures 8 to 16 as PNG; without scikit-fem those that show no shapes.
 
     Parameters
     ----------
     result : Verification
+        Of `verify`.
     folder : path
         Made where it does not exist.
     overwrite : bool
@@ -49,6 +64,7 @@ def write_figures(result: Verification, folder: str | Path, *,
     -------
     tuple of Path
         What was written. What was not, `result.skipped` says.
+
     """
     written = []
     with OutputFiles(overwrite=overwrite) as files:

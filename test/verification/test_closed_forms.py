@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Roots and frequencies that can be written down: spinning doublet, flutter, plates, beams."""
 
 from collections.abc import Callable
@@ -10,7 +24,6 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 import skfem
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray, FloatArray
 from squeal_core.brake import Brake, Contact, Material, Pad
@@ -87,7 +100,7 @@ def test_disc_arrays_by_other_integration(disc: axisymmetric.HarmonicModes,
         given_ = np.array([getattr(s, f'{name}_dtheta') for s in layers])
         assert np.abs(given_ - found).max() < 1e-12 * np.abs(found).max()  # rounding
     weight = low.density * np.array([q.weight for q in around])
-    over = lambda a, b: np.einsum('kq,kmq,knq->mn', weight, a, b, optimize=True)
+    over = lambda a, b: np.einsum('kq,kmq,knq->mn', weight, a, b, optimize=True)  # noqa: E731
     (u, v, w), (du, dv, dw) = fields, turned
     in_plane, p = over(u, u) + over(v, v), over(u, du - v) + over(v, dv + u) + over(w, dw)
     # the FE arrays and these sums integrate the same polynomials: rounding only

@@ -1,4 +1,19 @@
-"""A0, B0, R0, S0 and F0 against the nonlinear contact force, differentiated numerically.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+A0, B0, R0, S0 and F0 against the nonlinear contact force, differentiated numerically.
 
 Nothing here uses the linearised contact: points of the disc move through space (K09 eqs 5-10),
 their velocity is a derivative of that motion, the friction force follows its direction (12)-(15),
@@ -16,7 +31,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-
 from squeal_core import OperatingPoint, operators
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Contact
@@ -83,7 +97,7 @@ class Sliding:
 
     @property
     def point(self) -> OperatingPoint:
-        """The same for the operators: backwards, friction is negative and the slope is not."""
+        """Return it for the operators: backwards, friction is negative and the slope is not."""
         return OperatingPoint(
             rotor_speed=self.speed, friction=float(np.copysign(self.friction, self.speed)),
             friction_slope=self.slope, contact_pressure=self.pressure,
@@ -131,7 +145,7 @@ class Sliding:
         return self.disc_velocity(self.split(a)[1], disc_rate) - material
 
     def force(self, a: FloatArray, rate: FloatArray) -> FloatArray:
-        """Generalised force (N,) of normal and friction forces on disc and pad."""
+        """Integrate normal and friction forces on disc and pad."""
         q, (pad, disc) = self.quadrature, self.shapes
         pad_shape, disc_shape = (s(q.radius, q.angle, q.height) for s in (pad, disc))
         pad_a, disc_a = self.split(a)
@@ -254,7 +268,8 @@ def test_everything_together(side: int, speed: float) -> None:
 
 @EVERY_WAY
 def test_what_k09_leaves_out(side: int, speed: float) -> None:
-    """Displacement moves the sliding speed too: p0 mu_v Omega int t^T (v_theta + u) dA.
+    """
+    Displacement moves the sliding speed too: p0 mu_v Omega int t^T (v_theta + u) dA.
 
     Like F0, which K09 leaves out as well, it is small: less than 1e-3 of k_c A0.
     """

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """Convergence rates of elements and quadrature against what theory says of each."""
 
 from collections.abc import Callable, Iterable
@@ -7,7 +21,6 @@ import logging
 import numpy as np
 import pytest
 import skfem
-
 from squeal_core import BrakeModel, OperatingPoint, operators
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Brake, Contact, Material, Pad
@@ -49,7 +62,8 @@ def section_frequencies(mesh: skfem.MeshQuad, order: int, material: Material, di
 
 @pytest.mark.parametrize(('order', 'meshes'), [(1, 5), (2, 4)])
 def test_smooth_ring(order: int, meshes: int) -> None:
-    """A free ring of rectangular section, n = 2: frequencies converge like h^2p.
+    """
+    A free ring of rectangular section, n = 2: frequencies converge like h^2p.
 
     Its free right-angled edges allow r^2 log r in u_theta and r^2.74 in the section plane, so
     orders one and two keep their full rates, 2 and 4.
@@ -78,7 +92,7 @@ def limit(values: FloatArray, order: float) -> float:
     return float(values[-1] - (values[-2] - values[-1]) / (2.0**order - 1.0))
 
 
-def test_torsion_of_hat_feels_its_corners(  # type: ignore[no-untyped-def]
+def test_torsion_of_hat_feels_its_corners(  # type: ignore[no-untyped-def]  # noqa: E501
         brake: Brake, disc) -> None:
     """u_theta alone is a Laplace problem: r^(2/3) at a corner of 270 degrees, so h^(4/3)."""
     found = np.array(hat_frequencies(brake, 2, 5, 's'))[:, 0]
@@ -88,7 +102,7 @@ def test_torsion_of_hat_feels_its_corners(  # type: ignore[no-untyped-def]
     assert torsion == pytest.approx(limit(found, 4.0 / 3.0), rel=1e-5)
 
 
-def test_umbrella_of_hat_feels_its_corners(  # type: ignore[no-untyped-def]
+def test_umbrella_of_hat_feels_its_corners(  # type: ignore[no-untyped-def]  # noqa: E501
         brake: Brake, disc) -> None:
     """Williams' r^0.5445 of an elastic corner of 270 degrees: h^1.089, whatever the order."""
     found = np.array(hat_frequencies(brake, 3, 4, 'c'))[:, 0]
@@ -192,7 +206,7 @@ def test_contact_rule_over_radius(brake: Brake) -> None:
     assert np.all(q.height == 0.008)
 
 
-def contact_arrays(rule: Callable[[float], Quadrature], brake: Brake,  # type: ignore[no-untyped-def]
+def contact_arrays(rule: Callable[[float], Quadrature], brake: Brake,  # type: ignore[no-untyped-def]  # noqa: E501
                    disc, pad, sides: int = 2) -> dict[str, FloatArray]:
     """Arrays of both faces, or of the top one alone, which is cheaper and as telling."""
     half, faces = 0.5 * brake.disc.rotor_thickness, []
@@ -204,7 +218,7 @@ def contact_arrays(rule: Callable[[float], Quadrature], brake: Brake,  # type: i
     return {name: function(faces) for name, function in ARRAYS.items()}
 
 
-def element_rule(brake: Brake, disc, radial: int,  # type: ignore[no-untyped-def]
+def element_rule(brake: Brake, disc, radial: int,  # type: ignore[no-untyped-def]  # noqa: E501
                  angular: int) -> Callable[[float], Quadrature]:
     """Gauss points in each element of the pad and of the disc, which shapes are smooth over."""
     c = brake.contact
@@ -226,7 +240,7 @@ def worst(found: dict[str, FloatArray], exact: dict[str, FloatArray]) -> float:
     return max(float(np.abs(found[name] - a).max() / np.abs(a).max()) for name, a in exact.items())
 
 
-def test_rules_by_element_converge(brake: Brake, disc, pad) -> None:  # type: ignore[no-untyped-def]
+def test_rules_by_element_converge(brake: Brake, disc, pad) -> None:  # type: ignore[no-untyped-def]  # noqa: E501
     """Pad shapes have kinks between elements: Gauss across them stops being spectral."""
     def arrays(rule: Callable[[float], Quadrature]) -> dict[str, FloatArray]:
         return contact_arrays(rule, brake, disc, pad, sides=1)
@@ -239,7 +253,7 @@ def test_rules_by_element_converge(brake: Brake, disc, pad) -> None:  # type: ig
     assert worst(across, exact) > 5.0 * fine  # with as many points as the fine rule has
 
 
-def test_shipped_arrays_are_integrated(  # type: ignore[no-untyped-def]
+def test_shipped_arrays_are_integrated(  # type: ignore[no-untyped-def]  # noqa: E501
         kang: BrakeModel, brake: Brake, disc, pad) -> None:
     exact = contact_arrays(element_rule(brake, disc, 3, 4), brake, disc, pad)
     # the shipped rule knows the pad's elements but not the disc's, whose kinks are P5's errors

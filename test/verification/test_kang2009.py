@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """K09's brake against the paper's figures and against another model of the same fit."""
 
 import json
@@ -6,7 +20,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.arrays import ComplexArray
 from squeal_core.brake import Brake
@@ -166,7 +179,7 @@ def test_divergence_comes_with_the_slope(kang: BrakeModel) -> None:
 
 @pytest.fixture(scope='module')
 def rebuilt(brake: Brake) -> BrakeModel:
-    """The shipped model made anew; takes about ten seconds."""
+    """Return the shipped model made anew; takes about ten seconds."""
     return build_model(brake)
 
 

@@ -1,4 +1,19 @@
-"""The planar-mesh method on K09's brake: as printed, as it should be, and from irregular nodes.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The planar-mesh method on K09's brake: as printed, as it should be, and from irregular nodes.
 
 Expected errors are those of the rules themselves, exact shapes being put in the place of
 interpolated ones; irregular meshes are held against harmonics on the same section.
@@ -14,7 +29,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from squeal_core import operators
 from squeal_core.arrays import FloatArray
 from squeal_core.brake import Brake
@@ -61,7 +75,7 @@ def harmonics(brake: Brake) -> HarmonicModes:
 
 @pytest.fixture(scope='session')
 def irregular(example: ModuleType, brake: Brake, harmonics: HarmonicModes) -> SolidModes:
-    """The same section turned to 27-node hexahedra, nodes moved at random: takes seconds."""
+    """Return the section turned to 27-node hexahedra, nodes moved at random: takes seconds."""
     return example.irregular_disc(  # type: ignore[no-any-return]
         brake, len(harmonics.names), 60, irregularity=0.3, element_size=SIZE)
 
@@ -259,7 +273,7 @@ def test_same_modes_are_unstable(
 
 @pytest.fixture
 def small(example: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
-    """The example on grids and meshes of no accuracy, with no more than a few modes."""
+    """Return the example on grids and meshes of no accuracy, with no more than a few modes."""
     ladder = (((4, 8), 4, 24, 1), ((6, 12), 6, 32, 1))
     monkeypatch.setattr(example, 'RULES', {
         name: (ladder, settings, order) for name, (_, settings, order) in example.RULES.items()})

@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """`squeal verify`: the table against the paper's printed numbers, and figures against shapes."""
 
 from collections.abc import Iterator
@@ -10,7 +24,6 @@ import sys
 import numpy as np
 from PIL import Image
 import pytest
-
 from squeal_core import BrakeModel, verification
 from squeal_core.brake import Brake
 from squeal_core.errors import SquealError
@@ -33,7 +46,7 @@ KNOWN = {'2521 Hz: added by gyroscopic term', 'further pairs at 20 rad/s',
 
 @pytest.fixture(scope='module')
 def found(kang: BrakeModel) -> Verification:
-    """The whole verification; takes half a minute."""
+    """Return the whole verification; takes half a minute."""
     return verify(kang)
 
 
