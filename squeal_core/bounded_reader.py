@@ -1,4 +1,19 @@
-"""The one opener of files that are read: regular files only, of a bounded size.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The one opener of files that are read: regular files only, of a bounded size.
 
 A pipe would make a reader wait for ever, a device such as /dev/zero would never end; both are
 refused before a byte is read, as is a file that is larger than its format ever is.
@@ -21,14 +36,18 @@ ErrorOf = Callable[[object, str, str], SquealError]
 
 @contextmanager
 def open_bounded(path: str | Path, most_bytes: int, error_of: ErrorOf) -> Iterator[BinaryIO]:
-    """Open a regular file of at most so many bytes for reading; a link to one will do.
+    """
+    Open a regular file of at most so many bytes for reading; a link to one will do.
 
     Parameters
     ----------
     path : path
+        Where the file is.
     most_bytes : int
+        Size limit.
     error_of : callable
         Makes the error that is raised, of where, what and remedy.
+
     """
     try:
         # without O_NONBLOCK the opening of a pipe would wait for somebody to write to it
@@ -74,17 +93,20 @@ def read_text_bounded(path: str | Path, most_bytes: int, error_of: ErrorOf, *,
 
 def bounded_lines(file: BinaryIO, most_letters: int, error_of: Callable[[int], SquealError], *,
                   encoding: str = 'utf-8-sig', errors: str = 'strict') -> Iterator[str]:
-    """Yield the lines of an open file with their ends, none longer than so many characters.
+    """
+    Yield the lines of an open file with their ends, none longer than so many characters.
 
     Parameters
     ----------
     file : binary file
+        Opened for reading.
     most_letters : int
         Of one line.
     error_of : callable
         Of the number of a line that is too long: makes the error.
     encoding, errors : str
         As for `bytes.decode`.
+
     """
     number = 0
     text = io.TextIOWrapper(file, encoding, errors, newline='')

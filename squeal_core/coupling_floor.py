@@ -1,4 +1,19 @@
-"""Least remainder of a series by couplings over gaps, whatever its computed terms are.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Least remainder of a series by couplings over gaps, whatever its computed terms are.
 
 A block changes with the operating point along closed walks of couplings: from an eigenvalue r of
 it over others a, b, ... back into the block. Of a walk of n couplings comes a term of degree n,
@@ -19,7 +34,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-
 from squeal_core.arrays import ComplexArray, FloatArray, IndexArray, readonly
 
 LONGEST = 12  # couplings of a walk
@@ -32,7 +46,8 @@ _LARGEST = 1e30  # 1/s, that single precision holds
 
 @dataclass(frozen=True, eq=False)
 class CouplingFloor:
-    """Size of the closed walks that the terms of a series do not show.
+    """
+    Size of the closed walks that the terms of a series do not show.
 
     Parameters
     ----------
@@ -43,6 +58,7 @@ class CouplingFloor:
         step alone, at 1, and by all together, at a weighted step of 1 each.
     degree : int
         Of the series.
+
     """
 
     weights: FloatArray
@@ -72,16 +88,20 @@ class CouplingFloor:
 
 def coupling_floor(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
                    degree: int) -> CouplingFloor:
-    """Return the closed walks beyond the degree of a series.
+    """
+    Return the closed walks beyond the degree of a series.
 
     Parameters
     ----------
     roots : (M,) array
+        Eigenvalues [1/s].
     couplings : (v, M, M) array
         E_i.
     blocks : sequence of index arrays
         Roots of each block; those in none are mirror images.
     degree : int
+        Of the expansion.
+
     """
     kept = np.concatenate(blocks)
     sizes = np.array([block.size for block in blocks])
@@ -124,17 +144,20 @@ def _ratios(strength: FloatArray, inverse: FloatArray) -> tuple[FloatArray, Floa
 
 def _unseen(squares: FloatArray, degree: int, pairs: FloatArray,
             mixing: FloatArray) -> FloatArray:
-    """Return the walks (lengths, blocks) beyond the degree that those within it do not show.
+    """
+    Return the walks (lengths, blocks) beyond the degree that those within it do not show.
 
     Parameters
     ----------
     squares : (lengths, blocks) array
         Of walks of 2, 3, ... couplings.
     degree : int
+        Of the expansion.
     pairs : (blocks,) array
         Fourth power of the ratio of couplings to gaps, there and back.
     mixing : (blocks,) array
         Square of the greatest ratio of walks to those a coupling shorter.
+
     """
     seen, beyond = np.split(np.sqrt(squares), [degree - 1])
     ratio = pairs ** 0.25
@@ -156,7 +179,8 @@ def _inverse_gaps(roots: ComplexArray, own: Any, least: float) -> FloatArray:
 
 def _together(roots: ComplexArray, couplings: ComplexArray, kept: IndexArray,
               own: Any) -> FloatArray:
-    """Return the part (a, c) of the walks from c to a that is left where symmetry cancels them.
+    """
+    Return the part (a, c) of the walks from c to a that is left where symmetry cancels them.
 
     Two equal modes of an axisymmetric disc are coupled by walks over each other pair of modes that
     cancel, to rounding. What is left is seen by the walks of two couplings in some direction.

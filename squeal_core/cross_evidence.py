@@ -1,3 +1,17 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
 """What is gathered about the inputs of one brake, to compare it with the others."""
 
 from collections.abc import Sequence
@@ -65,12 +79,13 @@ class Doubt:
 
     @property
     def said(self) -> str:
-        """What is wrong, in words that follow the value; '' for nothing."""
+        """Return what is wrong, in words that follow the value; '' for nothing."""
         return self.text and (self.text if self._present else f'{self.text}, {self.until}')
 
 
 class Wheel:
-    """One brake: windows of its inputs, and the doubts about them.
+    """
+    One brake: windows of its inputs, and the doubts about them.
 
     `pressure`, `smooth` (pressure over 0.5 s), `speed` and `friction` are those of the last step
     as far as they may speak against other brakes, else NaN.
@@ -78,6 +93,7 @@ class Wheel:
     Parameters
     ----------
     brake : BrakeSettings
+
     """
 
     def __init__(self, brake: BrakeSettings) -> None:

@@ -1,4 +1,19 @@
-"""Damaged files of every kind given to commands: 0, 1 or 2, one line for 2, never a traceback.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Damaged files of every kind given to commands: 0, 1 or 2, one line for 2, never a traceback.
 
 What is solved or played once the files are read is left out: a damaged file may well be readable.
 """
@@ -20,14 +35,13 @@ from engine_models import point
 from mutants import damaged, lines_moved, mutant_of_archive, mutant_of_text
 import pytest
 from reading_mutants import small_model
-from test_readers_samples import write_sample
-import yaml
-
 from squeal_core.anchor_solution import anchor_at
 from squeal_core.errors import SquealError
 from squeal_core.resources import find
 from squeal_core.table_file import write_table
 from squeal_ros.cli import main
+from test_readers_samples import write_sample
+import yaml
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('rosbags', reason='needs rosbags')

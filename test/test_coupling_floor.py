@@ -1,4 +1,19 @@
-"""Estimates of series whose terms vanish: friction couples that form rings, and others as sparse.
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Estimates of series whose terms vanish: friction couples that form rings, and others as sparse.
 
 Where the estimate accepts an answer the truth has to be within it, but for a small factor on
 errors far below the tolerance.
@@ -10,7 +25,6 @@ from engine_models import point
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
-
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.anchor import Anchor
 from squeal_core.anchor_solution import anchor_at
@@ -23,7 +37,7 @@ NEGLIGIBLE = 0.05  # of what is tolerated: an estimate of less may be beaten
 
 
 def ring(size: int, generator: np.random.Generator) -> FloatArray:
-    """A couple of each mode with the next alone, round to the first."""
+    """Return a couple of each mode with the next alone, round to the first."""
     couple = np.zeros((size, size))
     place = np.arange(size)
     couple[place, (place + 1) % size] = generator.choice([-1.0, 1.0], size) * generator.uniform(
@@ -45,20 +59,20 @@ def nilpotent(size: int, generator: np.random.Generator) -> FloatArray:
 
 
 def sparse(size: int, generator: np.random.Generator) -> FloatArray:
-    """A few entries anywhere but on the diagonal."""
+    """Return a few entries anywhere but on the diagonal."""
     couple = generator.normal(size=(size, size)) * (generator.random((size, size)) < 1.5 / size)
     np.fill_diagonal(couple, 0.0)
     return couple
 
 
 def noisy(size: int, generator: np.random.Generator) -> FloatArray:
-    """A ring in a full matrix of little: all terms are there, and say too little."""
+    """Return a ring in a full matrix of little: all terms are there, and say too little."""
     return ring(size, generator) + 10.0 ** generator.uniform(-6.0, -1.0) * generator.normal(
         size=(size, size))
 
 
 def shifted(size: int, generator: np.random.Generator) -> FloatArray:
-    """A ring of modes whose gaps change."""
+    """Return a ring of modes whose gaps change."""
     return ring(size, generator) + np.diag(generator.normal(size=size))
 
 
@@ -144,8 +158,7 @@ def test_a_ring_of_two_coefficients() -> None:
 
 
 def test_a_full_matrix_has_no_floor(kang: BrakeModel) -> None:
-    """Its terms show what they leave out: the floor of hardly any block is more than the estimate.
-    """
+    """Its terms show what they leave out: few blocks have a floor above the estimate."""
     start = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
     anchor = anchor_at(kang, start)
     steps = np.full((1, anchor.rows.size), 0.3)
