@@ -86,7 +86,7 @@ def run(brakes: list[SlidingBrake], way: list[BrakingSample],
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('--drive', default='us06', choices=DRIVES)
     parser.add_argument('--model', default='kang2009')
     parser.add_argument('--brakes', type=int, default=4, choices=(1, 2, 3, 4))

@@ -179,7 +179,7 @@ def measure(name: str, vehicle: Vehicle, executor: Any, process: int, seconds: f
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('--seconds', type=float, default=30.0)
     parser.add_argument('--warm-up', type=float, default=300.0,
                         help='seconds between the cold and the warm figures')

@@ -130,7 +130,7 @@ def costs(model: BrakeModel) -> tuple[Any, Any, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('--drives', nargs='*', default=DRIVES, choices=DRIVES)
     parser.add_argument('--model', default='kang2009')
     parser.add_argument('--live', type=float, default=60.0, help='braking seconds, in real time')

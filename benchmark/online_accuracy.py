@@ -108,7 +108,7 @@ def near(start: OperatingPoint, generator: np.random.Generator) -> OperatingPoin
 
 
 def main() -> int:
-    options = check_options(__doc__.splitlines()[0], points=20_000).parse_args()
+    options = check_options(__doc__.strip().splitlines()[0], points=20_000).parse_args()
     model, generator = BrakeModel.load(options.model), np.random.default_rng(options.seed)
     table, worst = Tabulation(model, TableSettings(audit_every=0)), Worst()
     while worst.points < options.points:

@@ -58,7 +58,7 @@ def moved(point: OperatingPoint, parameter: str, factor: float) -> OperatingPoin
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('-o', '--output', default='docs/images/online_error.png')
     parser.add_argument('--anchors', type=int, default=24)
     arguments = parser.parse_args()

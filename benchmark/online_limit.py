@@ -67,7 +67,7 @@ def beaten(model: BrakeModel, anchor: Anchor, at: OperatingPoint) -> tuple[Any, 
 
 
 def main() -> int:
-    options = check_options(__doc__.splitlines()[0], points=1200).parse_args()
+    options = check_options(__doc__.strip().splitlines()[0], points=1200).parse_args()
     model, generator = BrakeModel.load(options.model), np.random.default_rng(options.seed)
     driven = braking_points(model, 'us06')
     points, times, parts = 0, [], []

@@ -127,7 +127,7 @@ def figures(risks: FloatArray, parts: FloatArray, samples: int) -> dict[str, flo
 
 
 def main() -> int:
-    parser = check_options(__doc__.splitlines()[0], points=200)
+    parser = check_options(__doc__.strip().splitlines()[0], points=200)
     parser.add_argument('--samples', type=int, default=20_000)
     options = parser.parse_args()
     model, generator = BrakeModel.load(options.model), np.random.default_rng(options.seed)
