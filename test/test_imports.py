@@ -97,7 +97,6 @@ ORDER = (
     'squeal_core.coupling_floor',
     'squeal_core.block_series',
     'squeal_core.encounters',
-    'squeal_core.coupling_floor',
     'squeal_core.anchor',
     'squeal_core.block_recursion',
     'squeal_core.anchor_solution',
