@@ -98,8 +98,7 @@ class CrossChecks:
         each = list(zip(self._wheels.values(), readings, strict=True))
         for wheel, inputs in each:
             for signal in wheel.usable:
-                wheel.usable[signal] = inputs[signal].status in (
-                    'good', 'outside validated range')
+                wheel.usable[signal] = inputs[signal].is_believed
         self._advance(time)
         return [_marked(wheel, inputs) for wheel, inputs in each]
 

@@ -207,8 +207,7 @@ class DriveSummary:
 
 def _value(reading: Reading | None) -> float:
     """Return what is known of an input: NaN where it is not known."""
-    known = reading is not None and reading.status in ('good', 'outside validated range')
-    return reading.value if reading is not None and known else math.nan
+    return reading.value if reading is not None and reading.is_believed else math.nan
 
 
 def _note(brake: BrakeSummary, found: Assessment, *, braking: bool) -> None:

@@ -32,13 +32,18 @@ def quoted(value: Any) -> str:
         return f'a {type(value).__name__} of great length'
 
 
-def did_you_mean(wrong: Any, known: Iterable[str]) -> str:
-    """Return ' (did you mean ...?)' with the known word nearest to a wrong one; '' without one."""
-    words = list(dict.fromkeys(known))
-    folded = {word.casefold(): word for word in reversed(words)}
+def nearest_word(wrong: Any, known: Iterable[str]) -> str:
+    """Return the known word nearest to a wrong one, in either case; '' where none is near."""
+    folded = {word.casefold(): word for word in reversed(list(dict.fromkeys(known)))}
     text = str(wrong)[:80].casefold()
     near = difflib.get_close_matches(text, folded, n=1, cutoff=0.6)
-    return f' (did you mean {folded[near[0]]}?)' if near else ''
+    return folded[near[0]] if near else ''
+
+
+def did_you_mean(wrong: Any, known: Iterable[str]) -> str:
+    """Return ' (did you mean ...?)' with the known word nearest to a wrong one; '' without one."""
+    near = nearest_word(wrong, known)
+    return f' (did you mean {near}?)' if near else ''
 
 
 class SquealError(ValueError):

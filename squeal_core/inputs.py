@@ -99,6 +99,11 @@ class Reading:
     age: float = math.nan
     detail: str = ''
 
+    @property
+    def is_believed(self) -> bool:
+        """Whether the value is that of the brake, though the model may not hold there."""
+        return self.status in ('good', 'outside validated range')
+
     def described(self, name: str) -> str:
         """Return the reading in words: the input, its value and its age."""
         if math.isnan(self.age) and math.isnan(self.value):

@@ -34,6 +34,7 @@ except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
 from squeal_core.bounded_reader import check_readable, ErrorOf
+from squeal_core.errors import SquealError
 
 MAX_FILE = 1_000_000_000_000  # bytes: it is read chunk by chunk
 MAX_CHUNK = 200_000_000  # bytes of a chunk or message when unpacked; recorders write a few MB
@@ -103,9 +104,9 @@ def unpack_file(path: Path, target: Path, error_of: ErrorOf) -> None:
                 if done > most:
                     raise error_of(path, f'unpacks to more than {most} bytes', 'unpack it first')
                 file.write(block)
+    except SquealError:
+        raise
     except (OSError, EOFError, ValueError, zstd.ZstdError, zlib.error) as error:
-        if isinstance(error, ValueError) and hasattr(error, 'args') and done > most:
-            raise
         raise error_of(path, f'cannot be unpacked ({error})', 'copy it again') from None
 
 

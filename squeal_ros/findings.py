@@ -27,7 +27,7 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.errors import SquealError
+from squeal_core.errors import nearest_word, SquealError
 from squeal_core.inputs import Sample, Unreadable
 from squeal_core.settings import InputSettings, MonitorSettings, Signal
 from squeal_ros.signals import FieldPath
@@ -270,8 +270,8 @@ def hint(path: FieldPath, message: Any) -> str:
 
 
 def _instead(wrong: str, names: list[str], before: str) -> str:
-    near = difflib.get_close_matches(wrong, names, n=1, cutoff=0.6)
-    meant = f'do you mean {near[0]!r}? ' if near else ''
+    near = nearest_word(wrong, names)
+    meant = f'do you mean {near!r}? ' if near else ''
     return f'{meant}{before}{_listed(names) or "nothing"}'
 
 
