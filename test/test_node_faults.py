@@ -82,6 +82,13 @@ class Stage:
         self.publishers[signal].publish(message)
         self.wait(lambda: self._taken(signal) > before, signal)
 
+    def connected(self, publisher: Any, count: int) -> None:
+        """Wait until a publisher and the node know of each other, of so many on its topic."""
+        self.wait(publisher.get_subscription_count, 'the subscription')
+        self.wait(lambda: [topic.get_publisher_count() for topic in self._car.monitor.subscriptions
+                           if topic.topic_name == publisher.topic_name] == [count],
+                  'the new publisher')
+
     def _taken(self, signal: Signal) -> int:
         figures = self._car.monitor._configured.inputs.values(0)
         return int(str(figures[f'{TOPICS[signal]} received']))
@@ -194,7 +201,7 @@ def test_another_publisher(name: str, signal: Signal) -> None:
         assert math.isnan(acted.risk)
         assert re.fullmatch(rf'{signal} is \d\.\d\d s old: .*', car.status.message)
         fresh = other.create_publisher(TYPES[signal], TOPICS[signal], 10)
-        acted.wait(fresh.get_subscription_count, 'the new publisher')
+        acted.connected(fresh, 1)
         acted.publishers[signal] = fresh
         drive(acted, 0.15)  # a sample of each, and a tick
         assert acted.risk >= 0.0
@@ -210,7 +217,7 @@ def test_a_publisher_that_is_replaced_at_once_is_not_missed() -> None:
             old, node = acted.publishers['friction'], (other, car.node)
             acted.publishers['friction'] = new = node[count % 2].create_publisher(
                 Float64, TOPICS['friction'], 10)
-            acted.wait(new.get_subscription_count, 'the new publisher')
+            acted.connected(new, 2)
             node[(count + 1) % 2].destroy_publisher(old)
         assert car.figures['dropped_messages'] == '0'
 
@@ -226,7 +233,7 @@ def test_one_that_stood_by_has_dropped_nothing() -> None:
 
         drive(acted, 0.3)
         standby = other.create_publisher(Float64, TOPICS['friction'], 10)
-        acted.wait(standby.get_subscription_count, 'the one that stands by')
+        acted.connected(standby, 2)
         sees(2)
         for _ in range(300):
             standby.publish(Float64(data=0.42))
