@@ -136,7 +136,7 @@ class Wheel:
         self.friction = self._believed('friction').mean
 
     def own(self, signal: Signal) -> SignalWindow:
-        """Return the window of an input to be judged; one without values if it is not usable."""
+        """Return the window of an input to be checked; one without values if it is not usable."""
         return self.windows[signal] if self.usable.get(signal) else _NOTHING
 
     def _believed(self, signal: Signal) -> SignalWindow:

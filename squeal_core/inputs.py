@@ -252,9 +252,9 @@ class Input:
     def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
         """Ask the guards about a sample."""
         stamp, value = sample.stamp, sample.value
-        contradiction = self._publishers.judge(stamp, value, number=sample.number,
+        contradiction = self._publishers.check(stamp, value, number=sample.number,
                                                connection=sample.connection)
-        said = [guard.judge(stamp, value) for guard in self._guards if math.isfinite(value)]
+        said = [guard.check(stamp, value) for guard in self._guards if math.isfinite(value)]
         if contradiction:
             return 'contradicted', contradiction
         if not math.isfinite(value):
@@ -263,7 +263,7 @@ class Input:
             return 'invalid', detail
         if not self._limits.minimum <= value <= self._limits.maximum:
             return 'good', ''
-        detail = self._stuck.judge(stamp, value, sliding=sliding, others=others)
+        detail = self._stuck.check(stamp, value, sliding=sliding, others=others)
         return ('stuck', detail) if detail else ('good', '')
 
     def _drop_one(self) -> None:

@@ -55,9 +55,9 @@ _TO_RPM = 'looks like rpm given as rad/s'
 
 
 class Guard(Protocol):
-    """Judges the samples of one input."""
+    """Checks the samples of one input."""
 
-    def judge(self, stamp: int, value: float) -> str:
+    def check(self, stamp: int, value: float) -> str:
         """Return what is wrong with a sample, in words that follow its value; '' for nothing."""
 
 
@@ -91,7 +91,7 @@ class BarGuard:
         self._rest = _Rest(_BAR_TIME, _BAR_SAMPLES)
         self._told = False
 
-    def judge(self, stamp: int, value: float) -> str:
+    def check(self, stamp: int, value: float) -> str:
         inside = _LEAST_BAR <= value < self._below
         if not _LEAST_GAUGE_BAR <= value < self._below:
             self._told = False
@@ -113,7 +113,7 @@ class GaugeGuard:
         self._released = self._braked = self._told = False
         self._returns = 0
 
-    def judge(self, stamp: int, value: float) -> str:
+    def check(self, stamp: int, value: float) -> str:
         low, high = _AIR
         rests = self._rest.lasts(stamp, low <= value <= high)
         if value < _RELEASED:
@@ -136,7 +136,7 @@ class AbsoluteGuard:
         self._pressure = _Rest(_NO_VACUUM_TIME, _REST_SAMPLES)
         self._told = False
 
-    def judge(self, stamp: int, value: float) -> str:
+    def check(self, stamp: int, value: float) -> str:
         if self._pressure.lasts(stamp, value > _NO_VACUUM):
             self._told = False
         self._told |= self._vacuum.lasts(stamp, value < _VACUUM)
@@ -167,7 +167,7 @@ class _LongRamp:
         self._last = _Speed(0, 0.0)  # at the end of the last piece
         self._direction = self._pieces = 0
 
-    def judge(self, stamp: int, value: float) -> bool:
+    def check(self, stamp: int, value: float) -> bool:
         """Take a sample, and tell whether the change has lasted for a second."""
         passed = stamp - self._last.stamp
         if self._begin is None or not 0 <= passed <= max(self._longest_gap, _PIECE):
@@ -223,7 +223,7 @@ class RpmGuard:
         self._low = False  # it leapt down by the same factor, so that it may leap back
         self._rpm_until: int | None = None  # None: until it leaps back
 
-    def judge(self, stamp: int, value: float) -> str:
+    def check(self, stamp: int, value: float) -> str:
         if abs(value) * RPM > self._maximum:
             return ''
         beyond = abs(value) > self._maximum
@@ -237,13 +237,13 @@ class RpmGuard:
         change, as_rpm = abs(value - last.value), abs(value * RPM - last.value)
         nearer = as_rpm < change or as_rpm == change and speed <= _FLICKER  # both at rest
         if self._rpm and nearer and as_rpm <= allowed:
-            doubt = self._ramp.judge(stamp, value) or (beyond and not spike)
+            doubt = self._ramp.check(stamp, value) or (beyond and not spike)
             return self._believe(stamp, value, rpm=True,
                                  doubt=doubt and self._rpm_until is not None)
         if change <= allowed:
             if self._rpm:  # it leaps back
                 self._ramp.forget()
-            doubt = self._ramp.judge(stamp, value) or beyond
+            doubt = self._ramp.check(stamp, value) or beyond
             return _TO_RPM if spike else self._believe(stamp, value, rpm=doubt, doubt=doubt)
         self._ramp.forget()
         near = _ALIKE * speed + _BRAKING * seconds

@@ -99,7 +99,7 @@ class PublisherGuard:
         self._window = round(_SHARE * max_age * 1e9)
         self._tracks: list[_Track] = []
 
-    def judge(self, stamp: int, value: float, *, number: int, connection: int) -> str:
+    def check(self, stamp: int, value: float, *, number: int, connection: int) -> str:
         """
         Return what contradicts a sample; '' for nothing.
 

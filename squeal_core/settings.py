@@ -131,8 +131,8 @@ MONITOR_KEYS = (
     Key('axle_pressure_ratio', 0.7, '-', 'less than this fraction of the pressure of its axle '
         'partner (and 1 bar) is doubted; 0: only a released brake', 0.0, 0.9),
     Key('unbraked_deceleration', 12.0, 'rad/s^2', 'wheels that slow more than engine, '
-        'regeneration and hills can do (12 is 4 m/s^2 on a 0.33 m wheel) belie low pressures; '
-        '0: not checked', 0.0, 1e3),
+        'regeneration and hills can do (12 is 4 m/s^2 on a 0.33 m wheel) contradict low '
+        'pressures; 0: not checked', 0.0, 1e3),
     Key('deceleration_per_pressure', 10.0, 'rad/s^2 per MPa',
         'what the largest pressure adds to that at most; 10 is 0.33 m/s^2 a bar', 0.0, 1e4),
     Key('pressure_slew', 1e8, 'Pa/s', 'a pressure that keeps leaping away and back faster is '

@@ -97,8 +97,8 @@ class StuckGuard:
         """For how long the value may rest [ns]."""
         return self._after * max(1.0, self._step.value / self._movement)
 
-    def judge(self, stamp: int, value: float, *, sliding: bool, others: int) -> str:
-        """Judge a sample; `others` counts the changes of the brake's other inputs up to now."""
+    def check(self, stamp: int, value: float, *, sliding: bool, others: int) -> str:
+        """Check a sample; `others` counts the changes of the brake's other inputs up to now."""
         if value != self._value:
             if self.changes:
                 self._step.add(value - self._value)

@@ -43,7 +43,7 @@ def speeds(**changes: float) -> RpmGuard:
 
 def judged(guard: Guard, values: Sequence[float], rate: float = 100.0,
            start: float = 0.0) -> list[str]:
-    said = [guard.judge(round((start + i / rate) * SECOND), float(value))
+    said = [guard.check(round((start + i / rate) * SECOND), float(value))
             for i, value in enumerate(values)]
     return [next((word for word in (BAR, TO_RPM) if f'like {word} given' in text), text)
             for text in said]
@@ -173,7 +173,7 @@ def test_what_is_over_at_once_is_no_ramp(rate: float) -> None:
         values = [*before, *[value] * 200]
         guard = speeds()
         stamps = np.arange(len(values)) / rate + np.where(np.arange(len(values)) < 10, 0.0, 0.3)
-        said = [guard.judge(round(t * SECOND), v) for t, v in zip(stamps, values, strict=True)]
+        said = [guard.check(round(t * SECOND), v) for t, v in zip(stamps, values, strict=True)]
         late = [text for t, text in zip(stamps, said, strict=True) if t > stamps[10] + 0.5]
         assert set(late) == {''}
     locking = [*np.linspace(60.0, 0.0, round(0.3 * rate)), *[0.0] * round(3 * rate)]
@@ -182,8 +182,8 @@ def test_what_is_over_at_once_is_no_ramp(rate: float) -> None:
 
 def test_spikes_beyond_the_maximum_are_no_rpm() -> None:
     guard = speeds()
-    assert guard.judge(0, 20.0) == ''
-    assert guard.judge(SECOND, 500.0)  # after a silence of a second
+    assert guard.check(0, 20.0) == ''
+    assert guard.check(SECOND, 500.0)  # after a silence of a second
     assert set(judged(guard, [20.0] * 100, start=1.6)) == {''}
 
 
@@ -333,7 +333,7 @@ def held(values: Sequence[float], others: Sequence[int], *, sliding: bool = True
          rate: float = 10.0, **changes: Any) -> list[bool]:
     guard = StuckGuard(**{
         'after': 2.0, 'changes': 5, 'longest_gap': 0.5, 'movement': 1.0, **changes})
-    return [bool(guard.judge(round(i / rate * SECOND), value, sliding=sliding, others=other))
+    return [bool(guard.check(round(i / rate * SECOND), value, sliding=sliding, others=other))
             for i, (value, other) in enumerate(zip(values, others, strict=True))]
 
 
