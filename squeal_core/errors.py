@@ -32,6 +32,11 @@ def quoted(value: Any) -> str:
         return f'a {type(value).__name__} of great length'
 
 
+def in_one_line(text: object, most: int | None = None) -> str:
+    """Return a text, as of a foreign error, in one line of at most so many characters."""
+    return ' '.join(str(text).split())[:most]
+
+
 def nearest_word(wrong: Any, known: Iterable[str]) -> str:
     """Return the known word nearest to a wrong one, in either case; '' where none is near."""
     folded = {word.casefold(): word for word in reversed(list(dict.fromkeys(known)))}
@@ -50,7 +55,7 @@ class SquealError(ValueError):
     """Base of the errors that a caller's input can cause."""
 
     def __init__(self, text: str) -> None:
-        super().__init__(' '.join(text.split()))
+        super().__init__(in_one_line(text))
 
 
 class PlacedError(SquealError):

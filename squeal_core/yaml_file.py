@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal_core.bounded_reader import ErrorOf, read_bounded
-from squeal_core.errors import quoted
+from squeal_core.errors import in_one_line, quoted
 
 MAX_BYTES = 1_000_000
 MAX_NODES = 20_000  # keys, values, lists and mappings: the settings of MAX_BRAKES have half of it
@@ -63,7 +63,7 @@ def read_yaml(path: str | Path, error_of: ErrorOf, *, most_bytes: int = MAX_BYTE
         _check_events(yaml, text, base, most_nodes)
         return yaml.load(text, Loader)  # a SafeLoader: plain data only
     except Exception as error:  # PyYAML lets ValueError, KeyError, RecursionError and more out
-        text = ' '.join(str(error).split())[:200]
+        text = in_one_line(error, 200)
         raise error_of(path, f'is not YAML this can read ({text})', 'mend it') from None
 
 

@@ -27,7 +27,7 @@ try:
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
-from squeal_core.errors import quoted, SquealError
+from squeal_core.errors import in_one_line, quoted, SquealError
 from squeal_core.output import kind_of
 from squeal_core.yaml_file import read_yaml
 from squeal_ros.bag_bounds import (
@@ -156,7 +156,7 @@ class Bag:
     def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
         packed = bytes(data[:4]) == _ZSTD
         why = 'compressed: give the folder with its metadata.yaml' if packed else (
-            f'{type(error).__name__}: {" ".join(str(error).split())[:120]}')
+            f'{type(error).__name__}: {in_one_line(error, 120)}')
         first = self.undecodable.get(topic, (0, why))
         self.undecodable[topic] = first[0] + 1, first[1]
 
@@ -271,7 +271,7 @@ def _unreadable(path: Path, error: Exception) -> BagError:
     if path.suffix == '.bag':
         return BagError(path, 'is a bag of ROS 1', 'convert it: rosbags-convert --src '
                         f'{path.name} --dst {path.stem}')
-    text = ' '.join(str(error).split())[:200]
+    text = in_one_line(error, 200)
     remedy = {'.mcap': 'if it was cut off, `mcap recover` gets back what is whole',
               '.db3': 'if it was cut off, `sqlite3 FILE .recover` gets back what is whole'}.get(
                   path.suffix, _GIVE_BAG)

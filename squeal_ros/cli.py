@@ -30,7 +30,7 @@ from typing import Any, NoReturn
 
 from squeal_core import __version__
 from squeal_core.critical import SQUEAL_BAND
-from squeal_core.errors import did_you_mean, SquealError
+from squeal_core.errors import did_you_mean, in_one_line, SquealError
 from squeal_ros import commands
 
 GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -60,7 +60,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         code = run(options)
         sys.stdout.flush()
     except (SquealError, ImportError) as error:
-        print(f'squeal: {" ".join(str(error).split())}{_remedy(error)}', file=sys.stderr)
+        print(f'squeal: {in_one_line(error)}{_remedy(error)}', file=sys.stderr)
         return BAD_INPUT
     except OSError as error:
         _drop_output()
@@ -103,8 +103,8 @@ class _Parser(argparse.ArgumentParser):
         wrong = re.findall(r"invalid choice: '([^']*)'|(--?\w[\w-]*)", message)
         words = [a or b for a, b in wrong if (a or b) not in known]
         near = did_you_mean(words[0], known) if words else ''
-        text = ' '.join(message.split())
-        self.exit(BAD_INPUT, f'{self.prog}: {text[:300]}{near}; see {self.prog} --help\n')
+        text = in_one_line(message, 300)
+        self.exit(BAD_INPUT, f'{self.prog}: {text}{near}; see {self.prog} --help\n')
 
 
 def parser() -> argparse.ArgumentParser:

@@ -18,6 +18,8 @@ import math
 import sys
 from typing import Any
 
+from squeal_core.errors import in_one_line
+
 
 def report_progress(text: str) -> None:
     if sys.stderr.isatty():
@@ -26,7 +28,7 @@ def report_progress(text: str) -> None:
 
 def warn(text: str) -> None:
     """Say on stderr what is doubted; the command goes on."""
-    print(f'squeal: warning: {" ".join(text.split())}', file=sys.stderr)
+    print(f'squeal: warning: {in_one_line(text)}', file=sys.stderr)
 
 
 class ProgressBar:

@@ -28,6 +28,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from squeal_core.errors import in_one_line
 
 Report = Callable[[Exception], None]
 
@@ -94,7 +95,7 @@ def _answering(callback: Callable[..., Any], report: Report) -> Callable[..., An
             return callback(request, response)
         except Exception as error:
             report(error)
-            return _refusal(request, response, ' '.join(str(error).split()))
+            return _refusal(request, response, in_one_line(error))
     return call
 
 

@@ -33,7 +33,7 @@ except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
 from squeal_core.bounded_reader import read_text_bounded
-from squeal_core.errors import PlacedError
+from squeal_core.errors import in_one_line, PlacedError
 from squeal_ros.bag_bounds import least_size
 from squeal_ros.findings import full_type_name
 
@@ -104,7 +104,7 @@ class MessageDefinitions:
         try:
             own = _parse(connection)
         except Exception as error:  # the parsers let assertions and key errors through
-            fault = f' that can be read ({" ".join(str(error).split())[:120]})'
+            fault = f' that can be read ({in_one_line(error, 120)})'
         if wanted not in own:
             own = {}
         needed: dict[str, Any] = {}
@@ -129,7 +129,7 @@ class MessageDefinitions:
         except Exception as error:  # a type with parts that rosbags does not know
             raise DefinitionError(
                 bag, f'its definition of {wanted} cannot be used '
-                f'({" ".join(str(error).split())[:120]})', 'give one of known types (--types '
+                f'({in_one_line(error, 120)})', 'give one of known types (--types '
                 'FOLDER), or leave the topic out') from None
         if hasattr(store, 'max_sequence_length'):
             store.max_sequence_length = 16 * _LONGEST_ARRAY
@@ -146,7 +146,7 @@ class MessageDefinitions:
                 found = _parse_block(text, name, idl=path.suffix == '.idl').get(name)
             except Exception as error:
                 raise DefinitionError(
-                    path, f'is no message definition ({" ".join(str(error).split())[:120]})',
+                    path, f'is no message definition ({in_one_line(error, 120)})',
                     'correct or remove it') from None
             if found is not None:
                 return found

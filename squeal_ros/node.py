@@ -32,7 +32,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 from squeal_core.brake_model import BrakeModel
-from squeal_core.errors import ConfigurationError, SquealError
+from squeal_core.errors import ConfigurationError, in_one_line, SquealError
 from squeal_core.monitor import Assessment, Reading, VehicleMonitor
 from squeal_core.settings import MonitorSettings, NODE_NAME, pressure_references
 from squeal_ros.field_check import check_fields
@@ -105,7 +105,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         if not self.context.ok():  # a signal came amid it: nothing can be published any more
             return
         self.health.errors += 1
-        self.get_logger().error(f'{type(error).__name__}: {" ".join(str(error).split())}',
+        self.get_logger().error(f'{type(error).__name__}: {in_one_line(error)}',
                                 throttle_duration_sec=10.0)
 
     def bring_up(self) -> None:
@@ -331,7 +331,7 @@ def _refuse(error: Exception) -> int:
     text = str(error)
     if type(error).__name__ == 'UnknownROSArgsError':
         text = f'--ros-args: {text} are no arguments of ROS; see squeal_monitor --help'
-    print(f'{NODE_NAME}: {" ".join(text.split())}', file=sys.stderr)
+    print(f'{NODE_NAME}: {in_one_line(text)}', file=sys.stderr)
     return 2
 
 

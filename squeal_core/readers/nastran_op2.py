@@ -23,6 +23,7 @@ import warnings
 import numpy as np
 from squeal_core.arrays import FloatArray
 from squeal_core.bounded_reader import check_readable
+from squeal_core.errors import in_one_line
 from squeal_core.readers.nastran_h5 import by_kind, check_systems, ELEMENTS, PYRAMIDS
 from squeal_core.readers.raw import (
     AGAIN,
@@ -67,7 +68,7 @@ def _load(path: Path) -> Any:
 
 
 def _one_line(error: BaseException) -> str:
-    return f'{type(error).__name__}: {" ".join(str(error).split())[:120]}'
+    return f'{type(error).__name__}: {in_one_line(error, 120)}'
 
 
 def _vectors(path: Path, model: Any) -> Any:
