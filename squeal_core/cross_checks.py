@@ -26,10 +26,11 @@ rate of assessments. A doubt ends when the input is seen to agree again, not whe
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from squeal_core import cross_rules as rules
 from squeal_core.axles import axle_partners, in_words
 from squeal_core.cross_evidence import Wheel
+from squeal_core.cross_rules import against_friction, against_speed, motion_of
 from squeal_core.inputs import Reading, Sample
+from squeal_core.pressure_rules import against_pressure, learn_share, pressure_agrees
 from squeal_core.settings import MonitorSettings, Signal
 from squeal_core.signal_windows import STEP
 
@@ -117,21 +118,21 @@ class CrossChecks:
         wheels, settings = tuple(self._wheels.values()), self._settings
         for wheel in wheels:
             wheel.advance(end)
-        motion = rules.motion_of(wheels, end)
+        motion = motion_of(wheels, end)
         if not motion.fastest >= settings.minimum_rotor_speed:
             for wheel in wheels:
                 for doubt in wheel.doubts.values():
                     doubt.pause()
             return
         for wheel in wheels:
-            rules.learn_share(wheel, motion)
+            learn_share(wheel, motion)
             pressure, speed = wheel.doubts['pressure'], wheel.doubts['rotor_speed']
-            pressure.weigh([*rules.against_pressure(wheel, wheels, motion, end, settings)],
-                           agrees=rules.pressure_agrees(wheel, pressure.kind, settings))
-            slow_or_fast, agrees = rules.against_speed(wheel, motion, settings)
+            pressure.weigh([*against_pressure(wheel, wheels, motion, end, settings)],
+                           agrees=pressure_agrees(wheel, pressure.kind, settings))
+            slow_or_fast, agrees = against_speed(wheel, motion, settings)
             speed.weigh(slow_or_fast, agrees=agrees)
             if (friction := wheel.doubts.get('friction')) is not None:
-                found, compared = rules.against_friction(wheel, settings)
+                found, compared = against_friction(wheel, settings)
                 if compared:
                     friction.weigh(found, agrees=True)
                 else:

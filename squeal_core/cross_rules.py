@@ -12,7 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What speaks against an input of a brake, from the inputs of all brakes in one step of time."""
+"""
+What speaks against the speed or friction of a brake, from all brakes in one step of time.
+
+`pressure_rules` has what speaks against a pressure.
+"""
 
 from collections.abc import Iterator, Sequence
 import math
@@ -22,7 +26,6 @@ from typing import NamedTuple
 from squeal_core.cross_evidence import Contradiction, Wheel
 from squeal_core.settings import MonitorSettings, Signal, UNITS
 
-_BAR = 1e5  # Pa
 _SECOND = 1_000_000_000
 # spread of wheel speeds without slip or turn: of an axle, of all (tyres differ); rad/s besides
 _ROLLING, _ROLLING_ALL, _FLICKER = 0.02, 0.04, 0.5
@@ -30,13 +33,9 @@ _LATE = 0.05, 0.3  # s by which sensors may differ in delay: usually, at most
 _LEAST_SPEED = 5.0  # rad/s; below it sensors of wheel speed differ
 _TURNING = 250.0, 0.6  # (rad/s)^2 and largest: a turn at 1 g spreads wheel speeds by 200 / speed^2
 _OTHER_AXLE = 1.5  # the spread by a turn over that of the other axle
-_SURELY = 3.0  # times `contradicting_pressure`: no trailing residual pressure
 _AXLES_APART = 1.6  # by which wheel speeds of two axles differ as no vehicle turns
-_SHARE_OF_OTHERS = 0.15, 0.75  # of pressure, of friction_ratio: axles differ by design
-_FAST_TURNS, _SLOW_TURNS = 18, 3  # in half a second (18 Hz; ABS has 15), in a second
-_LEAPS = 3  # in a second
-_SURELY_BRAKING = 5.0 * _BAR
-_LEARNING = 2.0 * _BAR  # least pressures from which shares are learned
+_SHARE_OF_OTHERS = 0.75  # of friction_ratio: axles differ by design
+SLOW_TURNS = 3  # of a pressure in a second, as ABS has
 _UNITS: dict[Signal, tuple[tuple[str, float], ...]] = {
     'pressure': (('kPa', 1e-3), ('hPa', 1e-2), ('MPa', 1e-6), ('psi', 1.0 / 6894.76),
                  ('bar', 1e-5)),
@@ -86,163 +85,9 @@ def motion_of(wheels: Sequence[Wheel], end: int) -> Motion:
         wheel.partner is not None
         and abs(wheel.speed - wheel.partner.speed) > _ROLLING * fastest + flicker
         for wheel in known)
-    swinging = any(wheel.windows['pressure'].swings.turns(end, _SECOND) >= _SLOW_TURNS
+    swinging = any(wheel.windows['pressure'].swings.turns(end, _SECOND) >= SLOW_TURNS
                    for wheel in wheels)
     return Motion(fastest, fall, mean_fall, rolling, swinging)
-
-
-# -- pressure
-
-def against_pressure(wheel: Wheel, wheels: Sequence[Wheel], motion: Motion, end: int,
-                     settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against the pressure of a brake, the soonest told first."""
-    own = wheel.own('pressure')
-    if math.isnan(own.mean):
-        return
-    yield from _leaping(wheel, end, settings)
-    reference = _braking_reference(wheel, settings)
-    if reference is not None:
-        yield from _quiet(wheel, reference, motion, settings)
-        yield from _too_low(wheel, reference, motion, end, settings)
-    yield from _unexplained(wheels, motion, settings)
-
-
-def pressure_agrees(wheel: Wheel, told: str, settings: MonitorSettings) -> bool:
-    """Tell whether a pressure is as high as the others have it, or higher."""
-    own = wheel.own('pressure')
-    least = _SURELY_BRAKING if told == 'deceleration' else _BAR
-    if wheel.partner is not None and not math.isnan(wheel.partner.smooth):
-        least = max(least, (settings.axle_pressure_ratio + 0.05) * wheel.partner.smooth
-                    - 0.5 * _BAR)
-    return own.mean >= settings.release_pressure and own.smooth >= least
-
-
-def _leaping(wheel: Wheel, end: int, settings: MonitorSettings) -> Iterator[Contradiction]:
-    if not settings.pressure_slew:
-        return
-    swings = wheel.windows['pressure'].swings
-    fast = swings.turns(end, _SECOND // 2, 0.3)
-    leaps = swings.leaps(end, settings.pressure_slew)
-    if fast >= _FAST_TURNS or leaps >= _LEAPS:
-        yield Contradiction('leaping', 0.0, 'alternates faster than brake hydraulics do: '
-                            f'{max(fast, leaps)} times in the last second')
-
-
-class _Reference(NamedTuple):
-    """A brake that brakes, and how it compares."""
-
-    wheel: Wheel
-    ratio: float  # least fraction of its pressure that is believed
-    margin: float  # Pa
-    established: bool  # further brakes brake as well
-    usual: float = 0.0  # pressure that other axles and the learned share let expect [Pa]
-
-
-def _braking_reference(wheel: Wheel, settings: MonitorSettings) -> _Reference | None:
-    """Return the brake that speaks against a low pressure, if one does."""
-    least = settings.contradicting_pressure
-    partner = wheel.partner
-    if not least:
-        return None
-    if partner is not None and not math.isnan(partner.pressure):
-        usual = wheel.share * _mean_pressure(wheel.others)
-        established = (not 0.0 < usual < 0.5 * least) and _others_brake(wheel, settings)
-        return None if partner.pressure < least else _Reference(
-            partner, settings.axle_pressure_ratio, _BAR, established, usual)
-    known = [other for other in wheel.others if not math.isnan(other.pressure)]
-    braking = sorted((other for other in known if other.pressure >= least),
-                     key=lambda other: other.smooth)
-    if len(braking) < 2 or 2 * len(braking) <= len(known):
-        return None
-    return _Reference(braking[(len(braking) - 1) // 2], _SHARE_OF_OTHERS[0], 0.2 * _BAR, True)
-
-
-def _others_brake(wheel: Wheel, settings: MonitorSettings) -> bool:
-    """Tell whether another axle brakes on both sides: no intervention at single wheels."""
-    for other in wheel.others:
-        if other.pressure >= settings.release_pressure:
-            opposite = other.partner
-            if opposite is None or math.isnan(opposite.pressure):
-                return True
-            if (opposite.pressure >= settings.release_pressure
-                    and opposite.smooth <= 2.0 * other.smooth <= 4.0 * opposite.smooth):
-                return True
-    return False
-
-
-def _one_sided(wheel: Wheel, ratio: float) -> bool:
-    """Tell whether another axle brakes less on one side too, as on a road of two grips."""
-    return any(other.partner is not None and other.is_first == wheel.is_first
-               and other.smooth < ratio * other.partner.smooth for other in wheel.others)
-
-
-def _mean_pressure(wheels: Sequence[Wheel]) -> float:
-    """Return the mean pressure of the brakes that are known [Pa]; 0 without one."""
-    known = [wheel.smooth for wheel in wheels if not math.isnan(wheel.smooth)]
-    return sum(known) / len(known) if known else 0.0
-
-
-def learn_share(wheel: Wheel, motion: Motion) -> None:
-    """Learn the pressure of a brake over that of other axles, while both sides agree."""
-    partner = wheel.partner
-    if partner is None or motion.swinging:
-        return
-    others = _mean_pressure(wheel.others)
-    if min(wheel.smooth, partner.smooth, others) >= _LEARNING and (
-            abs(wheel.smooth - partner.smooth) <= 0.1 * max(wheel.smooth, partner.smooth)):
-        share = wheel.smooth / others
-        wheel.share += (0.02 if wheel.share else 1.0) * (share - wheel.share)
-
-
-def _quiet(wheel: Wheel, reference: _Reference, motion: Motion,
-           settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against a pressure that reads released."""
-    own = wheel.own('pressure')
-    if own.mean >= settings.release_pressure or own.high >= settings.contradicting_pressure:
-        return
-    text = _though(wheel, reference.wheel, 'pressure')
-    if reference.established:
-        if motion.rolling and not motion.swinging:
-            yield Contradiction('quiet', settings.contradiction_time, text)
-        yield Contradiction('quiet in a slip', settings.slip_time, text)
-    if (motion.mean_fall > 1.0
-            and reference.wheel.pressure >= _SURELY * settings.contradicting_pressure):
-        yield Contradiction('quiet while one brakes', settings.single_brake_time, text)
-
-
-def _too_low(wheel: Wheel, reference: _Reference, motion: Motion, end: int,
-             settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against a pressure that is a fraction of the other's."""
-    own, other = wheel.own('pressure'), reference.wheel
-    if own.smooth >= reference.ratio * other.smooth - reference.margin or not motion.rolling:
-        return
-    if 0.0 < reference.ratio * reference.usual - reference.margin <= own.smooth:
-        return  # as high as ever: it is the other one that brakes more
-    text = _though(wheel, other, 'pressure')
-    if not motion.swinging:
-        if reference.established:
-            yield Contradiction('low', settings.slip_time, text, adds_up=True)
-        elif (motion.mean_fall > 1.0 and not _one_sided(wheel, reference.ratio)
-                and other.pressure >= _SURELY * settings.contradicting_pressure):
-            yield Contradiction('low while one brakes', settings.single_brake_time, text)
-    elif (other.windows['pressure'].swings.turns(end, _SECOND) < _SLOW_TURNS
-            and max(own.means) >= 0.7 * other.pressure):
-        yield Contradiction('alternating', settings.slip_time, f'alternates, {text}')
-
-
-def _unexplained(wheels: Sequence[Wheel], motion: Motion,
-                 settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against all pressures: a deceleration that is beyond them."""
-    pressures = [p for wheel in wheels if not math.isnan(p := wheel.own('pressure').mean)]
-    if not settings.unbraked_deceleration or len(pressures) < 2:
-        return
-    highest = max(pressures)
-    most = settings.unbraked_deceleration + (
-        settings.deceleration_per_pressure * 1e-6 * max(highest, 0.0))  # which is per MPa
-    if motion.fall > most:
-        yield Contradiction(
-            'deceleration', 0.7, f'though rotor_speed of the wheels, {motion.fastest:.4g} rad/s, '
-            f'falls by {motion.fall:.4g} rad/s^2 and no pressure is above {highest:.4g} Pa')
 
 
 # -- rotor speed
@@ -274,7 +119,7 @@ def against_speed(wheel: Wheel, motion: Motion, settings: MonitorSettings
     else:
         at_rest = own < settings.minimum_rotor_speed
         kind, after = 'slow', settings.contradiction_time if at_rest else settings.slip_time
-    return [Contradiction(kind, after, _though(wheel, span.wheel, 'rotor_speed'))], False
+    return [Contradiction(kind, after, though(wheel, span.wheel, 'rotor_speed'))], False
 
 
 def _span(wheel: Wheel, motion: Motion, settings: MonitorSettings) -> _Span | None:
@@ -329,7 +174,7 @@ def _slow_axle(wheel: Wheel, own: float, settings: MonitorSettings) -> Iterator[
             # wheels that spin in snow while the others stand do so for a while
             after = settings.single_brake_time * (
                 1.0 if own >= settings.minimum_rotor_speed else 4.0)
-            yield Contradiction('slow axle', after, _though(wheel, other, 'rotor_speed'))
+            yield Contradiction('slow axle', after, though(wheel, other, 'rotor_speed'))
             return
 
 
@@ -353,7 +198,7 @@ def against_friction(wheel: Wheel, settings: MonitorSettings) -> tuple[list[Cont
     if len(others) >= 2:
         known = True
         middle = others[(len(others) - 1) // 2]
-        if not found and own < _SHARE_OF_OTHERS[1] * settings.friction_ratio * middle.friction:
+        if not found and own < _SHARE_OF_OTHERS * settings.friction_ratio * middle.friction:
             found.append(_friction_contradiction(wheel, middle, settings))
     return found, known
 
@@ -361,10 +206,10 @@ def against_friction(wheel: Wheel, settings: MonitorSettings) -> tuple[list[Cont
 def _friction_contradiction(wheel: Wheel, other: Wheel,
                             settings: MonitorSettings) -> Contradiction:
     return Contradiction('low', 2.0 * settings.contradiction_time,
-                         _though(wheel, other, 'friction'))
+                         though(wheel, other, 'friction'))
 
 
-def _though(wheel: Wheel, other: Wheel, signal: Signal) -> str:
+def though(wheel: Wheel, other: Wheel, signal: Signal) -> str:
     """Name the input that contradicts another, its value, and the unit that would explain it."""
     own, value = wheel.own(signal).mean, other.windows[signal].mean
     shown = f'{value:.6g} {UNITS[signal]}'.removesuffix(' -')

@@ -130,6 +130,7 @@ ORDER = (
     'squeal_core.signal_windows',
     'squeal_core.cross_evidence',
     'squeal_core.cross_rules',
+    'squeal_core.pressure_rules',
     'squeal_core.cross_checks',
     'squeal_core.monitor',
     'squeal_core.history',
