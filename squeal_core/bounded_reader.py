@@ -25,13 +25,22 @@ import errno
 import io
 import os
 from pathlib import Path
+import stat
 from typing import BinaryIO
 
 from squeal_core.errors import SquealError
-from squeal_core.output import kind_of
 
 ErrorOf = Callable[[object, str, str], SquealError]
 """Makes the caller's error of where, what and remedy."""
+
+_KINDS = ((stat.S_ISDIR, 'a folder'), (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'),
+          (stat.S_ISFIFO, 'a pipe'), (stat.S_ISSOCK, 'a socket'))
+
+
+def kind_of(mode: int) -> str:
+    """Return what a file is that is no regular one, in words; '' for a regular file."""
+    return next((words for test, words in _KINDS if test(mode)),
+                '' if stat.S_ISREG(mode) else 'no regular file')
 
 
 @contextmanager

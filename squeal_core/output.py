@@ -22,38 +22,34 @@ the process number, so what a killed run left is found and removed by the next o
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 import errno
 import os
 from pathlib import Path
-import shutil
 import stat
 from types import TracebackType
 from typing import Self
 
-try:
-    import fcntl
-except ImportError:  # Windows; leftovers are then told by the process number alone
-    fcntl = None  # type: ignore[assignment]
-
+from squeal_core.bounded_reader import kind_of
 from squeal_core.errors import PlacedError
+from squeal_core.partial_files import (
+    clear_leftovers,
+    Output,
+    OutputError,
+    PARTIAL,
+    put_back,
+    put_in_place,
+    release,
+    remove,
+    reserve,
+    synchronise,
+    synchronise_one,
+    write_probe,
+)
 
-PARTIAL = '.squeal-part'  # ends the temporary name of what is being written
-REPLACED = '.squeal-old'  # and of what it replaces, until all outputs of a run are in place
-_PROBE = bytes(65536)  # written ahead of the work: a full disk shows itself
 _BAG_SUFFIXES = ('.yaml', '.mcap', '.db3')
-_KINDS = ((stat.S_ISDIR, 'a folder'), (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'),
-          (stat.S_ISFIFO, 'a pipe'), (stat.S_ISSOCK, 'a socket'))
 
-
-class OutputError(PlacedError):
-    """A file or folder that cannot be written."""
-
-
-def kind_of(mode: int) -> str:
-    """Return what a file is that is no regular one, in words; '' for a regular file."""
-    return next((words for test, words in _KINDS if test(mode)),
-                '' if stat.S_ISREG(mode) else 'no regular file')
+__all__ = ['check_target', 'make_folder', 'Output', 'output_file', 'OutputError', 'OutputFiles',
+           'PARTIAL']
 
 
 def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = False) -> Path:
@@ -114,27 +110,6 @@ def output_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
         yield files.add(path).partial
 
 
-@dataclass(eq=False)
-class Output:
-    """
-    One output of a run.
-
-    Parameters
-    ----------
-    target : Path
-        Its name in the end, links resolved.
-    partial : Path
-        Its name until then: an empty file or folder at first.
-
-    """
-
-    target: Path
-    partial: Path
-    lock: int = field(repr=False, default=-1)
-    replaced: Path | None = field(repr=False, default=None)
-    committed: bool = field(repr=False, default=False)
-
-
 class OutputFiles:
     """
     Files and folders that appear under their names together, or not at all.
@@ -171,10 +146,10 @@ class OutputFiles:
             if any(target == other.target for other in self._outputs):
                 raise OutputError(path, 'is given for two outputs', 'give each its own name')
             clear_leftovers(target.parent)
-            output = _reserve(target, folder)
+            output = reserve(target, folder)
             self._outputs.append(output)
             if probe:
-                _probe(output.partial / 'probe' if folder else output.partial)
+                write_probe(output.partial / 'probe' if folder else output.partial)
             return output
         except (OSError, ValueError) as error:  # ValueError: a NUL in the path
             if isinstance(error, PlacedError):
@@ -184,8 +159,8 @@ class OutputFiles:
     def discard(self) -> None:
         """Remove what was reserved; nothing is committed then."""
         for output in self._outputs:
-            _remove(output.partial)
-            _release(output)
+            remove(output.partial)
+            release(output)
         self._outputs.clear()
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
@@ -204,33 +179,20 @@ class OutputFiles:
     def _commit(self) -> None:
         """Rename all; where one cannot be renamed, put back what was there."""
         for output in self._outputs:
-            _synchronise(output.partial)
+            synchronise(output.partial)
         try:
             for output in self._outputs:
-                _put_in_place(output, self._overwrite, alone=len(self._outputs) == 1)
+                put_in_place(output, self._overwrite, alone=len(self._outputs) == 1)
         except BaseException:
             for output in reversed(self._outputs):
-                _put_back(output)
+                put_back(output)
             raise
         for output in self._outputs:
             if output.replaced:
-                _remove(output.replaced)
+                remove(output.replaced)
         for folder in {output.target.parent for output in self._outputs}:
             with suppress(OSError):  # not every file system can; the files are in place
-                _synchronise_one(folder)
-
-
-def clear_leftovers(folder: Path) -> None:
-    """Remove what killed runs left half-written in a folder, and undo what they half replaced."""
-    with suppress(OSError):
-        for path in sorted(folder.iterdir()):
-            name, _, number = path.stem.rpartition('.')
-            if path.suffix in (PARTIAL, REPLACED) and name and number.isdecimal() and _ownerless(
-                    path, int(number)):
-                with suppress(OSError):
-                    if path.suffix == REPLACED and not os.path.lexists(folder / name):
-                        path.rename(folder / name)
-                _remove(path)
+                synchronise_one(folder)
 
 
 def _target(path: Path, overwrite: bool, folder: bool) -> Path:
@@ -262,133 +224,6 @@ def _replaceable(folder: Path) -> bool:
     parts = list(folder.iterdir())
     return not parts or (any(part.name == 'metadata.yaml' for part in parts) and all(
         part.suffix in _BAG_SUFFIXES and part.is_file() for part in parts))
-
-
-def _reserve(target: Path, folder: bool) -> Output:
-    """Make the empty file or folder that is filled, and hold a lock on it."""
-    partial = target.with_name(f'{target.name}.{os.getpid()}{PARTIAL}')
-    if folder:
-        partial.mkdir()
-        lock = os.open(partial, os.O_RDONLY)
-    else:
-        lock = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
-    if fcntl is not None:
-        with suppress(OSError):  # a file system without locks
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    return Output(target, partial, lock)
-
-
-def _probe(path: Path) -> None:
-    """Write some bytes to the disk and take them back."""
-    with path.open('wb', buffering=0) as file:
-        if file.write(_PROBE) != len(_PROBE):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        os.fsync(file.fileno())
-        file.truncate(0)
-
-
-def _put_in_place(output: Output, overwrite: bool, *, alone: bool) -> None:
-    """Rename one output; the file that it replaces is kept under another name if need be."""
-    target, partial = output.target, output.partial
-    there = os.path.lexists(target)
-    if there and not overwrite:
-        raise OutputError(target, 'exists by now', 'give --force to replace it, or another name')
-    if there and not (alone and partial.is_file() and target.is_file()):
-        output.replaced = target.with_name(f'{target.name}.{os.getpid()}{REPLACED}')
-        target.rename(output.replaced)
-    if there and partial.is_file() and output.replaced is None:
-        shutil.copymode(target, partial)
-    if there or partial.is_dir():
-        partial.replace(target)
-    else:
-        _rename_new(partial, target)
-    output.committed = True
-
-
-def _rename_new(partial: Path, target: Path) -> None:
-    """Rename a file, never over one that came into being meanwhile."""
-    try:
-        os.link(partial, target)
-    except FileExistsError:
-        raise OutputError(target, 'exists by now', 'give --force to replace it, or another name'
-                          ) from None
-    except OSError:  # a file system without hard links
-        partial.replace(target)
-    else:
-        partial.unlink()
-
-
-def _put_back(output: Output) -> None:
-    """Undo `_put_in_place`."""
-    if output.committed:
-        _remove(output.target)
-    if output.replaced:
-        with suppress(OSError):
-            output.replaced.rename(output.target)
-
-
-def _ownerless(path: Path, process: int) -> bool:
-    """Return whether no running process writes a leftover."""
-    if os.name != 'posix':
-        return False
-    if process != os.getpid():
-        try:
-            os.kill(process, 0)
-        except ProcessLookupError:
-            pass
-        except (OSError, OverflowError):
-            return False
-        else:
-            return False
-    return _lockable(path)
-
-
-def _lockable(path: Path) -> bool:
-    """Return whether nobody holds a lock, be it in another container, where numbers differ."""
-    try:
-        lock = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    finally:
-        os.close(lock)
-    return True
-
-
-def _release(output: Output) -> None:
-    with suppress(OSError):
-        os.close(output.lock)
-
-
-def _remove(path: Path) -> None:
-    """Remove a file or folder if it is there; what cannot be removed hides no earlier error."""
-    with suppress(OSError):
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
-
-
-def _synchronise(path: Path) -> None:
-    """Have everything of a file or folder written to the disk."""
-    for part in (*path.rglob('*'), path) if path.is_dir() else (path,):
-        _synchronise_one(part)
-
-
-def _synchronise_one(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.EROFS):  # no such thing on this file system
-            raise
-    finally:
-        os.close(handle)
 
 
 def _unwritable(where: object, error: Exception) -> OutputError:

@@ -27,8 +27,8 @@ try:
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
+from squeal_core.bounded_reader import kind_of
 from squeal_core.errors import in_one_line, quoted, SquealError
-from squeal_core.output import kind_of
 from squeal_core.yaml_file import read_yaml
 from squeal_ros.bag_bounds import (
     bound_decompression,

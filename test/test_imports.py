@@ -30,8 +30,9 @@ ROOT = Path(__file__).parents[1]
 ORDER = (
     'squeal_core.arrays',
     'squeal_core.errors',
-    'squeal_core.output',
     'squeal_core.bounded_reader',
+    'squeal_core.partial_files',
+    'squeal_core.output',
     'squeal_core.npz_archive',
     'squeal_core.axles',
     'squeal_core.resources',
