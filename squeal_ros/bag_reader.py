@@ -185,18 +185,7 @@ class Bag:
         present = sorted((p for p in self.path.iterdir() if p.suffix in _SUFFIXES and p.is_file()),
                          key=_natural)
         try:
-            about = read_yaml(
-                self.path / 'metadata.yaml', BagError, most_bytes=5_000_000, most_nodes=200_000)[
-                'rosbag2_bagfile_information']
-            listed = [self.path / Path(name).name for name in about['relative_file_paths']]
-            self._expected.update({item['topic_metadata']['name']: int(item['message_count'])
-                                   for item in about['topics_with_message_count']})
-            self._hashes.update({
-                item['topic_metadata']['type']: str(
-                    item['topic_metadata'].get('type_description_hash', ''))
-                for item in about['topics_with_message_count']})
-            packed = str(about.get('compression_mode') or 'none').lower()
-            form = about.get('compression_format') or 'none'
+            listed, packed, form = self._read_metadata()
         except (BagError, KeyError, TypeError, ValueError, AttributeError) as error:
             if not present:
                 raise BagError(self.path, 'has no storage file, and no metadata.yaml that can be '
@@ -222,6 +211,19 @@ class Bag:
         for file in files:
             self._note_log(file)
         return self._unpacked(files) if packed == 'file' else files
+
+    def _read_metadata(self) -> tuple[list[Path], str, str]:
+        """Read metadata.yaml; return the files it lists, and what is compressed and how."""
+        about = read_yaml(
+            self.path / 'metadata.yaml', BagError, most_bytes=5_000_000, most_nodes=200_000)[
+            'rosbag2_bagfile_information']
+        listed = [self.path / Path(name).name for name in about['relative_file_paths']]
+        for item in about['topics_with_message_count']:
+            topic = item['topic_metadata']
+            self._expected[topic['name']] = int(item['message_count'])
+            self._hashes[topic['type']] = str(topic.get('type_description_hash', ''))
+        return (listed, str(about.get('compression_mode') or 'none').lower(),
+                about.get('compression_format') or 'none')
 
     def _unpacked(self, files: list[Path]) -> list[Path]:
         """Return the files unpacked into a folder that goes with this object."""

@@ -107,6 +107,15 @@ class MessageDefinitions:
             fault = f' that can be read ({in_one_line(error, 120)})'
         if wanted not in own:
             own = {}
+        needed = self._needed(wanted, own, fault, bag)
+        store = _store_of(wanted, needed, bag)
+        if not own:
+            _check_version(store, wanted, recorded, bag)
+        return store
+
+    def _needed(self, wanted: str, own: Mapping[str, Any], fault: str,
+                bag: object) -> dict[str, Any]:
+        """Return the fields of a type and of all that it contains."""
         needed: dict[str, Any] = {}
         pending = [wanted]
         while pending:
@@ -118,24 +127,7 @@ class MessageDefinitions:
                 raise _missing(bag, wanted, name, fault)
             needed[name] = fields
             pending.extend(_references(fields))
-        try:
-            least_size(wanted, needed)
-        except ValueError as error:
-            raise DefinitionError(bag, f'has a type that cannot be decoded ({error})',
-                                  'record it with a type of usual size') from None
-        store = get_typestore(Stores.EMPTY)
-        try:
-            store.register(needed)
-        except Exception as error:  # a type with parts that rosbags does not know
-            raise DefinitionError(
-                bag, f'its definition of {wanted} cannot be used '
-                f'({in_one_line(error, 120)})', 'give one of known types (--types '
-                'FOLDER), or leave the topic out') from None
-        if hasattr(store, 'max_sequence_length'):
-            store.max_sequence_length = 16 * _LONGEST_ARRAY
-        if not own:
-            _check_version(store, wanted, recorded, bag)
-        return store
+        return needed
 
     def _elsewhere(self, name: str, *, noted: bool) -> Any:
         """Return the fields of a type that the bag does not define; None if nothing does."""
@@ -166,6 +158,25 @@ class MessageDefinitions:
         ranked = sorted(self._files.get(base, []), key=rank)
         return [path for path in ranked if rank(path) == 0 or path.resolve().parent in (
             (self._folder or path).resolve(), (self._folder or path).resolve() / 'msg')]
+
+
+def _store_of(wanted: str, needed: dict[str, Any], bag: object) -> Typestore:
+    """Return a store of types, after their size was found to be one that can be decoded."""
+    try:
+        least_size(wanted, needed)
+    except ValueError as error:
+        raise DefinitionError(bag, f'has a type that cannot be decoded ({error})',
+                              'record it with a type of usual size') from None
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(needed)
+    except Exception as error:  # a type with parts that rosbags does not know
+        raise DefinitionError(
+            bag, f'its definition of {wanted} cannot be used ({in_one_line(error, 120)})',
+            'give one of known types (--types FOLDER), or leave the topic out') from None
+    if hasattr(store, 'max_sequence_length'):
+        store.max_sequence_length = 16 * _LONGEST_ARRAY
+    return store
 
 
 def _check_version(store: Typestore, name: str, recorded: str, bag: object) -> None:
