@@ -39,13 +39,16 @@ def axle_partners(brakes: Sequence[str], axles: Sequence[str]) -> dict[str, str]
     Raises
     ------
     ConfigurationError
-        If an axle does not name two brakes, or a brake is named twice.
+        If there is none, an axle does not name two brakes, or a brake is named twice.
 
     """
     if list(axles) == [NONE]:
         return {}
     if list(axles) == [BY_NAME]:
         return _by_name(brakes)
+    if not axles:
+        raise ConfigurationError('axles', 'is []', "give ['none'] to pair no brakes, or leave it "
+                                 'out to pair them by their names')
     partners: dict[str, str] = {}
     for axle in axles:
         left, plus, right = (part.strip() for part in axle.partition('+'))

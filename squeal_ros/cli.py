@@ -95,6 +95,11 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile(  # argparse's own takes -1e-3 for an option
             r'^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
         self.set_defaults(parser=self)
+        self._given: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._given = sys.argv[1:] if args is None else list(args)
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
         known = list(self._option_string_actions)
@@ -102,6 +107,9 @@ class _Parser(argparse.ArgumentParser):
             known += list(action.choices or ())
         wrong = re.findall(r"invalid choice: '([^']*)'|(--?\w[\w-]*)", message)
         words = [a or b for a, b in wrong if (a or b) not in known]
+        if 'required' in message:  # one of those may be there, but misspelt
+            words += [word for word in self._given if word.startswith('--') and not any(
+                option.startswith(word.partition('=')[0]) for option in known)]
         near = did_you_mean(words[0], known) if words else ''
         text = in_one_line(message, 300)
         self.exit(BAD_INPUT, f'{self.prog}: {text}{near}; see {self.prog} --help\n')

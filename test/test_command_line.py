@@ -154,7 +154,10 @@ def test_remedies_name_no_package_that_a_stranger_could_publish() -> None:
      '--duration: is -3'),
     (['modes', 'kang2009', '--rotor-speed', '5', '--frction', '3'], 'did you mean --friction?'),
     (['modes', 'kang2009', '--rotor-speed', '5x'], "invalid float value: '5x'"),
-    (['modes', 'kang2009'], 'required: --rotor-speed'), ([], 'required: COMMAND')])
+    (['modes', 'kang2009'], 'required: --rotor-speed'),
+    (['modes', 'kang2009', '--rotor-sped', '5'], 'required: --rotor-speed (did you mean --rotor-'),
+    (['modes', 'kang2009', '--friction', '0.4', '--pres', '1e6'], 'required: --rotor-speed;'),
+    ([], 'required: COMMAND')])
 def test_wrong_words_of_a_command_line(arguments: list[str], words: str,
                                        capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = squeal(capsys, *arguments)

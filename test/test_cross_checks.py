@@ -346,6 +346,8 @@ def test_axles_by_name_and_by_setting() -> None:
     for wrong in (['a'], ['a+'], ['a+a'], ['a+e'], ['a+b', 'b+c'], ['auto', 'none']):
         with pytest.raises(ConfigurationError, match=r'axles: has .*each brake once'):
             read_settings({'brakes': ['a', 'b', 'c', 'd'], 'axles': wrong})
+    with pytest.raises(ConfigurationError, match=r"axles: is \[\]; give \['none'\]"):
+        read_settings({'axles': []})
 
 
 def test_one_brake_has_nothing_to_be_checked_against_and_says_so() -> None:
