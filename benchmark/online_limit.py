@@ -24,7 +24,7 @@ it is compared with a full solve. Counted are oscillating modes with errors abov
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-import json
+import json  # noqa: I100
 import sys
 from typing import Any
 

@@ -48,6 +48,7 @@ def test_the_first_interrupts_and_the_cleaning_up_is_left_alone() -> None:
 
 def test_an_interrupt_that_python_drops_comes_again() -> None:
     class Dropping:
+
         def __del__(self) -> None:
             strike()
 
