@@ -20,7 +20,7 @@ complete and on disk. Several outputs of one run are committed together. The tem
 the process number, so what a killed run left is found and removed by the next one.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 import errno
 import os
@@ -52,7 +52,8 @@ __all__ = ['check_target', 'make_folder', 'Output', 'output_file', 'OutputError'
            'PARTIAL']
 
 
-def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = False) -> Path:
+def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = False,
+                 inputs: Iterable[str | Path] = ()) -> Path:
     """
     Return where an output goes; refuse, before any work, what could not be written there.
 
@@ -68,6 +69,8 @@ def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = Fa
         Whether an existing file (or folder, where the output is one) may be replaced.
     folder : bool
         The output is a folder.
+    inputs : iterable of paths
+        What the same run reads, which is never replaced; of a folder each file.
 
     Raises
     ------
@@ -75,6 +78,10 @@ def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = Fa
         One line: which path, what is wrong with it, and the remedy.
 
     """
+    read = {os.path.realpath(file) for source in map(Path, inputs)
+            for file in (source, *(source.iterdir() if source.is_dir() else ()))}
+    if read and os.path.realpath(path) in read:
+        raise OutputError(path, 'is what this command reads', 'give another name')
     with OutputFiles(overwrite=overwrite) as files:
         target = files.add(path, folder=folder, probe=True).target
         files.discard()

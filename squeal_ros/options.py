@@ -17,7 +17,6 @@
 import argparse
 from collections.abc import Sequence
 import math
-import os
 from pathlib import Path
 
 from squeal_core import resources
@@ -86,11 +85,8 @@ def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] =
     if suffixes and Path(path).suffix not in suffixes:
         raise SquealError(f'{option}: {path} is of no kind that is known; end it in '
                           f'{", ".join(suffixes)}')
-    for source in inputs:
-        if os.path.realpath(path) == os.path.realpath(source):
-            raise SquealError(f'{option}: {path} is what this command reads; give another name')
     try:
-        check_target(path, overwrite=force, folder=folder)
+        check_target(path, overwrite=force, folder=folder, inputs=inputs)
     except OutputError as error:
         raise SquealError(f'{option}: {error}') from None
 

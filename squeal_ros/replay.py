@@ -15,16 +15,15 @@
 """Bag in, assessments out: the monitor of the node, on the bag's time."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-import os
 from pathlib import Path
 
 from squeal_core.brake_model import BrakeModel
 from squeal_core.drive_summary import DriveSummary
 from squeal_core.history import CsvWriter, EventDetector, row_of, SquealEvent
 from squeal_core.monitor import Assessment, VehicleMonitor
-from squeal_core.output import check_target, OutputError, OutputFiles
+from squeal_core.output import check_target, OutputFiles
 from squeal_core.settings import MonitorSettings
 from squeal_ros import messages
 from squeal_ros.bag import BagMessages, BagWriter
@@ -156,23 +155,19 @@ class Outputs:
     def events(self) -> list[SquealEvent]:
         return self._detector.events
 
-    def check(self, inputs: Iterable[str | Path] = ()) -> None:
+    def check(self, inputs: Sequence[str | Path] = ()) -> None:
         """
         Refuse, before any work, outputs that could not be written, or would replace an input.
 
         Parameters
         ----------
-        inputs : iterable of paths
+        inputs : sequence of paths
             What the replay reads; of a folder each file.
 
         """
-        read = {os.path.realpath(file) for path in map(Path, inputs)
-                for file in (path, *(path.iterdir() if path.is_dir() else ()))}
-        for path in (self.path, self.csv_path):
-            if os.path.realpath(path) in read:
-                raise OutputError(path, 'is what this command reads', 'give another name')
-        check_target(self.path, overwrite=self.overwrite, folder=self.path.suffix != '.mcap')
-        check_target(self.csv_path, overwrite=self.overwrite)
+        check_target(self.path, overwrite=self.overwrite, folder=self.path.suffix != '.mcap',
+                     inputs=inputs)
+        check_target(self.csv_path, overwrite=self.overwrite, inputs=inputs)
 
     def write(self, ticks: Iterator[tuple[Assessment, ...]]) -> None:
         """Write all ticks; counts them in `summary` and finds the events."""
