@@ -28,7 +28,7 @@ from squeal_core.settings import Signal
 
 _SHARE = 0.8  # of max_age: the window of comparison, so that its end is within one max_age
 _SLICES, _MOST = 16, 8  # of the window, and tracks
-# unit of the signal; by so much honest sensors of one quantity may differ around zero
+# unit of the signal; by so much sound sensors of one quantity may differ around zero
 _DIFFERENCE: dict[Signal, float] = {
     'rotor_speed': 0.5, 'pressure': 2e4, 'friction': 0.05, 'temperature': 10.0}
 
@@ -88,7 +88,7 @@ class PublisherGuard:
     ----------
     signal : str
     tolerance : float
-        Relative difference of honest publishers; 0: not looked for.
+        Relative difference of sound publishers; 0: not looked for.
     max_age : float
         Of the input [s].
 

@@ -18,8 +18,8 @@ import math
 
 _SECOND = 1_000_000_000
 _FIT = 0.05  # of a step, by which a change may miss a multiple of it (rounding of float32 fields)
-_MISSES = 2.0  # changes off the grid that are put up with: a clipped value, a dead band
-_FORGIVEN = 0.25  # of a miss, by each change on the grid
+_MISSES = 2.0  # changes off the grid that are tolerated: a clipped value, a dead band
+_RECOVERY = 0.25  # of a miss, by each change on the grid
 _LEAST_STEP = 1e-9  # of a change; a smaller step is none
 _AGAIN = 64  # changes after which a step that is smaller than all of them is learned anew
 
@@ -52,7 +52,7 @@ class SignalStep:
             return
         rest = abs(math.remainder(change, self.value))
         if rest <= _FIT * self.value:
-            self._misses = max(self._misses - _FORGIVEN, 0.0)
+            self._misses = max(self._misses - _RECOVERY, 0.0)
             return
         self._misses += 1.0
         if self._misses > _MISSES:

@@ -74,34 +74,34 @@ def check_fields(settings: MonitorSettings, fields_of: FieldsOf,
 
 def check_path(path: FieldPath, type_name: str, fields_of: FieldsOf) -> str:
     """Raise ConfigurationError unless a path leads to a number; return a doubt, or ''."""
-    owner, kind, way, element = type_name, type_name, '', False
+    owner, kind, place, element = type_name, type_name, '', False
     for step, name, _ in path.steps:
         if step == 'attribute':
-            owner, kind = kind, _field(path, kind, str(name), way, fields_of)
-            way, element = f'{way}.{name}'.lstrip('.'), False
+            owner, kind = kind, _field(path, kind, str(name), place, fields_of)
+            place, element = f'{place}.{name}'.lstrip('.'), False
             continue
         item, count = _item(kind)
         if not item:
-            raise _wrong(path, f'{way} is {kind}, no list', f'leave [{name}] off')
+            raise _wrong(path, f'{place} is {kind}, no list', f'leave [{name}] off')
         if step == 'lookup':
             names = fields_of(owner)
             if _item(names.get(str(name), ''))[0] not in ('string', 'wstring'):
                 texts = [n for n, k in names.items() if _item(k)[0] in ('string', 'wstring')]
                 raise _wrong(path, f'{owner} has no list {name!r} of texts',
                              f'name one of {", ".join(texts)}' if texts else
-                             f'write {way}[2], counted from 0')
+                             f'write {place}[2], counted from 0')
         elif count is not None and int(name) >= count:
-            raise _wrong(path, f'{way} has {count} elements', f'count from 0 to {count - 1}')
-        kind, way, element = item, f'{way}[{name}]', True
-    return _check_number(path, owner, kind, way, element, fields_of)
+            raise _wrong(path, f'{place} has {count} elements', f'count from 0 to {count - 1}')
+        kind, place, element = item, f'{place}[{name}]', True
+    return _check_number(path, owner, kind, place, element, fields_of)
 
 
-def _field(path: FieldPath, kind: str, name: str, way: str, fields_of: FieldsOf) -> str:
+def _field(path: FieldPath, kind: str, name: str, place: str, fields_of: FieldsOf) -> str:
     """Return the type of a field of a message."""
     if _item(kind)[0]:
-        raise _wrong(path, f'{way} is a list ({kind})', f'write {way}[0].{name}')
+        raise _wrong(path, f'{place} is a list ({kind})', f'write {place}[0].{name}')
     if '/' not in kind:
-        raise _wrong(path, f'{way} is {kind} and has no fields', f'leave .{name} off')
+        raise _wrong(path, f'{place} is {kind} and has no fields', f'leave .{name} off')
     fields = fields_of(kind)
     if name not in fields:
         raise _wrong(path, f'{kind} has no field {name!r}', f'use one of {", ".join(fields)}'
@@ -109,22 +109,22 @@ def _field(path: FieldPath, kind: str, name: str, way: str, fields_of: FieldsOf)
     return fields[name]
 
 
-def _check_number(path: FieldPath, owner: str, kind: str, way: str, element: bool,
+def _check_number(path: FieldPath, owner: str, kind: str, place: str, element: bool,
                   fields_of: FieldsOf) -> str:
     item, _ = _item(kind)
     if item:
-        raise _wrong(path, f'{way} is a list ({kind})', f'write {way}[0], or {way}[name=TEXT] '
+        raise _wrong(path, f'{place} is a list ({kind})', f'write {place}[0], or {place}[name=TEXT] '
                      'where a list of names is beside it')
     if '/' in kind:
-        inner = [f'{way}.{name}' for name in fields_of(kind)]
-        raise _wrong(path, f'{way} is a message ({kind})', f'use one of {", ".join(inner)}')
+        inner = [f'{place}.{name}' for name in fields_of(kind)]
+        raise _wrong(path, f'{place} is a message ({kind})', f'use one of {", ".join(inner)}')
     if element and kind in _BYTES:
         if any(name in _IDS for name in fields_of(owner)):
             raise _raw('field', path.text)
         return (f'{path.text!r} is a single byte ({kind}); a field path can put no bytes together '
                 'and pick no id: decode raw frames first')
     if kind not in _NUMBERS:
-        raise _wrong(path, f'{way} is {kind}, no number', 'name a field that is a number')
+        raise _wrong(path, f'{place} is {kind}, no number', 'name a field that is a number')
     return ''
 
 

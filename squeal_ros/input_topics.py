@@ -280,7 +280,7 @@ def naming(topic: str) -> Iterator[None]:
         yield
     except InvalidTopicNameException as error:
         text = ' '.join(str(error).split())
-        raise ConfigurationError('topic', f'{topic!r} ({text})', 'mend the name') from None
+        raise ConfigurationError('topic', f'{topic!r} ({text})', 'correct the name') from None
     except ConfigurationError:
         raise
     except Exception as error:

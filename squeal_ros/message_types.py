@@ -54,12 +54,12 @@ def _find(name: str) -> Any:
     except (ImportError, ValueError, TypeError):
         raise ConfigurationError(
             'type', f'is {name!r}, and there is no message package {package!r} here',
-            'source the workspace that has it, or mend the name') from None
+            'source the workspace that has it, or correct the name') from None
     found = getattr(module, short, None)
     if not hasattr(found, 'get_fields_and_field_types'):  # whatever else a module holds lacks it
         types = [word for word in dir(module) if hasattr(
             getattr(module, word), 'get_fields_and_field_types')]
         raise ConfigurationError(
             'type', f'is {name!r}, and {package} has no message type {short!r} (package/msg/Name)',
-            f'mend the name{did_you_mean(short, types)}')
+            f'correct the name{did_you_mean(short, types)}')
     return found
