@@ -113,8 +113,8 @@ def _check_number(path: FieldPath, owner: str, kind: str, place: str, element: b
                   fields_of: FieldsOf) -> str:
     item, _ = _item(kind)
     if item:
-        raise _wrong(path, f'{place} is a list ({kind})', f'write {place}[0], or {place}[name=TEXT] '
-                     'where a list of names is beside it')
+        raise _wrong(path, f'{place} is a list ({kind})',
+                     f'write {place}[0], or {place}[name=TEXT] where a list of names is beside it')
     if '/' in kind:
         inner = [f'{place}.{name}' for name in fields_of(kind)]
         raise _wrong(path, f'{place} is a message ({kind})', f'use one of {", ".join(inner)}')
