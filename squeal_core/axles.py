@@ -61,6 +61,30 @@ def axle_partners(brakes: Sequence[str], axles: Sequence[str]) -> dict[str, str]
     return partners
 
 
+def axle_shares(brakes: Sequence[str], partners: Mapping[str, str], ratio: float
+                ) -> dict[str, float]:
+    """
+    Return the pressure of each brake of an axle over the mean of the other axles.
+
+    Parameters
+    ----------
+    brakes : sequence of str
+        Names of the brakes; the first that has a partner tells the front axle.
+    partners : mapping
+        As `axle_partners` returns it.
+    ratio : float
+        Pressure of each further axle over that of the front; 0: none is given, no shares.
+
+    """
+    paired = [name for name in brakes if name in partners]
+    behind = len(paired) // 2 - 1  # axles
+    if not ratio or behind < 1:
+        return {}
+    front = (paired[0], partners[paired[0]])
+    rear = ratio * behind / (1.0 + (behind - 1) * ratio)
+    return {name: 1.0 / ratio if name in front else rear for name in paired}
+
+
 def in_words(partners: Mapping[str, str]) -> str:
     """Return the axles as the setting gives them."""
     return ', '.join(f'{left}+{right}' for left, right in partners.items()

@@ -26,11 +26,13 @@ rate of assessments. A doubt ends when the input is seen to agree again, not whe
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from squeal_core.axles import axle_partners, in_words
+from squeal_core.axles import axle_partners, axle_shares, in_words
 from squeal_core.cross_evidence import Wheel
-from squeal_core.cross_rules import against_friction, against_speed, motion_of
+from squeal_core.cross_friction import against_friction
+from squeal_core.cross_motion import Motion, motion_of
+from squeal_core.cross_pressure import against_pressure, against_slew, learn_share, pressure_agrees
+from squeal_core.cross_speed import against_speed
 from squeal_core.inputs import Reading, Sample
-from squeal_core.pressure_rules import against_pressure, learn_share, pressure_agrees
 from squeal_core.settings import MonitorSettings, Signal
 from squeal_core.signal_windows import STEP
 
@@ -59,6 +61,7 @@ class CrossChecks:
         self._settings = settings
         self.partners = axle_partners(tuple(self._wheels), settings.axles)
         order = list(self._wheels)
+        shares = axle_shares(order, self.partners, settings.rear_pressure_share)
         for brake in settings.brakes:
             wheel = self._wheels[brake.name]
             other = self.partners.get(brake.name, brake.name)
@@ -67,6 +70,9 @@ class CrossChecks:
             wheel.partner = self._wheels.get(self.partners.get(brake.name, ''))
             wheel.others = [other for other in self._wheels.values()
                             if other is not wheel and other is not wheel.partner]
+            wheel.given_share = shares.get(brake.name, 0.0)
+            wheel.share = wheel.given_share or wheel.share
+            _drop_what_is_off(wheel, settings)
 
     def reset(self) -> None:
         """Forget everything received and every doubt."""
@@ -118,30 +124,53 @@ class CrossChecks:
         wheels, settings = tuple(self._wheels.values()), self._settings
         for wheel in wheels:
             wheel.advance(end)
+            leaps, steady = against_slew(wheel, end, settings)
+            wheel.alternation.weigh(leaps, agrees=steady)
         motion = motion_of(wheels, end)
-        if not motion.fastest >= settings.minimum_rotor_speed:
-            for wheel in wheels:
-                for doubt in wheel.doubts.values():
-                    doubt.pause()
-            return
         for wheel in wheels:
-            learn_share(wheel, motion)
-            pressure, speed = wheel.doubts['pressure'], wheel.doubts['rotor_speed']
-            pressure.weigh([*against_pressure(wheel, wheels, motion, end, settings)],
-                           agrees=pressure_agrees(wheel, pressure.kind, settings))
-            slow_or_fast, agrees = against_speed(wheel, motion, settings)
-            speed.weigh(slow_or_fast, agrees=agrees)
-            if (friction := wheel.doubts.get('friction')) is not None:
-                found, compared = against_friction(wheel, settings)
-                if compared:
-                    friction.weigh(found, agrees=True)
-                else:
-                    friction.pause()
+            if motion.fastest >= settings.minimum_rotor_speed:
+                self._compare(wheel, wheels, motion, end)
+            else:
+                _pause(wheel, agrees=pressure_agrees(wheel, wheels, settings))
+
+    def _compare(self, wheel: Wheel, wheels: tuple[Wheel, ...], motion: Motion, end: int) -> None:
+        settings = self._settings
+        learn_share(wheel, motion)
+        wheel.doubts['pressure'].weigh(
+            [*against_pressure(wheel, wheels, motion, end, settings)],
+            agrees=pressure_agrees(wheel, wheels, settings))
+        slow_or_fast, agrees = against_speed(wheel, motion, settings)
+        wheel.doubts['rotor_speed'].weigh(slow_or_fast, agrees=agrees)
+        if (friction := wheel.doubts.get('friction')) is not None:
+            found, compared = against_friction(wheel, settings)
+            if compared:
+                friction.weigh(found, agrees=True)
+            else:
+                friction.pause()
+
+
+def _pause(wheel: Wheel, *, agrees: bool) -> None:
+    """Take a step at rest: a brake that is held there as the others are ends a doubt."""
+    for signal, doubt in wheel.doubts.items():
+        if signal == 'pressure' and agrees:
+            doubt.weigh([], agrees=True)
+        else:
+            doubt.pause()
+
+
+def _drop_what_is_off(wheel: Wheel, settings: MonitorSettings) -> None:
+    """End what a check has told that is turned off: it would never see the input agree."""
+    pressures = (settings.unbraked_deceleration if wheel.doubts['pressure'].kind == 'deceleration'
+                 else settings.contradicting_pressure)
+    for signal, on in (('pressure', pressures), ('rotor_speed', settings.wheel_speed_tolerance),
+                       ('friction', settings.friction_ratio)):
+        if not on and signal in wheel.doubts:
+            wheel.doubts[signal].end()
 
 
 def _marked(wheel: Wheel, inputs: Mapping[Signal, Reading]) -> Mapping[Signal, Reading]:
     """Return the readings of one brake, those in doubt marked."""
-    doubted = {signal: replace(inputs[signal], status='implausible', detail=doubt.said)
-               for signal, doubt in wheel.doubts.items()
-               if doubt.text and inputs[signal].status == 'good'}
+    doubted = {signal: replace(inputs[signal], status='implausible', detail=said)
+               for signal in wheel.doubts
+               if (said := wheel.doubted(signal)) and inputs[signal].status == 'good'}
     return {**inputs, **doubted} if doubted else inputs

@@ -19,16 +19,23 @@ from dataclasses import dataclass, field
 import math
 from typing import NamedTuple, Self
 
-from squeal_core.settings import BrakeSettings, Signal
+from squeal_core.settings import BrakeSettings, Signal, UNITS
 from squeal_core.signal_windows import SignalWindow, STEP
 
 _SECOND = 1_000_000_000
 _AGREEMENT = 3 * _SECOND // 10  # ns for which an input must agree again
 COMPARED: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
 _UNTIL: dict[Signal, str] = {
-    'pressure': 'until it brakes as the others do',
-    'rotor_speed': 'until it turns as the others do',
-    'friction': 'until it is like the others'}
+    'pressure': 'until it brakes with 1 bar or more as the others do',
+    'rotor_speed': 'until it turns as the others do, at 5 rad/s or more',
+    'friction': 'until it is like the others while they brake'}
+_PAST = (' is ', ' was '), (' falls ', ' fell '), ('alternates', 'alternated')
+_OTHER_UNITS: dict[Signal, tuple[tuple[str, float], ...]] = {
+    'pressure': (('kPa', 1e-3), ('hPa', 1e-2), ('MPa', 1e-6), ('psi', 1.0 / 6894.76),
+                 ('bar', 1e-5)),
+    'rotor_speed': (('rev/s', 1.0 / math.tau), ('rpm', 60.0 / math.tau),
+                    ('deg/s', 360.0 / math.tau)),
+    'friction': (('%', 100.0),)}
 
 
 class Contradiction(NamedTuple):
@@ -38,15 +45,28 @@ class Contradiction(NamedTuple):
     after: float  # s
     text: str
     adds_up: bool = False  # over brakings, until the input agrees
+    until: str = ''  # if other than usual of the input
 
 
 @dataclass
 class Doubt:
-    """The evidence against one input, and what was told of it until the input agrees again."""
+    """
+    The evidence against one input, and what was told of it until the input agrees again.
+
+    Parameters
+    ----------
+    until : str
+        The end of what is told, in words; a contradiction may have its own.
+    agreement : int
+        For how long the input must agree then [ns].
+
+    """
 
     until: str
+    agreement: int = _AGREEMENT
     text: str = ''
     kind: str = ''
+    _end: str = ''
     _present: bool = False
     _elapsed: dict[str, int] = field(default_factory=dict)  # ns by kind
     _adding: set[str] = field(default_factory=set)
@@ -65,8 +85,13 @@ class Doubt:
         if told or (self.text and found):
             first = (told or found)[0]
             self.kind, self.text = first.kind, first.text
-        elif self._agreed >= _AGREEMENT:
-            self.text = self.kind = ''
+            self._end = first.until or self.until
+        elif self._agreed >= self.agreement:
+            self.end()
+
+    def end(self) -> None:
+        """Take back what was told."""
+        self.text = self.kind = ''
 
     def pause(self) -> None:
         """Take a step that says nothing."""
@@ -79,8 +104,12 @@ class Doubt:
 
     @property
     def said(self) -> str:
-        """Return what is wrong, in words that follow the value; '' for nothing."""
-        return self.text and (self.text if self._present else f'{self.text}, {self.until}')
+        """Return what is or was wrong, and until when it counts; '' for nothing."""
+        text = self.text
+        if text and not self._present:
+            for now, then in _PAST:
+                text = text.replace(now, then)
+        return text and f'{text}, {self._end}'
 
 
 class Wheel:
@@ -101,6 +130,7 @@ class Wheel:
         self.partner: Self | None = None
         self.others: list[Self] = []  # without the partner
         self.is_first = True  # of its axle, in the order of the settings: a side
+        self.given_share = 0.0  # of its pressure in the mean of other axles; 0: learned
         self.windows = {signal: SignalWindow(one.max_age, one.minimum, one.maximum)
                         for signal, one in brake.inputs.items() if signal in COMPARED}
         self.forget()
@@ -116,15 +146,17 @@ class Wheel:
         for window in self.windows.values():
             window.forget(after)
         self.doubts = {signal: Doubt(_UNTIL[signal]) for signal in self.windows}
+        self.alternation = Doubt('until it has been steady for 0.5 s', STEP)  # of the pressure
         self.usable = dict.fromkeys(self.windows, True)
         self.pressure = self.smooth = self.speed = self.friction = math.nan
-        self.share = 0.0  # of its pressure in the mean of other axles, learned; 0: not yet
+        self.share = self.given_share  # given or learned; 0: not yet
 
     def begin_anew(self) -> None:
         """Forget evidence that is not yet enough."""
         for signal, window in self.windows.items():
             window.begin_anew()
             self.doubts[signal].begin_anew()
+        self.alternation.begin_anew()
 
     def advance(self, end: int) -> None:
         """Look at the samples up to the end of a step [ns]."""
@@ -140,8 +172,22 @@ class Wheel:
         return self.windows[signal] if self.usable.get(signal) else _NOTHING
 
     def _believed(self, signal: Signal) -> SignalWindow:
-        told = signal in self.doubts and self.doubts[signal].text
-        return _NOTHING if told else self.own(signal)
+        return _NOTHING if self.doubted(signal) else self.own(signal)
+
+    def doubted(self, signal: Signal) -> str:
+        """Return what is wrong with an input by other brakes or its slew; '' for nothing."""
+        told = self.doubts[signal].said if signal in self.doubts else ''
+        return (signal == 'pressure' and self.alternation.said) or told
 
 
 _NOTHING = SignalWindow(0.0, 0.0, 0.0)
+
+
+def though(wheel: Wheel, other: Wheel, signal: Signal) -> str:
+    """Name the input that contradicts another, its value, and the unit that would explain it."""
+    own, value = wheel.own(signal).mean, other.windows[signal].mean
+    shown = f'{value:.6g} {UNITS[signal]}'.removesuffix(' -')
+    hint = next((f', as {unit} given as {UNITS[signal]} would be'
+                 for unit, scale in _OTHER_UNITS[signal]
+                 if value and abs(own / value / scale - 1.0) < 0.06), '')
+    return f'though {other.name} {signal} is {shown}{hint}'

@@ -130,6 +130,8 @@ MONITOR_KEYS = (
         0.0, 1e7),
     Key('axle_pressure_ratio', 0.7, '-', 'less than this fraction of the pressure of its axle '
         'partner (and 1 bar) is doubted; 0: only a released brake', 0.0, 0.9),
+    Key('rear_pressure_share', 0.0, '-', 'usual pressure of the rear brakes over that of the '
+        'front ones, which are the first of brakes; 0: learned', 0.0, 10.0),
     Key('unbraked_deceleration', 12.0, 'rad/s^2', 'wheels that slow more than engine, '
         'regeneration and hills can do (12 is 4 m/s^2 on a 0.33 m wheel) contradict low '
         'pressures; 0: not checked', 0.0, 1e3),
@@ -294,6 +296,7 @@ class MonitorSettings:
     axles: tuple[str, ...]
     contradicting_pressure: float
     axle_pressure_ratio: float
+    rear_pressure_share: float
     unbraked_deceleration: float
     deceleration_per_pressure: float
     pressure_slew: float

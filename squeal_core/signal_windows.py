@@ -158,6 +158,6 @@ class PressureSwings:
         """Return how many turns of at least a share of the pressure were within a time [ns]."""
         return sum(end - stamp <= within and size >= share for stamp, size in self._turns)
 
-    def leaps(self, end: int, slew: float) -> int:
-        """Return how often in the last second it leapt away and back faster than a slew [Pa/s]."""
-        return sum(end - stamp <= _SECOND and slope > slew for stamp, slope in self._leaps)
+    def leaps(self, end: int, within: int, slew: float) -> int:
+        """Return how often within a time [ns] it leapt away and back faster than a slew [Pa/s]."""
+        return sum(end - stamp <= within and slope > slew for stamp, slope in self._leaps)

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from squeal_core.axles import axle_partners
+from squeal_core.axles import axle_partners, axle_shares
 from squeal_core.cross_checks import CrossChecks
 from squeal_core.errors import ConfigurationError
 from squeal_core.inputs import Reading, Sample
@@ -143,7 +143,7 @@ def test_the_reason_names_both_inputs_and_values() -> None:
     assert (found[FL].state, found[FL].known, str(found[FL].risk)) == ('invalid', False, 'nan')
     assert found[FL].reason == (
         'pressure is 1500 Pa, though front_right pressure is 1.5e+06 Pa, as kPa given as Pa would '
-        'be (0.00 s old)')
+        'be, until it brakes with 1 bar or more as the others do (0.00 s old)')
     assert [one.state for one in found[1:]] == ['steady'] * 3
 
 
@@ -160,7 +160,71 @@ def test_a_doubt_is_held_until_the_brake_agrees_and_says_so() -> None:
     assert times == pytest.approx(np.arange(times[0], times[-1] + 0.05, 0.1))
     assert first.time[-1] < times[-1] < first.time[-1] + 0.8
     held = next(text for seconds, text in found[FL, 'pressure'] if seconds > 7.0)
-    assert ', until it brakes as the others do' in held
+    assert 'though front_right pressure was ' in held
+    assert ', until it brakes with 1 bar or more as the others do' in held
+
+
+STANDS = stop(60.0, 12.0, front=15.0, hold=10.0)  # from 8 s on, and is held
+DEAD = Fault('dead', 'pressure', (FL,), lie(lambda p: 0.0), 0.0, 5.0)
+LASTS = Fault('dead', 'pressure', (FL,), lie(lambda p: 0.0), 0.0)
+PARTNER_OFF = Fault('off', 'pressure', (FR,), lie(lambda p: math.nan), 4.0)
+ROLLING = stop(75.0, 1.0, front=0.0, hold=10.0)
+SLOW_WHEEL = Fault('0.7', 'rotor_speed', (RL,), lie(lambda w: 0.7 * w), 1.0, 6.0)
+AXLE = Fault('0.5', 'rotor_speed', FRONT, lie(lambda w: 0.5 * w), 1.0, 9.0)
+FRICTION = Fault('half', 'friction', (FR,), lie(lambda mu: 0.5 * mu), 0.0, 6.0)
+
+
+@pytest.mark.parametrize(('drive', 'faults', 'end', 'until'), [
+    pytest.param(STANDS, [DEAD], 5.0, 'brakes with 1 bar or more', id='braking'),
+    pytest.param(STANDS, [replace(DEAD, end=9.0)], 9.0, 'brakes with 1 bar', id='at rest'),
+    pytest.param(STANDS, [DEAD, PARTNER_OFF], 5.0, 'brakes with 1 bar', id='partner off'),
+    pytest.param(stop(70.0, 18.0, front=8.0), [replace(DEAD, wheels=(FL, FR, RL, RR))], 5.0,
+                 'reads 1 bar or more while a brake reads 5 bar', id='deceleration'),
+    pytest.param(ROLLING, [SLOW_WHEEL], 6.0, 'turns as the others do', id='wheel'),
+    pytest.param(ROLLING, [AXLE], 9.0, 'turns as the others do', id='axle'),
+    pytest.param(STANDS, [FRICTION], 6.0, 'is like the others while they brake', id='friction')])
+def test_every_doubt_names_its_end_and_ends(drive: Drive, faults: Sequence[Fault], end: float,
+                                            until: str) -> None:
+    found = told(stream(drive, SENSORS, faults))
+    assert set(found) == {(wheel, faults[0].signal) for wheel in faults[0].wheels}
+    for each in found.values():
+        assert all(f', until it {until}' in text for _, text in each)
+        assert end <= each[-1][0] <= end + 1.0  # which is 0.3 s beyond the means
+
+
+def test_a_doubt_outlives_the_partner() -> None:
+    found = told(stream(STANDS, SENSORS, [LASTS, PARTNER_OFF]))[FL, 'pressure']
+    assert [seconds for seconds, _ in found] == pytest.approx(
+        np.arange(found[0][0], found[-1][0] + 0.05, 0.1))
+    assert found[-1][0] > STANDS.time[-1] - 0.2
+
+
+def test_an_alternation_ends_when_the_pressure_is_steady() -> None:
+    """At rest too, and of a brake without others."""
+    samples = stream(STANDS, faults=[Fault('0', 'pressure', (FL,), alternating(0.01), 4.0, 9.0)])
+    alone = replace(samples, samples=[one for one in samples.samples if one[1] == FL])
+    for given, changes in ((samples, {}), (alone, {'brakes': ['front_left']})):
+        found = told(given, **changes)
+        assert set(found) == {(FL, 'pressure')}
+        times, texts = zip(*found[FL, 'pressure'], strict=True)
+        assert times[0] <= 4.6
+        assert 9.3 <= times[-1] <= 9.65
+        assert all(', until it has been steady for 0.5 s' in text for text in texts)
+
+
+def test_a_check_that_is_turned_off_ends_what_it_told() -> None:
+    for fault, off in ((LASTS, 'contradicting_pressure'),
+                       (replace(SLOW_WHEEL, end=99.0), 'wheel_speed_tolerance'),
+                       (replace(FRICTION, end=99.0), 'friction_ratio')):
+        car = Car()
+        drive = ROLLING if fault.signal == 'rotor_speed' else STANDS
+        for seconds, readings in car.run(stream(drive, SENSORS, [fault])):
+            status = readings[fault.wheels[0]][fault.signal].status
+            if seconds == 7.0:
+                assert status == 'implausible'
+                car.monitor.retune(settings(**{off: 0.0}))
+            elif seconds > 7.0:
+                assert status == 'good'
 
 
 def test_a_second_publisher_of_zero_is_told_at_once() -> None:
@@ -283,10 +347,21 @@ def coarse(wheel: int, signal: str) -> Sensor:
             'friction': Sensor(4.0, 0.1 * wheel, 0.0, 0.03, 0.01)}[signal]
 
 
+def brakings(drive: Drive) -> list[tuple[float, float]]:
+    """Return begin and end [s] of all times that a vehicle slows by its brakes."""
+    slows = (drive.pressure[:, FL] > 0.0) & (drive.rotor_speed[:, FL] > 0.0)
+    times = drive.time[slows]
+    breaks = np.flatnonzero(np.diff(times) > 4.0)
+    return list(zip(times[np.append(0, breaks + 1)].tolist(),
+                    times[np.append(breaks, -1)].tolist(), strict=True))
+
+
 @pytest.mark.parametrize('name', ['us06', 'wltc_3b', 'chicago_trip'])
 def test_shipped_drives_as_coarse_sensors_see_them_are_left_alone(name: str) -> None:
     drive = shipped(name, 20.0)
-    assert told(stream(drive, coarse), stuck_changes=1e6) == {}
+    for start, end in brakings(drive):
+        part = drive.part(start - 3.0, end + 1.0)
+        assert told(stream(part, coarse), 5.0, stuck_changes=1e6) == {}, start
 
 
 # -- an injector
@@ -348,6 +423,26 @@ def test_axles_by_name_and_by_setting() -> None:
             read_settings({'brakes': ['a', 'b', 'c', 'd'], 'axles': wrong})
     with pytest.raises(ConfigurationError, match=r"axles: is \[\]; give \['none'\]"):
         read_settings({'axles': []})
+
+
+def test_a_given_share_of_the_rear_axle_tells_which_brake_of_an_axle_is_wrong() -> None:
+    """Before it could be learned; the one that reads too high is believed."""
+    samples = stream(stop(60.0, 9.0, front=15.0), SENSORS, [
+        Fault('twice', 'pressure', (FR,), lie(lambda p: 2.0 * p), 0.0)])
+    assert set(told(samples)) == {(FL, 'pressure')}
+    assert told(samples, rear_pressure_share=0.43) == {}
+    assert set(told(samples, rear_pressure_share=0.2)) == {(FL, 'pressure')}
+
+
+def test_shares_of_axles() -> None:
+    """The first brake that has a partner is one of the front axle."""
+    pairs = axle_partners(NAMES, ['auto'])
+    assert axle_shares(NAMES, pairs, 0.4) == pytest.approx(
+        dict(zip(NAMES, (2.5, 2.5, 0.4, 0.4), strict=True)))
+    three = ('a', 'b', 'c', 'd', 'e', 'f')  # 1, 0.5 and 0.5
+    shares = axle_shares(three, axle_partners(three, ['a+b', 'c+d', 'e+f']), 0.5)
+    assert shares == pytest.approx({'a': 2.0, 'b': 2.0} | dict.fromkeys('cdef', 0.5 / 0.75))
+    assert axle_shares(NAMES, pairs, 0.0) == axle_shares(NAMES[:2], pairs, 0.4) == {}
 
 
 def test_one_brake_has_nothing_to_be_checked_against_and_says_so() -> None:

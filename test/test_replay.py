@@ -14,7 +14,6 @@
 
 """Bags: written, read, damaged; and the replay of what a node was given."""
 
-from dataclasses import replace
 import math
 from pathlib import Path
 from typing import Any
@@ -209,11 +208,11 @@ def test_two_connections_of_one_topic_that_contradict_each_other(
             for name, number in ((topic, value), *([('second', 0.0)] * (topic == '/pressure'))):
                 data = STORE.serialize_cdr(library.type(FLOAT)(data=number), FLOAT)
                 bag.write(connections[name], time + (name == 'second'), data)
-    settings = replace(settings, pressure_slew=0.0)  # which would tell it too, and for longer
     said = [tick[0] for tick in replay(tmp_path / 'bag', settings, kang)]
     assert [found.state for found in said] == [
-        'released', 'released', 'steady', *['invalid'] * 3, *['released'] * 3]
+        'released', 'released', 'steady', *['invalid'] * 4, *['released'] * 2]
     assert 'contradicted by another publisher' in said[4].reason
+    assert 'until it has been steady for 0.5 s' in said[6].reason  # they agree since 0.02 s
 
 
 def test_a_second_publisher_of_other_joints_is_no_finding(tmp_path: Path,

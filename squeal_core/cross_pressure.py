@@ -12,20 +12,20 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What speaks against the pressure of a brake, from all brakes in one step of time."""
+"""What speaks against the pressure of a brake: other brakes, the deceleration, its slew."""
 
 from collections.abc import Iterator, Sequence
 import math
 from typing import NamedTuple
 
-from squeal_core.cross_evidence import Contradiction, Wheel
-from squeal_core.cross_rules import Motion, SLOW_TURNS, though
+from squeal_core.cross_evidence import Contradiction, though, Wheel
+from squeal_core.cross_motion import Motion, SLOW_TURNS
 from squeal_core.settings import MonitorSettings
 
 _BAR = 1e5  # Pa
 _SECOND = 1_000_000_000
 _SURELY = 3.0  # times `contradicting_pressure`: no trailing residual pressure
-_SHARE_OF_OTHERS = 0.15  # of their pressure: axles differ by design
+_SHARE_OF_OTHERS = 0.15  # axles differ by design
 _FAST_TURNS = 18  # in half a second (18 Hz; ABS has 15)
 _LEAPS = 3  # in a second
 _SURELY_BRAKING = 5.0 * _BAR
@@ -38,7 +38,6 @@ def against_pressure(wheel: Wheel, wheels: Sequence[Wheel], motion: Motion, end:
     own = wheel.own('pressure')
     if math.isnan(own.mean):
         return
-    yield from _leaping(wheel, end, settings)
     reference = _braking_reference(wheel, settings)
     if reference is not None:
         yield from _quiet(wheel, reference, motion, settings)
@@ -46,25 +45,31 @@ def against_pressure(wheel: Wheel, wheels: Sequence[Wheel], motion: Motion, end:
     yield from _unexplained(wheels, motion, settings)
 
 
-def pressure_agrees(wheel: Wheel, told: str, settings: MonitorSettings) -> bool:
+def pressure_agrees(wheel: Wheel, wheels: Sequence[Wheel], settings: MonitorSettings) -> bool:
     """Tell whether a pressure is as high as the others have it, or higher."""
-    own = wheel.own('pressure')
-    least = _SURELY_BRAKING if told == 'deceleration' else _BAR
-    if wheel.partner is not None and not math.isnan(wheel.partner.smooth):
-        least = max(least, (settings.axle_pressure_ratio + 0.05) * wheel.partner.smooth
-                    - 0.5 * _BAR)
+    if wheel.doubts['pressure'].kind == 'deceleration' and not any(
+            other.own('pressure').smooth >= _SURELY_BRAKING for other in wheels):
+        return False
+    own, partner = wheel.own('pressure'), wheel.partner
+    expected = (partner.smooth if partner is not None and not math.isnan(partner.smooth)
+                else wheel.share * _mean_pressure(wheel.others))
+    least = max(_BAR, (settings.axle_pressure_ratio + 0.05) * expected - 0.5 * _BAR)
     return own.mean >= settings.release_pressure and own.smooth >= least
 
 
-def _leaping(wheel: Wheel, end: int, settings: MonitorSettings) -> Iterator[Contradiction]:
+def against_slew(wheel: Wheel, end: int, settings: MonitorSettings
+                 ) -> tuple[list[Contradiction], bool]:
+    """Return what speaks against a pressure by its own slew, and whether it is steady again."""
     if not settings.pressure_slew:
-        return
+        return [], True
     swings = wheel.windows['pressure'].swings
     fast = swings.turns(end, _SECOND // 2, 0.3)
-    leaps = swings.leaps(end, settings.pressure_slew)
+    steady = not swings.leaps(end, _SECOND // 2, settings.pressure_slew)
+    leaps = 0 if steady else swings.leaps(end, _SECOND, settings.pressure_slew)
     if fast >= _FAST_TURNS or leaps >= _LEAPS:
-        yield Contradiction('leaping', 0.0, 'alternates faster than brake hydraulics do: '
-                            f'{max(fast, leaps)} times in the last second')
+        return [Contradiction('leaping', 0.0, 'alternates faster than brake hydraulics do: '
+                              f'{max(fast, leaps)} times in the last second')], False
+    return [], steady
 
 
 class _Reference(NamedTuple):
@@ -74,7 +79,7 @@ class _Reference(NamedTuple):
     ratio: float  # least fraction of its pressure that is believed
     margin: float  # Pa
     established: bool  # further brakes brake as well
-    usual: float = 0.0  # pressure that other axles and the learned share let expect [Pa]
+    usual: float = 0.0  # pressure that other axles and the share of this one let expect [Pa]
 
 
 def _braking_reference(wheel: Wheel, settings: MonitorSettings) -> _Reference | None:
@@ -124,7 +129,7 @@ def _mean_pressure(wheels: Sequence[Wheel]) -> float:
 def learn_share(wheel: Wheel, motion: Motion) -> None:
     """Learn the pressure of a brake over that of other axles, while both sides agree."""
     partner = wheel.partner
-    if partner is None or motion.swinging:
+    if partner is None or motion.swinging or wheel.given_share:
         return
     others = _mean_pressure(wheel.others)
     if min(wheel.smooth, partner.smooth, others) >= _LEARNING and (
@@ -181,4 +186,5 @@ def _unexplained(wheels: Sequence[Wheel], motion: Motion,
     if motion.fall > most:
         yield Contradiction(
             'deceleration', 0.7, f'though rotor_speed of the wheels, {motion.fastest:.4g} rad/s, '
-            f'falls by {motion.fall:.4g} rad/s^2 and no pressure is above {highest:.4g} Pa')
+            f'falls by {motion.fall:.4g} rad/s^2 and no pressure is above {highest:.4g} Pa',
+            until='until it reads 1 bar or more while a brake reads 5 bar')
