@@ -64,12 +64,12 @@ def against_slew(wheel: Wheel, end: int, settings: MonitorSettings
         return [], True
     swings = wheel.windows['pressure'].swings
     fast = swings.turns(end, _SECOND // 2, 0.3)
-    steady = not swings.leaps(end, _SECOND // 2, settings.pressure_slew)
-    leaps = 0 if steady else swings.leaps(end, _SECOND, settings.pressure_slew)
+    recent = swings.leaps(end, _SECOND // 2, settings.pressure_slew)
+    leaps = swings.leaps(end, _SECOND, settings.pressure_slew) if recent else 0
     if fast >= _FAST_TURNS or leaps >= _LEAPS:
         return [Contradiction('leaping', 0.0, 'alternates faster than brake hydraulics do: '
                               f'{max(fast, leaps)} times in the last second')], False
-    return [], steady
+    return [], not recent and not fast
 
 
 class _Reference(NamedTuple):
