@@ -398,7 +398,7 @@ def lies_believed(drive: Drive, faults: Sequence[Fault]) -> float:
 @pytest.mark.parametrize('block', range(4))
 def test_an_injector_of_faults_and_pairs(block: int) -> None:
     """No pressure that reads released is believed for longer than is documented."""
-    for seed in range(15 * block, 15 * block + 15):
+    for seed in range(12 * block, 12 * block + 12):
         drive, faults = injected(seed)
         both = [fault for fault in faults if fault.signal == 'pressure']
         pair = len(both) == 2
