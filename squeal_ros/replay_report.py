@@ -116,8 +116,9 @@ class ReplayReport:
         ticks = f'{self._summary.ticks} ticks'
         if self._summary.braking_time and not self._summary.assessed_time:
             return [f'{ticks}, none of braking assessed: whether it squealed is not known']
-        more = len(self._events) - _MOST_LINES
-        return [f'{ticks}, {len(self._events)} squeal events',
+        count = len(self._events)
+        more = count - _MOST_LINES
+        return [f'{ticks}, {count} squeal event{"s" * (count != 1)}',
                 *(f'  {e.brake}, {e.start:.1f} to {e.end:.1f} s: risk up to {e.peak_risk:.2f}, '
                   f'{e.frequency_hz:.0f} Hz growing with {e.growth_rate:+.1f} 1/s'
                   for e in self._events[:_MOST_LINES]),

@@ -79,7 +79,7 @@ def test_a_good_bag(run: Run) -> None:
     first, brake, events, *_ = out.splitlines()
     assert first == 'assessed 100 % of the braking time (2.1 of 2.1 s)'
     assert brake.split() == ['fl', '100', '%', 'of', '2.1', 's;', 'ticks:', '21', 'steady']
-    assert events == '21 ticks, 1 squeal events'
+    assert events == '21 ticks, 1 squeal event'
     code, out, _ = run([], '--json')
     found = json.loads(out)
     assert code == 0
@@ -125,7 +125,7 @@ def test_nothing_assessed_is_said_first_with_the_remedy(case: str, run: Run) -> 
     assert what in out
     (said,) = [line for line in lines if line.startswith('  remedy: ')]
     assert remedy in said
-    assert 'squeal events' not in out
+    assert 'squeal event' not in out
     code, out, _ = run([], '--json', **inputs)
     found = json.loads(out)
     assert code == 1
