@@ -20,11 +20,12 @@ PIP := -m pip install --quiet --disable-pip-version-check
 # $(call found,INTERPRETER,WHAT IT IS,VARIABLE)
 found = @test -n "$(1)" || { echo 'make: no $(2) found; install one, or say which:' \
 	'make $(3)=/path/to/python' >&2; exit 1; }
-# more than half of the time goes into these: physics at length, faults in pairs, damaged files,
-# floods; what they call of Python, numpy and scipy others call too, so BRIEF=1 spares them
-LONG_TESTS := $(foreach t,critical faults flood mechanism model_file mutations node_faults \
-	readers_calculix_disc readers_errors restart soak solid storms,test/test_$(t).py) \
-	$(foreach t,contact_force convergence uniform_planar_mesh,test/verification/test_$(t).py)
+# most of the time goes into these: physics at length, faults in pairs, damaged files, floods,
+# tables; what they call of Python, numpy and scipy others call too, so BRIEF=1 spares them
+LONG_TESTS := $(foreach t,cli_fuzz critical cross_checks envelope faults flood mechanism model_file \
+	mutations node_faults readers_calculix_disc readers_errors recovery restart soak solid \
+	storms tabulation together workers,test/test_$(t).py) \
+	$(foreach t,contact_force convergence uniform_planar_mesh verify,test/verification/test_$(t).py)
 FEWER := $(if $(BRIEF),$(LONG_TESTS:%=--ignore=%))
 # what an installation can break: processes, shipped files, the node on DDS
 COLCON_TESTS := $(foreach t,launch layouts model_file node process replay security_policy settings,\
