@@ -194,16 +194,19 @@ class InputTopics:
         silent = self._silence.due({name: t.received for name, t in self._topics.items()}, steady)
         if not silent:
             return
-        published = [name for name, _ in self._node.get_topic_names_and_types()
-                     if self._node.count_publishers(name)]
+        node = self._node
+        own = dict(node.get_publisher_names_and_types_by_node(
+            node.get_name(), node.get_namespace()))
+        published = [name for name, _ in node.get_topic_names_and_types()
+                     if name not in own and node.count_publishers(name)]
         words = []
         for name in silent:
             publishers = self._topics[name].names
             words.append(f'{name} (published by {", ".join(publishers)})' if publishers else
                          f'{name} (nobody publishes it)'
-                         f'{did_you_mean(self._node.resolve_topic_name(name), published)}')
-        self._node.get_logger().warning(f'no message came on {", ".join(words)}; check topics, '
-                                        'namespace, ROS_DOMAIN_ID and quality of service')
+                         f'{did_you_mean(node.resolve_topic_name(name), published)}')
+        node.get_logger().warning(f'no message came on {", ".join(words)}; check topics, '
+                                  'namespace, ROS_DOMAIN_ID and quality of service')
 
     def _look(self) -> None:
         for name, topic in self._topics.items():
