@@ -39,7 +39,8 @@ class Agreement:
         Assessments in both records; those that saw the same samples; those of them with equal
         risk, growth rates, frequencies and margin.
     parted_at : float
-        Time from which the records saw different samples while sliding [s]; infinite if never.
+        Time from which the records saw different samples while released or sliding [s]; infinite
+        if never.
     before, equal_before : int
         As `same_inputs` and `equal`, before that time.
     largest_difference : float
@@ -111,9 +112,13 @@ def _ticks(live: Iterable[Row], replayed: Iterable[Row]
 
 
 def _parted(a: Row | None, b: Row | None) -> bool:
-    """Whether one brake's engine was asked for something else, or nothing, in one record."""
-    sliding = 'steady' in {row.state for row in (a, b) if row is not None}
-    return sliding and (a is None or b is None or _inputs(a) != _inputs(b))
+    """
+    Whether one brake's engine was asked for something else, or nothing, in one record.
+
+    For released brakes expansions of their next application are prepared.
+    """
+    asked = {'steady', 'released'} & {row.state for row in (a, b) if row is not None}
+    return bool(asked) and (a is None or b is None or _inputs(a) != _inputs(b))
 
 
 def _inputs(row: Row) -> str:
