@@ -22,14 +22,20 @@ found = @test -n "$(1)" || { echo 'make: no $(2) found; install one, or say whic
 	'make $(3)=/path/to/python' >&2; exit 1; }
 # most of the time goes into these: physics at length, faults in pairs, damaged files, floods,
 # tables; what they call of Python, numpy and scipy others call too, so BRIEF=1 spares them
-LONG_TESTS := $(foreach t,cli_fuzz critical cross_checks envelope faults flood mechanism model_file \
-	mutations node_faults readers_calculix_disc readers_errors recovery restart soak solid \
-	storms tabulation together workers,test/test_$(t).py) \
-	$(foreach t,contact_force convergence uniform_planar_mesh verify,test/verification/test_$(t).py)
+LONG_TESTS := $(patsubst %,test/%.py, \
+	cli/test_cli_fuzz model/test_model_file modes/test_readers_calculix_disc \
+	modes/test_readers_errors modes/test_solid monitor/test_cross_checks monitor/test_faults \
+	monitor/test_recovery monitor/test_together node/test_flood node/test_node_faults \
+	node/test_restart node/test_soak node/test_storms stability/test_critical \
+	stability/test_mechanism surrogate/test_envelope surrogate/test_tabulation \
+	surrogate/test_workers test_mutations verification/test_contact_force \
+	verification/test_convergence verification/test_uniform_planar_mesh \
+	verification/test_verify)
 FEWER := $(if $(BRIEF),$(LONG_TESTS:%=--ignore=%))
 # what an installation can break: processes, shipped files, the node on DDS
-COLCON_TESTS := $(foreach t,launch layouts model_file node process replay security_policy settings,\
-	test/test_$(t).py)
+COLCON_TESTS := $(patsubst %,test/%.py, \
+	model/test_model_file monitor/test_settings node/test_launch node/test_layouts \
+	node/test_node node/test_process node/test_security_policy recordings/test_replay)
 
 .PHONY: demo test soak test-ubuntu24 test-newest colcon nastran lint benchmark clean help
 
@@ -64,7 +70,7 @@ soak: $(VENV)/installed  ## the long forms of tests: storms, floods, an hour of 
 
 nastran: .venv-nastran/installed  ## tests of OP2 files, with pyNastran and numpy below 2
 	.venv-nastran/bin/python -c 'import pyNastran.op2.op2_geom'  # else its tests would skip
-	.venv-nastran/bin/python -m pytest -q -p no:cacheprovider -k op2 test/test_readers_*.py
+	.venv-nastran/bin/python -m pytest -q -p no:cacheprovider -k op2 test/modes/test_readers_*.py
 
 lint: $(VENV)/installed  ## ruff, mypy, and flake8 and pep257 as ament has them
 	$(BIN)/ruff check .

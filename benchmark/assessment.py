@@ -40,11 +40,12 @@ import numpy as np
 from online import reference
 import scipy
 
-from squeal_core import BrakeModel, sliding
-from squeal_core.engines import Engines
-from squeal_core.margin import MarginInputs
-from squeal_core.settings import MonitorSettings, read_settings
-from squeal_core.sliding import SlidingBrake
+from squeal_core import BrakeModel
+from squeal_core.monitor import brake_stability as sliding
+from squeal_core.monitor.vehicle_stability import Engines
+from squeal_core.risk.margin import MarginInputs
+from squeal_core.monitor.settings import MonitorSettings, read_settings
+from squeal_core.monitor.brake_stability import SlidingBrake
 
 RATE = 100.0  # Hz
 _EVERY = 200  # ticks between two reference solves

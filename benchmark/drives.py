@@ -16,11 +16,11 @@
 
 from typing import NamedTuple
 
-from squeal_core.brake_model import BrakeModel
-from squeal_core.drive_cycle import read_drive_cycle
-from squeal_core.operating_point import OperatingPoint
-from squeal_core.resources import config_folder
-from squeal_core.vehicle import brake_signals, BrakeSignals, read_vehicle
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.resources import config_folder
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.vehicle.drive_cycle import read_drive_cycle
+from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, read_vehicle
 
 DRIVES = ('us06', 'wltc_3b', 'chicago_trip')
 RELEASED = 0.5e5  # Pa, below which a brake counts as released

@@ -51,7 +51,7 @@ from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
 from squeal_core import BrakeModel  # noqa: I100
-from squeal_core.settings import NODE_NAME
+from squeal_core.monitor.settings import NODE_NAME
 
 Inputs: TypeAlias = Callable[[float], tuple[Any, Any, Any]]
 BRAKES = ('front_left', 'front_right', 'rear_left', 'rear_right')
@@ -150,7 +150,7 @@ def cpu_times(process: int) -> Counter[str]:
 @contextmanager
 def monitor(rate: float, table: str) -> Any:
     """Run the node as a process."""
-    code = 'import sys; from squeal_ros.node import main; sys.exit(main())'
+    code = 'import sys; from squeal_ros.node.lifecycle_node import main; sys.exit(main())'
     process = subprocess.Popen([sys.executable, '-c', code, '--ros-args', '-p', f'rate:={rate}',
                                 '-p', f"table:='{table}'"],
                                stderr=subprocess.DEVNULL)

@@ -36,9 +36,9 @@ import numpy as np  # noqa: I100
 import scipy
 
 from squeal_core import BrakeModel
-from squeal_core.anchor_solution import anchor_at
-from squeal_core.operating_point import OperatingPoint
-from squeal_core.tabulation import TableSettings, Tabulation
+from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
 
 _EVERY = 400  # calls between two reference solves
 _DELAY = 15  # solves, as a node of one brake at 100 Hz has it

@@ -35,9 +35,9 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.arrays import FloatArray
-from squeal_core.stability import complex_modes, ComplexModes
-from squeal_core.tabulation import TableSettings, Tabulation
+from squeal_core.common.arrays import FloatArray
+from squeal_core.stability.eigensolution import complex_modes, ComplexModes
+from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
 
 GROUP = 20
 LIMIT = 0.1  # 1/s

@@ -30,10 +30,10 @@ from drives import braking_points
 import numpy as np
 
 from squeal_core import BrakeModel
-from squeal_core.anchor import Anchor
-from squeal_core.anchor_solution import anchor_at
-from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import eigenvalues
+from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.stability.eigensolution import eigenvalues
 from squeal_core.view.engine_plot import ErrorsOverDistance, plot_errors
 
 DISTANCES = np.geomspace(2e-3, 0.6, 13)

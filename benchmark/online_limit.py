@@ -35,9 +35,9 @@ from online_accuracy import LIMIT, random_point
 from scipy.optimize import linear_sum_assignment
 
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.anchor import Anchor
-from squeal_core.anchor_solution import anchor_at
-from squeal_core.stability import eigenvalues, Tolerances
+from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.stability.eigensolution import eigenvalues, Tolerances
 
 DIRECTIONS = 10  # from each expansion
 FARTHEST = 0.6

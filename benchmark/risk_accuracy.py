@@ -36,11 +36,11 @@ from drives import braking_samples
 import numpy as np
 
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.arrays import FloatArray
-from squeal_core.batch import batch_modes, OperatingPoints
-from squeal_core.risk import Deviations, Inputs
-from squeal_core.risk_table import RiskSettings, RiskTable
-from squeal_core.tabulation import TableSettings, Tabulation
+from squeal_core.common.arrays import FloatArray
+from squeal_core.surrogate.batch import batch_modes, OperatingPoints
+from squeal_core.risk.probability import Deviations, Inputs
+from squeal_core.risk.risk_table import RiskSettings, RiskTable
+from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
 
 ENDS_HZ = (1250.0, 1500.0, 2000.0, 3000.0, 4000.0, 5000.0, 6500.0, 8000.0, 12000.0, 16000.0)
 BANDS_HZ = tuple(pairwise(ENDS_HZ))

@@ -16,11 +16,11 @@
 
 from dataclasses import replace
 
-from squeal_core.audit import truncated
-from squeal_core.brake_file import read_brake
-from squeal_core.brake_model import BrakeModel
-from squeal_core.build import build_model
-from squeal_core.resources import config_folder
+from squeal_core.assembly.build import build_model
+from squeal_core.assembly.checks import truncated
+from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.common.resources import config_folder
+from squeal_core.model.brake_model import BrakeModel
 
 
 def sized(count: int) -> BrakeModel:

@@ -28,15 +28,17 @@ from typing import Any
 
 import numpy as np
 
-from squeal_core import BrakeModel, OperatingPoint, operators, resources
-from squeal_core.arrays import FloatArray
-from squeal_core.brake import Brake, HatDisc
-from squeal_core.brake_file import read_brake
-from squeal_core.fe.axisymmetric import disc_modes
-from squeal_core.fe.meshes import hat_disc_mesh
-from squeal_core.fe.solid import at_radius, pad_modes, solid_modes, SolidModes
-from squeal_core.modal_basis import modal_assurance, ModalBasis, Quadrature, SampledShapes
-from squeal_core.planar_mesh import (
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.model import operators
+from squeal_core.common import resources
+from squeal_core.common.arrays import FloatArray
+from squeal_core.brake.dimensions import Brake, HatDisc
+from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.modes.fe.axisymmetric import disc_modes
+from squeal_core.modes.fe.meshes import hat_disc_mesh
+from squeal_core.modes.fe.solid import at_radius, pad_modes, solid_modes, SolidModes
+from squeal_core.modes.modal_basis import modal_assurance, ModalBasis, Quadrature, SampledShapes
+from squeal_core.modes.planar_mesh import (
     contact_grid,
     Layer,
     LayeredBasis,
@@ -44,7 +46,7 @@ from squeal_core.planar_mesh import (
     PlanarModes,
     sector_quadrature,
 )
-from squeal_core.stability import complex_modes, Mode
+from squeal_core.stability.eigensolution import complex_modes, Mode
 
 ARRAYS = {'A0': ('contact_stiffness', operators.contact_stiffness),
           'B0': ('friction_couple', operators.friction_couple),

@@ -25,9 +25,9 @@ from hypothesis import settings
 import pytest
 
 from squeal_core import BrakeModel
-from squeal_core.brake import Brake
-from squeal_core.brake_file import read_brake
-from squeal_core.resources import config_folder
+from squeal_core.brake.dimensions import Brake
+from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.common.resources import config_folder
 
 # a background job of a shell ignores Ctrl-C, and so would the processes that tests end by it
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -79,12 +79,12 @@ def brake() -> Brake:
 @pytest.fixture(scope='session')
 def disc(brake: Brake):  # type: ignore[no-untyped-def]
     """Modes of the disc, with the settings of the shipped model; takes seconds."""
-    from squeal_core.fe.axisymmetric import disc_modes
+    from squeal_core.modes.fe.axisymmetric import disc_modes
     return disc_modes(brake.disc, brake.disc_modes)
 
 
 @pytest.fixture(scope='session')
 def pad(brake: Brake):  # type: ignore[no-untyped-def]
     """Modes of a pad, with the settings of the shipped model; takes seconds."""
-    from squeal_core.fe.solid import pad_modes
+    from squeal_core.modes.fe.solid import pad_modes
     return pad_modes(brake.pad, brake.contact, brake.pad_modes)

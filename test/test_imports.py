@@ -22,7 +22,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
-from rows import each
+from support.rows import each
 
 ROOT = Path(__file__).parents[1]
 

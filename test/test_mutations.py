@@ -25,12 +25,11 @@ import random
 import subprocess
 import sys
 
-from mutants import mutant_of_archive, mutant_of_text
-from processes import linux, short_and_long
 import pytest
-from squeal_core.resources import find
+from squeal_core.common.resources import find
+from support.mutants import mutant_of_archive, mutant_of_text
+from support.processes import linux, short_and_long
 
-SCRIPT = Path(__file__).with_name('reading_mutants.py')
 # a shipped model takes some ten times as long as a small one
 SHARE = {'model': 1.0, 'shipped model': 0.1, 'brake': 1.0, 'table': 1.0}
 
@@ -41,8 +40,9 @@ SHARE = {'model': 1.0, 'shipped model': 0.1, 'brake': 1.0, 'table': 1.0}
 def test_damaged_files(kind: str, count: int, tmp_path: Path) -> None:
     count = round(SHARE[kind] * count)
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), kind, '0', str(count), str(tmp_path)], text=True,
-        capture_output=True, check=False, env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'})
+        [sys.executable, '-m', 'support.reading_mutants', kind, '0', str(count), str(tmp_path)],
+        text=True, capture_output=True, check=False, cwd=Path(__file__).parent,
+        env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'})
     assert done.returncode == 0, done.stderr[-2000:]
     found = json.loads(done.stdout)
     print(f'\n{kind}: {found["refused"]} refused, {found["read"]} read, slowest '

@@ -15,7 +15,7 @@
 """The tables of cases that other tests are made of: no row is left out, every failure is shown."""
 
 import pytest
-from rows import each
+from support.rows import each
 
 
 def test_every_row_is_tried_and_all_that_fail_are_reported() -> None:

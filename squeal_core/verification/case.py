@@ -19,13 +19,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from squeal_core.arrays import FloatArray
-from squeal_core.brake_model import BrakeModel
-from squeal_core.critical import critical_value
-from squeal_core.mode_vectors import mode_vectors
-from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, ComplexModes, Mode
-from squeal_core.tracking import identify, moved
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.critical_parameter import critical_value
+from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Mode
+from squeal_core.stability.eigenvectors import mode_vectors
+from squeal_core.stability.mode_tracking import identify, moved
 from squeal_core.verification.paper import (
     ADDED,
     FAST,

@@ -18,8 +18,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-from squeal_core.mechanism import Mechanism, mechanisms
-from squeal_core.stability import complex_modes, Mode
+from squeal_core.stability.eigensolution import complex_modes, Mode
+from squeal_core.stability.mechanism import Mechanism, mechanisms
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import EXACT, FAST, FIT, PADS, Pair, PRINTED, SLOW, THIRD
 from squeal_core.verification.row import Row, said

@@ -18,9 +18,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from squeal_core.mechanism import without_rotation
-from squeal_core.merging import merging
-from squeal_core.stability import Mode
+from squeal_core.stability.eigensolution import Mode
+from squeal_core.stability.exceptional_point import merging
+from squeal_core.stability.mechanism import without_rotation
 from squeal_core.verification.case import Case, gap, merged
 from squeal_core.verification.paper import PADS, SLOW, SOFTER, THIRD
 from squeal_core.verification.parts import Parts

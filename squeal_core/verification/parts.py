@@ -18,14 +18,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from squeal_core import operators
-from squeal_core.brake import Brake, HatDisc
-from squeal_core.brake_file import parse_brake
-from squeal_core.brake_model import BrakeModel
-from squeal_core.build import contact_arrays, contact_faces
-from squeal_core.errors import quoted, SquealError
-from squeal_core.modal_basis import ModalBasis
-from squeal_core.planar_mesh import AS_PRINTED, contact_grid
+from squeal_core.assembly.build import contact_arrays, contact_faces
+from squeal_core.brake.brake_yaml import parse_brake
+from squeal_core.brake.dimensions import Brake, HatDisc
+from squeal_core.common.errors import quoted, SquealError
+from squeal_core.model import operators
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.modes.modal_basis import ModalBasis
+from squeal_core.modes.planar_mesh import AS_PRINTED, contact_grid
 
 _MOST_ELEMENTS = 200  # of a pad, each way
 
@@ -65,8 +65,8 @@ def parts_or_why(model: BrakeModel) -> tuple[Parts | None, tuple[str, ...]]:
 
 def rebuild(model: BrakeModel) -> Parts:
     """Return the parts that a model of a hat disc was built from, solved anew (needs skfem)."""
-    from squeal_core.fe.axisymmetric import disc_modes
-    from squeal_core.fe.solid import pad_modes
+    from squeal_core.modes.fe.axisymmetric import disc_modes
+    from squeal_core.modes.fe.solid import pad_modes
 
     brake = parse_brake(model.provenance.get('description', {}), warn=lambda _: None)
     settings = model.provenance['settings']

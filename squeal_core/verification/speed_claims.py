@@ -18,12 +18,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from squeal_core import operators
-from squeal_core.arrays import FloatArray
-from squeal_core.mechanism import mechanisms, without_rotation
-from squeal_core.stability import complex_modes
-from squeal_core.sweep_record import Sweep
-from squeal_core.tracking import identify
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model import operators
+from squeal_core.stability.eigensolution import complex_modes
+from squeal_core.stability.mechanism import mechanisms, without_rotation
+from squeal_core.stability.mode_tracking import identify
+from squeal_core.studies.sweep_file import Sweep
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import ADDED, FAST, FRICTION, PADS, SLOW, THIRD, TORSION
 from squeal_core.verification.parts import Parts

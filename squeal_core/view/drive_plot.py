@@ -23,8 +23,8 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-from squeal_core.drive_envelope import drive_envelope, DriveEnvelope, outline
-from squeal_core.history import Row
+from squeal_core.monitor.history import Row
+from squeal_core.view.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.view.saving import FigureTarget, save_figure
 
 

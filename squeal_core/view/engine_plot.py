@@ -21,7 +21,7 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 
-from squeal_core.arrays import FloatArray
+from squeal_core.common.arrays import FloatArray
 from squeal_core.view.saving import FigureTarget, save_figure
 
 

@@ -24,8 +24,8 @@ except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from numpy.typing import NDArray
-from squeal_core.arrays import FloatArray
-from squeal_core.sweep_record import Sweep
+from squeal_core.common.arrays import FloatArray
+from squeal_core.studies.sweep_file import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.stability_map import axis_ends, axis_of, conditions, STYLE
 

@@ -17,7 +17,7 @@
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
 
-from squeal_core.output import output_file
+from squeal_core.common.output import output_file
 
 FigureTarget: TypeAlias = str | Path | BinaryIO
 """Where a figure goes: a path, or an open file, which gets a PNG."""

@@ -24,8 +24,8 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-from squeal_core.arrays import FloatArray
-from squeal_core.sweep_record import Sweep
+from squeal_core.common.arrays import FloatArray
+from squeal_core.studies.sweep_file import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,

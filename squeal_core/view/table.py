@@ -29,7 +29,7 @@ try:
 except ImportError as error:
     raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
-from squeal_core.history import Row, SquealEvent
+from squeal_core.monitor.history import Row, SquealEvent
 
 _UNKNOWN = '-'
 

@@ -26,10 +26,10 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-from squeal_core.friction import FrictionLaw
-from squeal_core.mechanism import without_rotation
-from squeal_core.output import check_target, make_folder, OutputFiles
-from squeal_core.stability import complex_modes, Mode
+from squeal_core.brake.friction import FrictionLaw
+from squeal_core.common.output import check_target, make_folder, OutputFiles
+from squeal_core.stability.eigensolution import complex_modes, Mode
+from squeal_core.stability.mechanism import without_rotation
 from squeal_core.verification import Verification
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import FAST, FRICTION, PADS, Pair, SLOW, SOFTER, THIRD

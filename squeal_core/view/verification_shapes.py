@@ -27,13 +27,13 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-from squeal_core.arrays import ComplexArray, FloatArray
-from squeal_core.brake import HatDisc
-from squeal_core.brake_model import BrakeModel
-from squeal_core.modal_basis import ModalBasis, Quadrature
-from squeal_core.mode_vectors import mode_vectors
-from squeal_core.operating_point import OperatingPoint
-from squeal_core.stability import complex_modes, Mode
+from squeal_core.brake.dimensions import HatDisc
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.modes.modal_basis import ModalBasis, Quadrature
+from squeal_core.stability.eigensolution import complex_modes, Mode
+from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.verification import Parts
 from squeal_core.verification.paper import PRINTED, TORSION
 from squeal_core.view.saving import FigureTarget, save_figure

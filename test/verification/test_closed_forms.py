@@ -25,13 +25,13 @@ from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 import skfem
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.arrays import ComplexArray, FloatArray
-from squeal_core.brake import Brake, Contact, Material, Pad
-from squeal_core.fe import axisymmetric
-from squeal_core.fe.solid import pad_modes
-from squeal_core.modal_basis import Quadrature
-from squeal_core.mode_vectors import mode_vectors
-from squeal_core.stability import complex_modes, eigenvalues
+from squeal_core.brake.dimensions import Brake, Contact, Material, Pad
+from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.modes.fe import axisymmetric
+from squeal_core.modes.fe.solid import pad_modes
+from squeal_core.modes.modal_basis import Quadrature
+from squeal_core.stability.eigensolution import complex_modes, eigenvalues
+from squeal_core.stability.eigenvectors import mode_vectors
 
 STEEL = Material(young_modulus=210e9, density=7850.0, poisson_ratio=0.3)
 PRESSURE, STIFFNESS = 1e6, 1e10

@@ -31,12 +31,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from squeal_core import OperatingPoint, operators
-from squeal_core.arrays import FloatArray
-from squeal_core.brake import Contact
-from squeal_core.modal_basis import Quadrature, SampledShapes
-from squeal_core.operators import ContactFace
-from squeal_core.planar_mesh import sector_quadrature
+from squeal_core import OperatingPoint
+from squeal_core.brake.dimensions import Contact
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model import operators
+from squeal_core.model.operators import ContactFace
+from squeal_core.modes.modal_basis import Quadrature, SampledShapes
+from squeal_core.modes.planar_mesh import sector_quadrature
 
 PATCH = Contact(inner_radius=0.1, outer_radius=0.142, angle=np.deg2rad(62.0), stiffness=0.35e11)
 HALF = 0.008

@@ -21,14 +21,15 @@ import logging
 import numpy as np
 import pytest
 import skfem
-from squeal_core import BrakeModel, OperatingPoint, operators
-from squeal_core.arrays import FloatArray
-from squeal_core.brake import Brake, Contact, Material, Pad
-from squeal_core.fe import axisymmetric
-from squeal_core.fe.solid import pad_modes, sector_mesh
-from squeal_core.modal_basis import Quadrature
-from squeal_core.planar_mesh import sector_quadrature
-from squeal_core.stability import complex_modes
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.brake.dimensions import Brake, Contact, Material, Pad
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model import operators
+from squeal_core.modes.fe import axisymmetric
+from squeal_core.modes.fe.solid import pad_modes, sector_mesh
+from squeal_core.modes.modal_basis import Quadrature
+from squeal_core.modes.planar_mesh import sector_quadrature
+from squeal_core.stability.eigensolution import complex_modes
 
 STEEL = Material(young_modulus=210e9, density=7850.0, poisson_ratio=0.3)
 NOTHING = np.array([], int)

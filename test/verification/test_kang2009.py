@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.arrays import ComplexArray
-from squeal_core.brake import Brake
-from squeal_core.brake_model import OPERATORS
-from squeal_core.build import build_model
-from squeal_core.stability import complex_modes, ComplexModes, eigenvalues, Mode
+from squeal_core.assembly.build import build_model
+from squeal_core.brake.dimensions import Brake
+from squeal_core.common.arrays import ComplexArray
+from squeal_core.model.brake_model import OPERATORS
+from squeal_core.stability.eigensolution import complex_modes, ComplexModes, eigenvalues, Mode
 
 DATA: dict[str, Any] = json.loads(
     (Path(__file__).parents[1] / 'data' / 'k09.json').read_text(encoding='utf-8'))

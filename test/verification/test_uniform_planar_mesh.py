@@ -29,20 +29,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from squeal_core import operators
-from squeal_core.arrays import FloatArray
-from squeal_core.brake import Brake
-from squeal_core.fe.axisymmetric import disc_modes, HarmonicModes
-from squeal_core.fe.meshes import pad_mesh
-from squeal_core.fe.solid import pad_modes, solid_modes, SolidModes
-from squeal_core.mode_vectors import mode_vectors
-from squeal_core.planar_mesh import (
+from squeal_core.brake.dimensions import Brake
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model import operators
+from squeal_core.modes.fe.axisymmetric import disc_modes, HarmonicModes
+from squeal_core.modes.fe.meshes import pad_mesh
+from squeal_core.modes.fe.solid import pad_modes, solid_modes, SolidModes
+from squeal_core.modes.planar_mesh import (
     AS_PRINTED,
     contact_grid,
     LayeredBasis,
     PlanarGrid,
     PlanarModes,
 )
+from squeal_core.stability.eigenvectors import mode_vectors
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / 'examples' / 'planar_mesh_convergence.py'

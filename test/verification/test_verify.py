@@ -25,10 +25,10 @@ import numpy as np
 from PIL import Image
 import pytest
 from squeal_core import BrakeModel, verification
-from squeal_core.brake import Brake
-from squeal_core.errors import SquealError
-from squeal_core.mechanism import without_rotation
-from squeal_core.stability import complex_modes, eigenvalues
+from squeal_core.brake.dimensions import Brake
+from squeal_core.common.errors import SquealError
+from squeal_core.stability.eigensolution import complex_modes, eigenvalues
+from squeal_core.stability.mechanism import without_rotation
 from squeal_core.verification import as_text, Case, Parts, Row, Verification, verify
 from squeal_core.verification.claims import components, maps
 from squeal_core.verification.paper import PRINTED
@@ -218,7 +218,8 @@ def test_another_brake_is_refused() -> None:
 
 
 def test_without_scikit_fem(kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith(('skfem', 'squeal_core.fe.'))]:
+    for name in [name for name in sys.modules
+                 if name.startswith(('skfem', 'squeal_core.modes.fe.'))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, 'skfem', None)
     parts, skipped = parts_or_why(kang)

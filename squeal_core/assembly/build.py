@@ -1,0 +1,222 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""From a brake description to its modal model: modes, contact faces, arrays, audit."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.metadata import version
+import platform
+from typing import Any
+
+import numpy as np
+from squeal_core.assembly.checks import audit, refuse_wrong
+from squeal_core.brake.dimensions import Brake, HatDisc, ModalResults, Pad, Support
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model import operators
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.surface_shapes import Patch, SurfaceShapes
+from squeal_core.modes.component_modes import Component, read_component
+from squeal_core.modes.modal_basis import ModalBasis, Quadrature, SampledShapes
+from squeal_core.modes.planar_mesh import sector_quadrature
+
+
+def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
+                disc_order: int = 4, pad_elements: tuple[int, int, int] = (9, 18, 3),
+                contact_points: int = 4, follower: bool = False) -> BrakeModel:
+    """
+    Return the modal brake model of a brake.
+
+    Parameters
+    ----------
+    brake : Brake
+        The brake that is described.
+    progress : callable
+        Told in a few words what is being done.
+    disc_order : int
+        Polynomial order of the disc's section elements.
+    pad_elements : (3,) ints
+        Elements of a pad in r, theta, z.
+    contact_points : int
+        Gauss points of the contact patch in each direction of a pad element.
+    follower : bool
+        Keep the in-plane follower force F0, which K09 leaves out of its results.
+
+    Raises
+    ------
+    SquealError
+        For modal results that cannot be read, or do not cover the contact.
+
+    """
+    panels = (pad_elements[0], pad_elements[1])
+    progress('pad modes')
+    pads = _pads(brake, pad_elements)
+    progress('disc modes')
+    disc = _disc(brake, disc_order)
+    bases = (pads[0].basis, pads[1].basis)
+    progress('contact and gyroscopic arrays')
+    faces = contact_faces(brake, disc.basis, bases, panels, contact_points)
+    model = _assembled(brake, disc, bases, faces, follower)
+    progress('audit')
+    checks = audit(
+        model, disc.basis, _circle(brake),
+        lambda: contact_arrays(contact_faces(brake, disc.basis, bases, panels,
+                                             contact_points + 2)),
+        [(name, part.mac) for name, part in (('disc', disc), ('pad 1', pads[0]),
+                                             ('pad 2', pads[1])) if part.mac is not None])
+    refuse_wrong(checks)
+    return replace(model, provenance={
+        **_provenance(brake, disc_order=disc_order, pad_elements=pad_elements,
+                      contact_points=contact_points),
+        'audit': [check.to_json() for check in checks]})
+
+
+def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis],
+               faces: tuple[operators.ContactFace, ...], follower: bool) -> BrakeModel:
+    before, after = (len(pad.names) for pad in pads)
+    gyroscopic = operators.gyroscopic(disc.basis.volume_layers(), disc.density)
+    return BrakeModel(
+        angular_frequencies=np.concatenate([
+            part.angular_frequencies for part in (pads[0], disc.basis, pads[1])]),
+        damping_ratios=brake.damping_ratio,
+        gyroscopic=np.pad(gyroscopic, ((before, after), (before, after))),
+        **contact_arrays(faces),  # type: ignore[arg-type]
+        follower=operators.follower(faces) if follower else None,
+        support_stiffness=_supports(brake, pads, len(gyroscopic), 'stiffness'),
+        support_damping=_supports(brake, pads, len(gyroscopic), 'damping'),
+        contact_area=brake.contact.area, contact_radius=brake.contact.mean_radius,
+        nominal_contact_stiffness=brake.contact.stiffness,
+        stiffness_table=brake.contact.stiffness_table, caliper=brake.caliper,
+        friction_law=brake.friction_law, friction_table=brake.friction_table,
+        names=(*(f'pad 1 {n}' for n in pads[0].names), *disc.basis.names,
+               *(f'pad 2 {n}' for n in pads[1].names)),
+        surface=_surface(brake, disc.basis, pads))
+
+
+def _surface(brake: Brake, disc: ModalBasis,
+             pads: tuple[ModalBasis, ModalBasis]) -> SurfaceShapes:
+    """
+    Return shapes for pictures: of the ring that the pads sweep, and of the pads.
+
+    They are taken on the contact faces, which every source of modes covers, just inside the
+    edges; the pads' are drawn at their backs.
+    """
+    half, contact = 0.5 * rotor_thickness(brake), brake.contact
+
+    def part(name: str, basis: ModalBasis, face: float, drawn: float,
+             columns: int) -> tuple[Patch, SampledShapes, FloatArray]:
+        inset = 0.02 * (contact.outer_radius - contact.inner_radius)
+        ring = name == 'disc'
+        angle = (2.0 * np.pi * np.arange(columns) / columns if ring
+                 else 0.49 * contact.angle * np.linspace(-1.0, 1.0, columns))
+        radius = np.linspace(contact.inner_radius + inset, contact.outer_radius - inset, 4)
+        r, t = (grid.ravel() for grid in np.meshgrid(radius, angle, indexing='ij'))
+        points = Quadrature(r, t, np.full_like(r, face), np.zeros_like(r))
+        return Patch(name, 4, columns, ring), basis.sample(points), np.full_like(r, drawn)
+
+    return SurfaceShapes.of([
+        part('pad 1', pads[0], half, half + brake.pads[0].thickness, 12),
+        part('disc', disc, half, half, 48),
+        part('pad 2', pads[1], -half, -half - brake.pads[1].thickness, 12)])
+
+
+def contact_arrays(faces: tuple[operators.ContactFace, ...]) -> dict[str, FloatArray]:
+    """Return A0, B0, R0, S0 by the names a `BrakeModel` gives them."""
+    return {name: getattr(operators, name)(faces) for name in (
+        'contact_stiffness', 'friction_couple', 'radial_dissipation', 'negative_slope')}
+
+
+def _circle(brake: Brake, count: int = 128) -> Quadrature:
+    """Return points around the rotor's top face at the pads' mean radius."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    ones = np.ones(count)
+    return Quadrature(brake.contact.mean_radius * ones, angle,
+                      0.5 * rotor_thickness(brake) * ones, ones)
+
+
+def contact_faces(brake: Brake, disc: ModalBasis, pads: tuple[ModalBasis, ModalBasis],
+                  panels: tuple[int, int], points: int) -> tuple[operators.ContactFace, ...]:
+    """Return the top and the bottom face, sampled on a planar mesh that pads and disc share."""
+    half = 0.5 * rotor_thickness(brake)
+    top, bottom = (sector_quadrature(brake.contact, z, panels=panels, points=points)
+                   for z in (half, -half))
+    first, second = pads
+    return (operators.top_face(first.sample(top), disc.sample(top), len(second.names)),
+            operators.bottom_face(second.sample(bottom), disc.sample(bottom), len(first.names)))
+
+
+def rotor_thickness(brake: Brake) -> float:
+    """Return h [m]: the contact faces lie at z = +-h/2."""
+    disc = brake.disc
+    return disc.rotor_thickness if isinstance(disc, HatDisc) else disc.thickness
+
+
+def _disc(brake: Brake, order: int) -> Component:
+    if isinstance(brake.disc, ModalResults):
+        half = 0.5 * rotor_thickness(brake)
+        return read_component(brake.disc, brake.disc_modes, brake.contact, (half, -half))
+    from squeal_core.modes.fe.axisymmetric import disc_modes
+    return Component(disc_modes(brake.disc, brake.disc_modes, order=order),
+                     brake.disc.material.density)
+
+
+def _pads(brake: Brake, elements: tuple[int, int, int]) -> tuple[Component, Component]:
+    half = 0.5 * rotor_thickness(brake)
+    solved: dict[Pad, Any] = {}  # equal pads share one solution
+
+    def component(pad: Pad | ModalResults, face: float, bottom: float) -> Component:
+        if isinstance(pad, ModalResults):
+            return read_component(pad, brake.pad_modes, brake.contact, (face,))
+        from squeal_core.modes.fe.solid import pad_modes
+        if pad not in solved:
+            solved[pad] = pad_modes(pad, brake.contact, brake.pad_modes, elements=elements)
+        return Component(replace(solved[pad], offset=bottom))
+
+    first, second = brake.pads
+    return (component(first, half, half),
+            component(second, -half, -half - second.thickness))
+
+
+def _supports(brake: Brake, pads: tuple[ModalBasis, ModalBasis], disc_modes: int,
+              kind: str) -> FloatArray | None:
+    """Return what holds the pads at their back faces, None where nothing does."""
+    blocks = []
+    half = 0.5 * rotor_thickness(brake)
+    for side, pad, basis, support in zip((1.0, -1.0), brake.pads, pads, brake.supports,
+                                         strict=True):
+        if support == Support():
+            blocks.append(np.zeros((len(basis.names), len(basis.names))))
+            continue
+        back = basis.sample(sector_quadrature(brake.contact, side * (half + pad.thickness)))
+        blocks.append(operators.support(back, *(
+            getattr(support, f'{way}_{kind}') for way in ('radial', 'tangential', 'axial'))))
+    if not any(np.any(block) for block in blocks):
+        return None
+    before, after = (len(block) for block in blocks)
+    whole = np.zeros((before + disc_modes + after, before + disc_modes + after))
+    whole[:before, :before] = blocks[0]
+    whole[before + disc_modes:, before + disc_modes:] = blocks[1]
+    return whole
+
+
+def _provenance(brake: Brake, **settings: Any) -> dict[str, Any]:
+    return {
+        'brake': brake.name,
+        'description': dict(brake.description),
+        'sources': dict(brake.sources),
+        'settings': {name: value if isinstance(value, int) else list(value)
+                     for name, value in settings.items()},
+        'software': {'python': platform.python_version(),
+                     **{name: version(name) for name in ('numpy', 'scipy', 'scikit-fem')}},
+    }

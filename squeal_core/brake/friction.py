@@ -1,0 +1,146 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Friction laws: the coefficient, its slope over sliding speed, and its table over temperature."""
+
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import quoted, SquealError
+
+
+def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf,
+                 most: float = math.inf) -> None:
+    """Raise SquealError unless a value is a finite number in its range."""
+    try:
+        finite = not isinstance(value, bool) and math.isfinite(value)
+    except (TypeError, OverflowError):
+        finite = False
+    if not finite:
+        raise SquealError(f'{name} is {quoted(value)}; give a finite number')
+    if not (value > above and least <= value <= most):
+        raise SquealError(f'{name} is {value:g}; give a number above {max(above, least):g}, '
+                          f'at most {most:g}')
+
+
+def column(table: str, name: str, values: Any, *, above: float = 0.0,
+           least: float = -math.inf) -> tuple[float, ...]:
+    """Return the column of a table as plain numbers, checked one by one."""
+    try:
+        numbers = tuple(value.item() if isinstance(value, np.generic) else value
+                        for value in values)
+    except TypeError:
+        raise SquealError(
+            f'{table}: {name} is {quoted(values)}; give a list of numbers') from None
+    for i, value in enumerate(numbers):
+        check_number(f'{table}: {name}[{i}]', value, above=above, least=least)
+    return numbers
+
+
+def check_rising(table: str, names: tuple[str, str], places: tuple[float, ...],
+                 values: tuple[float, ...]) -> None:
+    """Raise SquealError unless a table has a value for each place and its places rise."""
+    if len(places) != len(values):
+        raise SquealError(f'{table}: {len(places)} {names[0]} and {len(values)} {names[1]}; give '
+                          'as many of one as of the other')
+    if not places or np.any(np.diff(places) <= 0):
+        raise SquealError(f'{table}: {names[0]} {quoted(list(places))} do not rise; sort them')
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    r"""
+    Coefficient falling with sliding speed: mu_k + (mu_s - mu_k) exp(-alpha v).
+
+    Parameters
+    ----------
+    static, kinetic : float
+        mu_s and mu_k [-].
+    decay : float
+        alpha [s/m].
+
+    Raises
+    ------
+    SquealError
+        For what is not a finite number, a coefficient not above zero, a negative decay.
+
+    Notes
+    -----
+    Source: K09 eqs (15), (A.8), (A.9).
+
+    """
+
+    static: float = 0.5
+    kinetic: float = 0.32
+    decay: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_number('friction_law.static', self.static, above=0.0)
+        check_number('friction_law.kinetic', self.kinetic, above=0.0)
+        check_number('friction_law.decay', self.decay, least=0.0)
+
+    def coefficient(self, sliding_speed: float) -> float:
+        """Return mu at a sliding speed [m/s]."""
+        fall = np.exp(-self.decay * abs(sliding_speed))
+        return float(self.kinetic + (self.static - self.kinetic) * fall)
+
+    def slope(self, sliding_speed: float) -> float:
+        """Return d mu / d v [s/m] at a sliding speed [m/s]; negative for mu_s > mu_k."""
+        fall = np.exp(-self.decay * abs(sliding_speed))
+        return float(-self.decay * (self.static - self.kinetic) * fall)
+
+    def slope_at(self, sliding_speed: float, measured: float) -> float:
+        """Return the slope [s/m] when a measured mu replaces the law's: scaled in proportion."""
+        return self.slope(sliding_speed) * measured / self.coefficient(sliding_speed)
+
+    def relative_slope(self, sliding_speed: FloatArray | float) -> FloatArray:
+        """Return the slope over the coefficient [s/m] at sliding speeds [m/s]."""
+        excess = (self.static - self.kinetic) * np.exp(-self.decay * np.abs(sliding_speed))
+        return np.asarray(-self.decay * excess / (self.kinetic + excess))
+
+
+@dataclass(frozen=True)
+class FrictionTable:
+    """
+    Friction coefficient over disc temperature, linear between its points, flat beyond.
+
+    Parameters
+    ----------
+    temperature : tuple of floats
+        Rising [K].
+    friction : tuple of floats
+        mu at each temperature [-].
+
+    Raises
+    ------
+    SquealError
+        For lists that do not match, do not rise, or hold what is no positive number.
+
+    """
+
+    temperature: tuple[float, ...]
+    friction: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        for name in ('temperature', 'friction'):
+            object.__setattr__(self, name, column('friction table', name, getattr(self, name)))
+        check_rising('friction table', ('temperatures', 'friction coefficients'),
+                     self.temperature, self.friction)
+
+    def __call__(self, temperature: FloatArray | float) -> FloatArray:
+        """Return mu [-] at temperatures [K]."""
+        return np.asarray(np.interp(temperature, self.temperature, self.friction))

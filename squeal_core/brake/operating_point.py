@@ -1,0 +1,112 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The operating point, and the scalars with which it multiplies the model's matrices."""
+
+from dataclasses import dataclass, fields
+import math
+from typing import NamedTuple
+
+from squeal_core.common.errors import OperatingPointError
+
+
+class Coefficients(NamedTuple):
+    """
+    Factors of the affine family (K09 eq. 36): D = C + g G0 + r R0 + s S0, K = W + a A0 + ...
+
+    Attributes
+    ----------
+    gyroscopic : float
+        Omega [rad/s].
+    radial_dissipation : float
+        p0 mu / Omega [Pa s/rad].
+    negative_slope : float
+        p0 mu_v [Pa s/m].
+    contact_stiffness : float
+        k_c [N/m^3].
+    friction_couple : float
+        mu k_c [N/m^3].
+    follower : float
+        p0 mu [Pa].
+
+    """
+
+    gyroscopic: float
+    radial_dissipation: float
+    negative_slope: float
+    contact_stiffness: float
+    friction_couple: float
+    follower: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperatingPoint:
+    """
+    Steady sliding under load.
+
+    Parameters
+    ----------
+    rotor_speed : float
+        Omega [rad/s], not zero: the linearisation needs steady sliding. For a disc turning
+        backwards give a negative speed and a negative friction (friction opposes sliding).
+    friction : float
+        mu [-].
+    friction_slope : float
+        mu_v = d mu / d v [s/m].
+    contact_pressure : float
+        p0, preload over contact area [Pa].
+    contact_stiffness : float
+        k_c per area [N/m^3].
+
+    Raises
+    ------
+    OperatingPointError
+        For a value that is not finite, a speed of zero, a negative pressure or stiffness.
+
+    """
+
+    rotor_speed: float
+    friction: float
+    friction_slope: float = 0.0
+    contact_pressure: float
+    contact_stiffness: float
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.rotor_speed + self.friction + self.friction_slope
+                             + self.contact_pressure + self.contact_stiffness):
+            self._refuse_what_is_not_finite()
+        if self.rotor_speed == 0.0:
+            raise OperatingPointError(
+                'rotor_speed is 0 rad/s; steady sliding needs a speed other than zero')
+        if self.contact_pressure < 0.0 or self.contact_stiffness < 0.0:
+            name = 'contact_pressure' if self.contact_pressure < 0.0 else 'contact_stiffness'
+            raise OperatingPointError(
+                f'{name} is {getattr(self, name):g}; give zero or a positive number')
+
+    def _refuse_what_is_not_finite(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not math.isfinite(value):
+                raise OperatingPointError(f'{item.name} is {value}; give a finite number')
+
+    def coefficients(self) -> Coefficients:
+        """Return what multiplies the model's arrays; K09 eqs (38), (A.3)-(A.7)."""
+        load = self.contact_pressure * self.friction
+        return Coefficients(
+            gyroscopic=self.rotor_speed,
+            radial_dissipation=load / self.rotor_speed,
+            negative_slope=self.contact_pressure * self.friction_slope,
+            contact_stiffness=self.contact_stiffness,
+            friction_couple=self.friction * self.contact_stiffness,
+            follower=load)

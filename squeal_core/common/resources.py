@@ -1,0 +1,43 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Where the shipped files are: models, brakes, vehicles, drive cycles, the monitor's settings."""
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+
+
+def config_folder() -> Path:
+    """Return the folder `config/` of the checkout, or of the prefix this is installed in."""
+    checkout = _PACKAGE.parent / 'config'
+    if (checkout / 'models').is_dir():
+        return checkout
+    for prefix in _PACKAGE.parents:
+        installed = prefix / 'share' / 'squeal_ros' / 'config'
+        if installed.is_dir():
+            return installed
+    return checkout
+
+
+def find(kind: str, name: str, suffix: str) -> Path:
+    """Return a path as it is; for a bare name, that of the shipped file of this kind."""
+    if name in names(kind, suffix):
+        return config_folder() / kind / f'{name}{suffix}'
+    return Path(name)
+
+
+def names(kind: str, suffix: str) -> list[str]:
+    """Return the names of the shipped files of a kind."""
+    return sorted(path.stem for path in (config_folder() / kind).glob(f'*{suffix}'))

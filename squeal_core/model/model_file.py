@@ -1,0 +1,149 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The model file: a .npz of plain arrays and a JSON header; never a pickle.
+
+The header holds schema version, units, provenance, scalars and a SHA-256 over all contents. A
+file that is truncated, altered, of a future schema or not finite is refused in one line.
+"""
+
+from collections.abc import Mapping
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from squeal_core.brake.dimensions import Caliper, StiffnessTable
+from squeal_core.brake.friction import FrictionLaw, FrictionTable
+from squeal_core.common import resources
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import did_you_mean, ModelFileError, quoted, SquealError
+from squeal_core.common.npz_archive import ArchiveKind, Arrays, Header, read_archive, write_archive
+from squeal_core.model.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
+from squeal_core.model.surface_shapes import SurfaceShapes
+
+FORMAT = 'squeal_ros brake model'
+SCHEMA = 2  # of files with a stiffness table; without one they are of schema 1
+
+UNITS = {
+    'angular_frequencies': 'rad/s', 'damping_ratios': '-', 'gyroscopic': '-',
+    'contact_stiffness': 'm^2/kg', 'friction_couple': 'm^2/kg', 'radial_dissipation': 'm/kg',
+    'negative_slope': 'm^2/kg', 'follower': 'm/kg', 'support_stiffness': '1/s^2',
+    'support_damping': '1/s', 'contact_area': 'm^2', 'contact_radius': 'm',
+    'nominal_contact_stiffness': 'N/m^3', 'piston_area': 'm^2', 'temperature': 'K',
+    'surface_points': 'm', 'surface_shapes': 'kg^-1/2',
+}
+_ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
+_SURFACE = ('surface_points', 'surface_shapes')
+_SCALARS = ('contact_area', 'contact_radius', 'nominal_contact_stiffness')
+
+KIND = ArchiveKind(
+    noun='model file', contents='model', format=FORMAT, schemas=range(1, SCHEMA + 1),
+    error=ModelFileError,
+    again='copy it again or build it with `squeal build`',
+    renew='update squeal_ros or build the model again',
+    missing=lambda path: 'give the path of a model file or the name of a shipped model '
+    f'({", ".join(shipped := resources.names("models", ".npz"))}){did_you_mean(path, shipped)}',
+    most_bytes=8 * MAX_MODES**2)
+_WANTED = {'angular_frequencies': '<f8', **{
+    f'{name}?': '<f8' for name in (*_ARRAYS[1:], *_SURFACE)}}
+
+
+def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -> None:
+    """
+    Write a model; an existing file is replaced, if it may be, by a whole one only.
+
+    Raises
+    ------
+    ModelFileError
+        For a provenance that no file can hold.
+    OutputError
+        Where the file cannot be written.
+
+    """
+    arrays = {name: getattr(model, name) for name in _ARRAYS if getattr(model, name) is not None}
+    if model.surface:
+        arrays.update(surface_points=model.surface.points, surface_shapes=model.surface.shapes)
+    header: Header = {
+        'schema': 1, 'units': UNITS, 'names': list(model.names),
+        'provenance': model.provenance, **{name: getattr(model, name) for name in _SCALARS},
+        'caliper': dataclasses.asdict(model.caliper) if model.caliper else None,
+        'friction_law': dataclasses.asdict(model.friction_law) if model.friction_law else None,
+        'friction_table': dataclasses.asdict(model.friction_table)
+        if model.friction_table else None,
+        **({'surface': model.surface.header()} if model.surface else {})}
+    if model.stiffness_table:
+        # a reader of schema 1 would pass over it and answer for another brake
+        header.update(schema=2, stiffness_table=dataclasses.asdict(model.stiffness_table))
+    write_archive(path, KIND, header, arrays, overwrite=overwrite)
+
+
+def load_model(path: str | Path) -> BrakeModel:
+    """
+    Read a model by path, or by the name of a shipped one.
+
+    Raises
+    ------
+    ModelFileError
+        One line: which file, what is wrong with it, and what to do.
+
+    """
+    return load_with_header(path)[1]
+
+
+def load_with_header(path: str | Path) -> tuple[Header, BrakeModel]:
+    """Read a model and the header of its file, as `load_model`."""
+    path = resources.find('models', str(path), '.npz')
+    header, arrays = _read(path)
+    try:
+        return header, _model(header, arrays)
+    except (SquealError, KeyError, TypeError, ValueError, OverflowError) as error:
+        raise ModelFileError(path, f'holds no usable model ({error})', KIND.again) from None
+
+
+def read_header(path: str | Path) -> Header:
+    """Return the header of a model file, checked against its contents."""
+    return _read(resources.find('models', str(path), '.npz'))[0]
+
+
+def _read(path: Path) -> tuple[Header, Arrays]:
+    return read_archive(path, KIND, lambda _: _WANTED, _check_shapes)
+
+
+def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that are not of one number of modes, before they are read."""
+    size = shapes['angular_frequencies']
+    if len(size) != 1 or not 1 <= size[0] <= MAX_MODES:
+        raise SquealError(f'angular_frequencies: shape {quoted(size)}')
+    for name, shape in shapes.items():
+        right = (name in _SURFACE or (name == 'damping_ratios' and shape == size)
+                 or shape == (size * 2 if name in (*OPERATORS, *SUPPORTS) else size))
+        if not right:
+            raise SquealError(f'{name}: shape {quoted(shape)} with {size[0]} modes')
+
+
+def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
+    table, names = header['friction_table'], header['names']
+    stiffness = header.get('stiffness_table')
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise SquealError(f'names are {quoted(names)}; give a list of texts')
+    return BrakeModel(
+        **dict[str, Any]({name: arrays[name] for name in _ARRAYS if name in arrays}),
+        **{name: header[name] for name in _SCALARS},
+        stiffness_table=StiffnessTable(**stiffness) if stiffness else None,
+        caliper=Caliper(**header['caliper']) if header['caliper'] else None,
+        friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
+        friction_table=FrictionTable(**table) if table else None,
+        names=tuple(names), provenance=dict(header['provenance']),
+        surface=SurfaceShapes.read(header.get('surface'), arrays))

@@ -1,0 +1,144 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What is known of one brake at one tick, and how it is said."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+import math
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.monitor.brake_stability import Sliding
+from squeal_core.monitor.input_channel import Reading
+from squeal_core.monitor.settings import Signal
+from squeal_core.risk.margin import MarginInputs
+from squeal_core.stability.eigensolution import Mode
+
+State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
+                           'outside validated range']
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assessment:
+    """
+    What is known of one brake at one tick.
+
+    Parameters
+    ----------
+    brake : str
+    time : int
+        The tick [ns].
+    state : str
+        'steady': sliding under load, the numbers hold; 'released': no load, risk 0;
+        'not sliding', 'stale', 'invalid', 'outside validated range': not known, numbers NaN.
+    reason : str
+        The state in words; inputs named with their value and age.
+    inputs : mapping
+        `Reading` of each input.
+    friction : float
+        mu [-], measured or by the temperature table.
+    friction_source : str
+        'measured' or 'temperature'; empty where friction is not known.
+    point : OperatingPoint or None
+    modes : tuple of Mode
+        All unstable modes, worst first: flutter in and below the squeal band, divergence.
+    risk : float
+        Probability that a mode in the squeal band grows [-].
+    growth_rate : float
+        Largest Re(lambda) of the oscillating modes in the squeal band [1/s].
+    worst_frequency_hz : float
+        Frequency of that mode.
+    friction_margin : float
+        Critical minus present friction [-], bracketed and confirmed in the full problem; NaN where
+        there is none, or none was found yet that holds at this speed and pressure.
+    sliding : Sliding or None
+        All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
+
+    """
+
+    brake: str
+    time: int
+    state: State
+    reason: str
+    inputs: Mapping[Signal, Reading] = field(default_factory=dict)
+    friction: float = math.nan
+    friction_source: str = ''
+    point: OperatingPoint | None = None
+    modes: tuple[Mode, ...] = ()
+    risk: float = math.nan
+    growth_rate: float = math.nan
+    worst_frequency_hz: float = math.nan
+    friction_margin: float = math.nan
+    sliding: Sliding | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def known(self) -> bool:
+        """Whether the risk is a number."""
+        return self.state in ('steady', 'released')
+
+    @property
+    def flutter(self) -> tuple[Mode, ...]:
+        """Oscillating unstable modes, worst first."""
+        return tuple(m for m in self.modes if m.kind == 'flutter')
+
+
+class Begun(NamedTuple):
+    """What an assessment begins with: the brake, the tick, its inputs."""
+
+    brake: str
+    time: int
+    inputs: Mapping[Signal, Reading]
+    friction: float = math.nan
+    friction_source: str = ''
+
+    @property
+    def operation(self) -> MarginInputs:
+        return MarginInputs(rotor_speed=self.inputs['rotor_speed'].value,
+                            pressure=self.inputs['pressure'].value, friction=self.friction)
+
+    def said(self, state: State, reason: str, **known: Any) -> Assessment:
+        return Assessment(**self._asdict(), state=state, reason=reason, **known)
+
+
+def concluded(begun: Begun, known: Sliding | np.linalg.LinAlgError) -> Assessment:
+    """Return the assessment of a brake that slides, from what is known of it or why nothing is."""
+    if isinstance(known, np.linalg.LinAlgError):
+        return begun.said('invalid', f'no eigensolution ({known})')
+    if math.isnan(known.risk.probability):
+        return begun.said('invalid', 'no risk: modes are not separable here')
+    worst = known.worst
+    return begun.said(
+        'steady', _in_words(worst, known.risk.probability), point=known.point,
+        modes=known.modes.unstable, risk=known.risk.probability,
+        growth_rate=worst.growth_rate if worst else math.nan,
+        worst_frequency_hz=worst.frequency_hz if worst else math.nan,
+        friction_margin=known.friction_margin, sliding=known)
+
+
+def explained(found: Assessment) -> Assessment:
+    """Say of a friction by temperature why it is not the measured one."""
+    if found.friction_source == 'temperature' and 'friction' in found.inputs:
+        instead = found.inputs['friction'].described('friction')
+        return replace(found, reason=f'{found.reason}; friction by temperature, as {instead}')
+    return found
+
+
+def _in_words(worst: Mode | None, risk: float) -> str:
+    if worst is None:
+        return 'no mode in the squeal band'
+    verdict = 'grows' if worst.unstable else 'decays'
+    return (f'squeal risk {risk:.2f}: mode at {worst.frequency_hz:.0f} Hz {verdict} with '
+            f'{worst.growth_rate:+.1f} 1/s')

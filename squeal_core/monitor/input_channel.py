@@ -1,0 +1,341 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""One input of one brake: its samples, and what is thought of the newest of them at a tick."""
+
+import bisect
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+from typing import Literal, NamedTuple, TypeAlias
+
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.plausibility import unit_guards
+from squeal_core.monitor.publishers import PublisherGuard
+from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal, UNITS
+from squeal_core.monitor.stuck_signal import StuckGuard
+
+Status: TypeAlias = Literal[
+    'good', 'never received', 'stale', 'stuck', 'contradicted', 'implausible', 'invalid',
+    'outside validated range', 'time went backwards']
+
+# samples kept of an input: between two ticks, and stamped ahead of them
+_KEPT = 4096
+# settings of which the guards are made, besides those of the input
+_OF_GUARDS = ('bar_suspected_below', 'reference_check', 'publisher_tolerance',
+              'wheel_acceleration_peak', 'wheel_acceleration_mean', 'stuck_changes')
+_TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a friction table
+
+
+@dataclass(frozen=True)
+class Sample:
+    """
+    A value in SI units and the time it holds for [ns].
+
+    Parameters
+    ----------
+    stamp : int
+    value : float
+    number : int
+        That its publisher gave the message; 0: not known.
+    connection : int
+        Of a recording, one a publisher; 0: not known.
+
+    """
+
+    stamp: int
+    value: float
+    number: int = 0
+    connection: int = 0
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """
+    What stands for a sample where a message holds no value.
+
+    Parameters
+    ----------
+    reason : str
+        Why it does not.
+    is_other : bool
+        It is about something else, as of another publisher, and nothing is wrong with it.
+
+    """
+
+    reason: str
+    is_other: bool = False
+
+
+@dataclass(frozen=True)
+class Reading:
+    """
+    An input as an assessment found it: the newest sample up to the tick.
+
+    Parameters
+    ----------
+    status : str
+    value, age : float
+        In SI units, and in s.
+    detail : str
+        What is wrong with it, in words that follow the value.
+
+    """
+
+    status: Status
+    value: float = math.nan
+    age: float = math.nan
+    detail: str = ''
+
+    @property
+    def is_believed(self) -> bool:
+        """Whether the value is that of the brake, though the model may not hold there."""
+        return self.status in ('good', 'outside validated range')
+
+    def described(self, name: str) -> str:
+        """Return the reading in words: the input, its value and its age."""
+        if math.isnan(self.age) and math.isnan(self.value):
+            return f'{name} {self.detail or self.status}'
+        value = f'{self.value:.6g} {UNITS.get(name, "-")}'.removesuffix(' -')
+        detail = f', {self.detail}' if self.detail else ''
+        if self.status in ('stale', 'time went backwards'):
+            return f'{name} is {self.age:.2f} s old: {value}{detail}'
+        old = f' ({self.age:.2f} s old)' if self.age >= 0.0 else ''
+        return f'{name} is {value}{detail}{old}'
+
+
+@dataclass(frozen=True)
+class Validated:
+    """A range in which the model was validated; below it some signals are merely at rest."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    may_rest: bool = False
+    margin: float = 0.0
+
+    def admits(self, value: float) -> bool:
+        if self.may_rest:
+            return abs(value) <= self.high
+        return self.low - self.margin <= value <= self.high + self.margin
+
+    def __str__(self) -> str:
+        return f"outside the model's validated range {self.low:.6g} to {self.high:.6g}"
+
+
+def validated_ranges(model: BrakeModel, settings: MonitorSettings) -> Mapping[str, Validated]:
+    """Return the validated range of each input, in its own unit."""
+    assert model.caliper is not None
+    preload, table = model.caliper.preload(1.0), model.friction_table
+    return {
+        'rotor_speed': Validated(settings.validated_rotor_speed_low,
+                                 settings.validated_rotor_speed_high, may_rest=True),
+        'pressure': Validated(settings.validated_preload_low / preload,
+                              settings.validated_preload_high / preload, may_rest=True),
+        'friction': Validated(settings.validated_friction_low, settings.validated_friction_high),
+        'temperature': Validated() if table is None else Validated(
+            float(table.temperature[0]), float(table.temperature[-1]), margin=_TABLE_MARGIN)}
+
+
+class _Judged(NamedTuple):
+    """A sample and what the history of its input says against it."""
+
+    stamp: int
+    value: float
+    status: Status
+    detail: str
+
+
+class Input:
+    """
+    Keeps the samples of one input that ticks to come may need.
+
+    Parameters
+    ----------
+    signal : str
+    limits : InputSettings
+    settings : MonitorSettings
+    validated : Validated
+
+    """
+
+    def __init__(self, signal: Signal, limits: InputSettings, settings: MonitorSettings,
+                 validated: Validated) -> None:
+        self.signal = signal
+        self.refused: Counter[str] = Counter()
+        self._tick: int | None = None
+        self._guarded: object = None
+        self.retune(limits, settings, validated)
+        self.forget()
+
+    def retune(self, limits: InputSettings, settings: MonitorSettings,
+               validated: Validated) -> None:
+        """Take other settings; samples stay, and guards whose settings change begin anew."""
+        self._limits, self._settings, self._validated = limits, settings, validated
+        self._max_age = round(limits.max_age * 1e9)
+        self._ahead = settings.period + round(settings.stamp_tolerance * 1e9)
+        guarded = limits, tuple(getattr(settings, name) for name in _OF_GUARDS)
+        if guarded != self._guarded:
+            self._guarded = guarded
+            self._begin()
+
+    def _begin(self) -> None:
+        """Begin the guards anew."""
+        limits, settings = self._limits, self._settings
+        self._guards = unit_guards(self.signal, limits, settings)
+        self._publishers = PublisherGuard(self.signal, settings.publisher_tolerance,
+                                          limits.max_age)
+        self._stuck = StuckGuard(limits.stuck_after, round(settings.stuck_changes),
+                                 limits.max_age, limits.movement)
+
+    def forget(self) -> None:
+        """Drop everything received, as if it had never come."""
+        self._samples: list[_Judged] = []
+        self._went_back = False
+        self._refusal: tuple[int, Reading] | None = None
+        self._unstamped: Sample | None = None  # the last sample, if it had no stamp
+        self._unreadable = ''  # why the last message held no sample
+        self._begin()
+
+    @property
+    def changes(self) -> int:
+        """How often the value has changed."""
+        return self._stuck.changes
+
+    def receive(self, sample: Sample, *, sliding: bool, others: int) -> None:
+        """
+        Take a sample; a late one finds its place by its stamp, one without is refused.
+
+        Parameters
+        ----------
+        sample : Sample
+            The newest one.
+        sliding : bool
+            Whether the disc slides under load by what was received last.
+        others : int
+            Changes of the brake's other inputs.
+
+        """
+        self._unreadable = ''
+        if sample.stamp <= 0:
+            self.refused['without a stamp'] += 1
+            self._unstamped = sample
+            return
+        self._unstamped = None
+        status, detail = self._history(sample, sliding, others)
+        judged = _Judged(sample.stamp, sample.value, status, detail)
+        if not self._samples or sample.stamp >= self._samples[-1].stamp:
+            self._samples.append(judged)
+        else:
+            self._samples.insert(bisect.bisect_right(self._samples, sample.stamp, key=_stamp),
+                                 judged)
+        if len(self._samples) > _KEPT:
+            self._drop_one()
+
+    def miss(self, instead: Unreadable) -> None:
+        """Take note of a message that held no sample."""
+        if not instead.is_other:
+            self.refused['unreadable'] += 1
+        self._unreadable = instead.reason
+
+    def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
+        """Ask the guards about a sample."""
+        stamp, value = sample.stamp, sample.value
+        contradiction = self._publishers.check(stamp, value, number=sample.number,
+                                               connection=sample.connection)
+        said = [guard.check(stamp, value) for guard in self._guards if math.isfinite(value)]
+        if contradiction:
+            return 'contradicted', contradiction
+        if not math.isfinite(value):
+            return 'good', ''  # its value says enough
+        if detail := next(filter(None, said), ''):
+            return 'invalid', detail
+        if not self._limits.minimum <= value <= self._limits.maximum:
+            return 'good', ''
+        detail = self._stuck.check(stamp, value, sliding=sliding, others=others)
+        return ('stuck', detail) if detail else ('good', '')
+
+    def _drop_one(self) -> None:
+        """Make room: a sample that the next tick will refuse goes first, else the oldest."""
+        if self._tick is not None and self._samples[-1].stamp > self._tick + self._ahead:
+            self._refuse_last(self._tick)
+        else:
+            del self._samples[0]
+
+    def go_back(self, time: int) -> None:
+        """Forget what is stamped after a time [ns] to which the clock was set back."""
+        del self._samples[bisect.bisect_right(self._samples, time, key=_stamp):]
+        self._went_back, self._refusal, self._tick = True, None, time
+        self._begin()
+
+    def read(self, time: int) -> Reading:
+        """Return what is known at a tick [ns]; later ticks need no older samples."""
+        self._tick = time
+        while self._samples and self._samples[-1].stamp > time + self._ahead:
+            self._refuse_last(time)
+        past = bisect.bisect_right(self._samples, time, key=_stamp)
+        del self._samples[:max(past - 1, 0)]  # the newest of the past stays, and what is ahead
+        newest = self._samples[0] if past else None
+        if newest is None or time - newest.stamp > self._max_age:
+            return self._missing(newest, time)
+        self._went_back, self._refusal = False, None
+        return self._reading(newest, (time - newest.stamp) * 1e-9)
+
+    def _refuse_last(self, time: int) -> None:
+        sample = self._samples.pop()
+        self.refused['stamped ahead'] += 1
+        ahead = (sample.stamp - time) * 1e-9
+        self._refusal = time, Reading('invalid', sample.value, -ahead,
+                                      f'stamped ahead of time by {ahead:.2f} s')
+
+    def _missing(self, newest: _Judged | None, time: int) -> Reading:
+        """Say why there is no fresh sample."""
+        if self._refusal is not None and 0 <= time - self._refusal[0] <= self._max_age:
+            return self._refusal[1]
+        if self._unstamped is not None:
+            return Reading('invalid', self._unstamped.value, detail=_no_stamp(self._unstamped))
+        if newest is None and self._went_back:
+            return Reading('time went backwards', detail='not received since time went backwards')
+        without = self._unreadable and f'messages come without it ({self._unreadable})'
+        if newest is None:
+            return Reading('never received',
+                           detail=without and f'never received, {without}')
+        age = (time - newest.stamp) * 1e-9
+        if self._went_back:
+            return Reading('time went backwards', newest.value, age, 'and time went backwards')
+        return Reading('stale', newest.value, age, without)
+
+    def _reading(self, sample: _Judged, age: float) -> Reading:
+        """Judge a fresh sample by what its value says, then by what its history says."""
+        value, limits = sample.value, self._limits
+        if sample.status == 'contradicted':
+            return Reading('contradicted', value, age, sample.detail)
+        if not limits.minimum <= value <= limits.maximum:
+            detail = f'outside its range {limits.minimum:.6g} to {limits.maximum:.6g}'
+            hint = f': {sample.detail}' if sample.detail else ''
+            return Reading('invalid', value, age, detail + hint)
+        if sample.status != 'good':
+            return Reading(sample.status, value, age, sample.detail)
+        if not self._validated.admits(value):
+            return Reading('outside validated range', value, age, str(self._validated))
+        return Reading('good', value, age)
+
+
+def _no_stamp(sample: Sample) -> str:
+    return 'without a stamp (zero)' if not sample.stamp else (
+        f'with a stamp before all time ({sample.stamp * 1e-9:.2f} s)')
+
+
+def _stamp(sample: _Judged) -> int:
+    return sample.stamp

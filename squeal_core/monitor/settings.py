@@ -1,0 +1,460 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Settings of the monitor: one table of keys, read from ROS parameters or from their YAML file."""
+
+from collections.abc import Container, Iterator, Mapping
+from dataclasses import dataclass
+import math
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from squeal_core.common.errors import ConfigurationError, did_you_mean, quoted
+from squeal_core.common.yaml_reader import read_yaml
+from squeal_core.monitor.axles import axle_partners
+
+Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
+NODE_NAME = 'squeal_monitor'
+MAX_BRAKES = 64  # of one node
+MAX_NAME = 100  # letters of a brake's name
+SIGNALS: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction', 'temperature')
+Value: TypeAlias = bool | float | str | tuple[str, ...]
+# when a running node takes a new value: at the next tick, at the next configure, never
+Change: TypeAlias = Literal['tick', 'configure', 'start']
+
+
+@dataclass(frozen=True)
+class Key:
+    """One setting: its name, default, range and unit, and what it means."""
+
+    name: str
+    default: Value
+    unit: str
+    meaning: str
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    change: Change = 'tick'
+    choices: tuple[str, ...] = ()
+
+    def read(self, value: Any) -> Value:
+        """Return a value of the default's type, or raise ConfigurationError."""
+        if isinstance(self.default, tuple):
+            if isinstance(value, list | tuple) and all(isinstance(v, str) for v in value):
+                return tuple(value)
+            raise self.error(value, 'give a list of names')
+        if isinstance(self.default, bool | str):
+            if isinstance(value, type(self.default)):
+                if self.choices and value not in self.choices:
+                    raise self.error(value, f'give one of {", ".join(self.choices)}'
+                                            f'{did_you_mean(value, self.choices)}')
+                return value
+            raise self.error(value, f'give a {type(self.default).__name__}')
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.error(value, 'give a number')
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not (math.isfinite(number) and self.minimum <= number <= self.maximum):
+            span = 'finite number' if self.minimum == -math.inf == -self.maximum else (
+                f'number from {self.minimum:g} to {self.maximum:g}')
+            raise self.error(value, f'give a {span}')
+        return number
+
+    def error(self, value: Any, remedy: str) -> ConfigurationError:
+        return ConfigurationError(self.name, f'is {quoted(value)} [{self.unit}]', remedy)
+
+
+MONITOR_KEYS = (
+    Key('brakes', ('front_left', 'front_right', 'rear_left', 'rear_right'), '-',
+        'names of the brakes; each becomes a part of topic and parameter names', change='start'),
+    Key('model', 'kang2009', '-', 'path of a model file, or the name of a shipped model',
+        change='configure'),
+    Key('autostart', True, '-', 'configure and activate by itself', change='start'),
+    Key('rate', 10.0, 'Hz', 'assessments a second',
+        0.1, 1000.0),
+    Key('diagnostics_rate', 1.0, 'Hz', 'diagnostics a second, besides those on a change of state',
+        0.01, 1000.0),
+    Key('release_pressure', 0.5e5, 'Pa', 'below it a brake counts as released: risk 0', 0.0, 1e7),
+    Key('minimum_rotor_speed', 0.5, 'rad/s',
+        'below it the disc counts as not sliding: no number', 1e-3, 100.0),
+    Key('squeal_band_low_hz', 1250.0, 'Hz', 'least frequency that counts as squeal', 0.0, 1e5),
+    Key('squeal_band_high_hz', 16000.0, 'Hz', 'largest frequency that counts as squeal', 1.0, 1e5),
+    Key('growth_threshold', 0.01, '1/s', 'growth rate above which a mode counts as unstable', 1e-6,
+        1000.0, change='configure'),
+    Key('risk_warning', 0.5, '-', 'risk from which the diagnostic says WARN', 0.0, 1.0),
+    Key('risk_hysteresis', 0.1, '-', 'a warning ends this far below risk_warning', 0.0, 1.0),
+    Key('risk_hold', 0.5, 's', 'and not before the risk was there for so long', 0.0, 3600.0),
+    Key('stamp_tolerance', 0.5, 's', 'a sample stamped further ahead of the next tick is refused',
+        0.0, 3600.0),
+    Key('validated_rotor_speed_low', 0.5, 'rad/s',
+        'range in which the model was validated; beyond it no number', 0.0, 1e4),
+    Key('validated_rotor_speed_high', 200.0, 'rad/s', 'its upper end', 0.0, 1e4),
+    Key('validated_preload_low', 50.0, 'N', 'likewise, preload of a pad', 0.0, 1e7),
+    Key('validated_preload_high', 4e4, 'N', 'its upper end', 0.0, 1e7),
+    Key('validated_friction_low', 0.05, '-', 'likewise, friction coefficient', 0.0, 10.0),
+    Key('validated_friction_high', 0.9, '-', 'its upper end', 0.0, 10.0),
+    Key('bar_suspected_below', 500.0, 'Pa',
+        'a pressure that stays between 0.5 and this looks like bar given as Pa; 0: not looked for',
+        0.0, 1e5),
+    Key('reference_check', True, '-',
+        'look for an absolute pressure given as gauge: it rests at 1 bar, never at zero'),
+    Key('ambient_pressure', 101325.0, 'Pa',
+        'of the air; subtracted from a pressure whose reference is absolute', 5e4, 1.1e5),
+    Key('publisher_tolerance', 0.05, '-',
+        'relative difference from which publishers of one input contradict each other; 0: not '
+        'looked for', 0.0, 10.0),
+    Key('wheel_acceleration_peak', 500.0, 'rad/s^2',
+        'a rotor speed that changes faster leaps, as rpm given as rad/s would; 0: not looked for',
+        0.0, 1e6),
+    Key('wheel_acceleration_mean', 40.0, 'rad/s^2',
+        'the same over a second: faster than a vehicle', 1.0, 1e6),
+    Key('stuck_changes', 20.0, '-',
+        'changes that an input must have shown, and that the others show, to call it stuck',
+        0.0, 1e6),
+    Key('axles', ('auto',), '-', 'brakes that share an axle, to check one against the other: '
+        'auto, by their names; none; or one left+right an axle'),
+    Key('contradicting_pressure', 1.5e5, 'Pa', 'a brake that reads released is doubted when its '
+        'axle partner reads this much and the vehicle brakes; 0: pressures are not compared',
+        0.0, 1e7),
+    Key('axle_pressure_ratio', 0.7, '-', 'less than this fraction of the pressure of its axle '
+        'partner (and 1 bar) is doubted; 0: only a released brake', 0.0, 0.9),
+    Key('rear_pressure_share', 0.0, '-', 'usual pressure of the rear brakes over that of the '
+        'front ones, which are the first of brakes; 0: learned', 0.0, 10.0),
+    Key('unbraked_deceleration', 12.0, 'rad/s^2', 'wheels that slow more than engine, '
+        'regeneration and hills can do (12 is 4 m/s^2 on a 0.33 m wheel) contradict low '
+        'pressures; 0: not checked', 0.0, 1e3),
+    Key('deceleration_per_pressure', 10.0, 'rad/s^2 per MPa',
+        'what the largest pressure adds to that at most; 10 is 0.33 m/s^2 a bar', 0.0, 1e4),
+    Key('pressure_slew', 1e8, 'Pa/s', 'a pressure that keeps leaping away and back faster is '
+        'doubted, and one that alternates faster than ABS (18 Hz); 0: not checked', 0.0, 1e12),
+    Key('wheel_speed_tolerance', 0.13, '-', 'by which a wheel speed may differ from the others, '
+        'beyond what a turn does (a spare wheel: 0.11); 0: not checked', 0.0, 1.0),
+    Key('friction_ratio', 0.6, '-', 'a friction below this fraction of that of the axle partner '
+        'is doubted, of the middle one of other axles 0.75 of it; 0: not checked', 0.0, 0.95),
+    Key('contradiction_time', 0.5, 's', 'how long a contradiction lasts before it is told',
+        0.0, 60.0),
+    Key('slip_time', 2.0, 's',
+        'the same while wheels slip or turn unlike (ABS, bends), and for fractions', 0.0, 60.0),
+    Key('single_brake_time', 5.0, 's', 'the same while no other axle brakes on both sides '
+        '(ESP, torque vectoring), and for wheels that may spin', 0.0, 600.0),
+    Key('lock_time', 3.0, 's', 'the same for a wheel at rest whose brake reads pressure',
+        0.0, 60.0),
+    Key('friction_deviation', 0.02, '-', 'standard deviation of the friction coefficient',
+        0.0, 1.0),
+    Key('pressure_deviation', 0.03, '-', 'standard deviation of the pressure, relative', 0.0, 1.0),
+    Key('rotor_speed_deviation', 0.01, '-', 'standard deviation of the rotor speed, relative',
+        0.0, 1.0),
+    Key('contact_stiffness_deviation', 0.1, '-',
+        'standard deviation of the contact stiffness, relative', 0.0, 1.0),
+    Key('engine_tolerance', 0.1, '1/s',
+        'error of a growth rate above which a point is solved in full', 1e-6, 100.0),
+    Key('anchor_delay', 0.15, 's',
+        'between asking for an anchor of the table and its first use; 0: made while a tick waits',
+        0.0, 60.0),
+    Key('risk_delay', 3.0, 's', 'the same for the cells of the risk; one takes a second of a core',
+        0.0, 60.0),
+    Key('audit_interval', 3000.0, '-',
+        'of so many answers from the table one is compared with a full solve; 0: none', 0.0, 1e9),
+    Key('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: an empty table',
+        change='configure'),
+    Key('table_memory', 200.0, 'MB', 'limit of the table; what was used least goes', 1.0, 1e5),
+    Key('margin_rate', 15.0, '1/s', 'solves a second in search of the margins of a brake',
+        0.1, 1000.0),
+    Key('margin_full_rate', 2.5, '1/s',
+        'the same while they are not in the table; an anchor made is four of them', 0.1, 1000.0),
+    Key('margin_change', 0.2, '-',
+        'change of speed or pressure from which on a friction margin holds no more', 0.0, 10.0),
+    Key('margin_age', 30.0, 's', 'likewise its age', 0.0, 3600.0),
+    Key('clock_timeout', 1.0, 's',
+        'a /clock that stands still for longer has stopped: nothing is known', 0.1, 3600.0),
+    Key('mode_shapes', False, '-', 'publish the worst mode as markers, once a second at most',
+        change='configure'),
+    Key('mode_shape_size', 0.01, 'm', 'largest displacement that is drawn', 1e-4, 1.0),
+    Key('mode_shape_frame', '<brake>', '-',
+        'frame of the markers, z along the axis; <brake> stands for the name'),
+)
+
+_INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
+    'rotor_speed': ('joint_states', 'sensor_msgs/msg/JointState',
+                    'velocity[name={brake}_wheel_joint]', -400.0, 400.0, 'rad/s'),
+    'pressure': ('{brake}/brake_pressure', 'sensor_msgs/msg/FluidPressure', 'fluid_pressure',
+                 -1.05e5, 3e7, 'Pa'),  # a gauge reads down to minus an atmosphere
+    'friction': ('{brake}/friction', 'std_msgs/msg/Float64', 'data', 0.01, 1.5, '-'),
+    'temperature': ('', 'sensor_msgs/msg/Temperature', 'temperature', 200.0, 1500.0, 'K'),
+}
+UNITS: Mapping[str, str] = {signal: entry[-1] for signal, entry in _INPUTS.items()}
+# a real speed or pressure flickers; a friction or temperature may rest for a while
+_STUCK_AFTER: dict[Signal, float] = {
+    'rotor_speed': 2.0, 'pressure': 5.0, 'friction': 10.0, 'temperature': 10.0}
+_MOVEMENT: dict[Signal, float] = {
+    'rotor_speed': 0.004, 'pressure': 1e3, 'friction': 1e-3, 'temperature': 0.05}
+
+
+def input_keys(brake: str, signal: Signal) -> tuple[Key, ...]:
+    """Return the settings of one input of one brake."""
+    topic, type_name, path, low, high, unit = _INPUTS[signal]
+    offset = 273.15 if signal == 'temperature' else 0.0
+    least = 1e-3 if signal in ('friction', 'temperature') else -math.inf  # none at or below zero
+    at = f'{brake}.{signal}'
+    reference = (Key(f'{at}.reference', 'gauge', '-', '"gauge", or "absolute" as '
+                     'sensor_msgs/FluidPressure is by its definition: ambient_pressure is '
+                     'subtracted then', change='configure', choices=('gauge', 'absolute')),
+                 ) if signal == 'pressure' else ()
+    return (
+        Key(f'{at}.topic', topic.format(brake=brake), '-', 'topic; empty: this input is not used',
+            change='configure'),
+        Key(f'{at}.type', type_name, '-', 'message type', change='configure'),
+        Key(f'{at}.field', path.format(brake=brake), '-', 'where in the message the value is',
+            change='configure'),
+        Key(f'{at}.stamp', 'header', '-', 'when a value holds: "header", at the stamp of the '
+            'message where it has one, or "receipt"', change='configure',
+            choices=('header', 'receipt')),
+        Key(f'{at}.scale', 1.0, f'{unit} per message unit', 'value = scale * field + offset'),
+        Key(f'{at}.offset', offset, unit, 'value = scale * field + offset'),
+        *reference,
+        Key(f'{at}.max_age', 0.5, 's', 'older than this an input is stale', 1e-3, 3600.0),
+        Key(f'{at}.minimum', low, unit, 'a smaller value is invalid', least),
+        Key(f'{at}.maximum', high, unit, 'a larger value is invalid', least),
+        Key(f'{at}.stuck_after', _STUCK_AFTER[signal], 's',
+            'exactly constant for longer while the disc slides under load is stuck; 0: never',
+            0.0, 3600.0),
+        Key(f'{at}.movement', _MOVEMENT[signal], unit,
+            'a live value moves by as much meanwhile; one in larger steps may rest longer, in '
+            'proportion', 1e-9, 1e9),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputSettings:
+    """Where a signal comes from, and which values of it are believed."""
+
+    topic: str
+    type: str  # noqa: A003
+    field: str
+    scale: float
+    offset: float
+    max_age: float
+    minimum: float
+    maximum: float
+    stamp: str = 'header'
+    stuck_after: float = 0.0
+    movement: float = 1e-9
+    reference: str = 'gauge'
+
+
+@dataclass(frozen=True)
+class BrakeSettings:
+    """One brake: its name and its inputs; an input without a topic is absent."""
+
+    name: str
+    inputs: Mapping[Signal, InputSettings]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MonitorSettings:
+    """Everything the monitor is told, checked; fields as `MONITOR_KEYS`, SI units."""
+
+    brakes: tuple[BrakeSettings, ...]
+    model: str
+    autostart: bool
+    rate: float
+    diagnostics_rate: float
+    release_pressure: float
+    minimum_rotor_speed: float
+    squeal_band_low_hz: float
+    squeal_band_high_hz: float
+    growth_threshold: float
+    risk_warning: float
+    risk_hysteresis: float
+    risk_hold: float
+    stamp_tolerance: float
+    validated_rotor_speed_low: float
+    validated_rotor_speed_high: float
+    validated_preload_low: float
+    validated_preload_high: float
+    validated_friction_low: float
+    validated_friction_high: float
+    bar_suspected_below: float
+    reference_check: bool
+    ambient_pressure: float
+    publisher_tolerance: float
+    wheel_acceleration_peak: float
+    wheel_acceleration_mean: float
+    stuck_changes: float
+    axles: tuple[str, ...]
+    contradicting_pressure: float
+    axle_pressure_ratio: float
+    rear_pressure_share: float
+    unbraked_deceleration: float
+    deceleration_per_pressure: float
+    pressure_slew: float
+    wheel_speed_tolerance: float
+    friction_ratio: float
+    contradiction_time: float
+    slip_time: float
+    single_brake_time: float
+    lock_time: float
+    friction_deviation: float
+    pressure_deviation: float
+    rotor_speed_deviation: float
+    contact_stiffness_deviation: float
+    engine_tolerance: float
+    anchor_delay: float
+    risk_delay: float
+    audit_interval: float
+    table: str
+    table_memory: float
+    margin_rate: float
+    margin_full_rate: float
+    margin_change: float
+    margin_age: float
+    clock_timeout: float
+    mode_shapes: bool
+    mode_shape_size: float
+    mode_shape_frame: str
+
+    @property
+    def period(self) -> int:
+        """Time between assessments [ns]."""
+        return round(1e9 / self.rate)
+
+
+def pressure_references(settings: MonitorSettings) -> str:
+    """Return, in words, which pressures are taken as gauge and which as absolute."""
+    brakes: dict[str, list[str]] = {}
+    for brake in settings.brakes:
+        brakes.setdefault(brake.inputs['pressure'].reference, []).append(brake.name)
+    if len(brakes) == 1:
+        return f'pressures are taken as {next(iter(brakes))} (key pressure.reference)'
+    return 'pressures are taken as ' + ', '.join(
+        f'{reference} ({", ".join(names)})' for reference, names in brakes.items())
+
+
+def settings_keys(brakes: tuple[str, ...]) -> Iterator[Key]:
+    """Yield every key that the settings of these brakes have."""
+    yield from MONITOR_KEYS
+    for brake in brakes:
+        for signal in SIGNALS:
+            yield from input_keys(brake, signal)
+
+
+def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
+    """
+    Check flat parameters (`front_left.pressure.topic`) and fill in defaults.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the key, its value and the remedy.
+
+    """
+    top = {key.name: key.read(parameters.get(key.name, key.default)) for key in MONITOR_KEYS}
+    names = top.pop('brakes')
+    assert isinstance(names, tuple)
+    check_names(names)
+    known = {key.name for key in settings_keys(names)}
+    for name, value in parameters.items():
+        if name not in known:
+            raise ConfigurationError(
+                name[:80], f'unknown key (value {quoted(value)})',
+                f'see config/monitor.yaml for the keys{did_you_mean(name, known)}')
+    for name, unit in (('squeal_band_{}_hz', 'Hz'), ('validated_rotor_speed_{}', 'rad/s'),
+                       ('validated_preload_{}', 'N'), ('validated_friction_{}', '-')):
+        low, high = top[name.format('low')], top[name.format('high')]
+        if not low < high:  # type: ignore[operator]
+            raise ConfigurationError(name.format('high'), f'is {high} and the low end {low} '
+                                     f'{unit}', 'make it the larger')
+    axles = top['axles']
+    assert isinstance(axles, tuple)
+    axle_partners(names, axles)
+    brakes = tuple(_read_brake(name, parameters) for name in names)
+    return MonitorSettings(brakes=brakes, **top)  # type: ignore[arg-type]
+
+
+def flatten(nested: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return {'a.b': value} of {'a': {'b': value}}, as ROS parameters are named."""
+    flat: dict[str, Any] = {}
+    for key, value in nested.items():
+        if isinstance(value, Mapping):
+            flat.update(flatten(value, f'{prefix}{key}.'))
+        else:
+            flat[f'{prefix}{key}'] = value
+    return flat
+
+
+def load_settings(path: str | Path) -> MonitorSettings:
+    """Read the settings in a ROS parameter file: those for /** and for any squeal_monitor."""
+    content = read_yaml(path, ConfigurationError)
+    parameters: dict[str, Any] = {}
+    for section in parameter_sections(content):
+        parameters.update(flatten(section))
+    if not parameters:
+        raise ConfigurationError(str(path), f'has no ros__parameters for {NODE_NAME}',
+                                 'see config/monitor.yaml')
+    return read_settings({name: value for name, value in parameters.items()
+                          if not is_built_in(name)})
+
+
+def is_built_in(name: str) -> bool:
+    """Whether a parameter belongs to ROS itself."""
+    return (name in ('use_sim_time', 'start_type_description_service')
+            or name.startswith('qos_overrides.'))
+
+
+def parameter_sections(content: Any, names: Container[str] = (NODE_NAME,),
+                       node: str = '') -> Iterator[Mapping[str, Any]]:
+    """Yield the parameters in a file that a node of these names would take, in any namespace."""
+    for key, value in content.items() if isinstance(content, Mapping) else ():
+        if key == 'ros__parameters':
+            if (node in ('**', '*') or node in names) and isinstance(value, Mapping):
+                yield value
+        else:
+            yield from parameter_sections(value, names, str(key).rpartition('/')[2])
+
+
+def check_names(names: tuple[str, ...]) -> None:
+    """Refuse names of brakes that topics and parameters cannot have, and too many of them."""
+    if len(names) > MAX_BRAKES:
+        raise ConfigurationError('brakes', f'has {len(names)} names',
+                                 f'name at most {MAX_BRAKES} brakes for one node')
+    for name in names:
+        if not (name.isidentifier() and name.isascii() and len(name) <= MAX_NAME):
+            raise ConfigurationError('brakes', f'has {quoted(name)}', 'use letters, digits and _')
+    if len(set(names)) != len(names) or not names:
+        raise ConfigurationError('brakes', f'is {quoted(list(names))}', 'name each brake once')
+
+
+def _read_brake(brake: str, parameters: Mapping[str, Any]) -> BrakeSettings:
+    inputs: dict[Signal, InputSettings] = {}
+    for signal in SIGNALS:
+        keys = input_keys(brake, signal)
+        values = {key.name.rpartition('.')[2]: key.read(parameters.get(key.name, key.default))
+                  for key in keys}
+        if not values['topic']:
+            continue
+        inputs[signal] = found = InputSettings(**values)  # type: ignore[arg-type]
+        if found.scale == 0.0:
+            raise ConfigurationError(f'{brake}.{signal}.scale', 'is 0', 'give another number')
+        if not found.minimum < found.maximum:
+            raise ConfigurationError(
+                f'{brake}.{signal}.maximum', f'is {found.maximum:g} and the minimum '
+                f'{found.minimum:g}', 'make it the larger')
+    for signal in ('rotor_speed', 'pressure'):
+        if signal not in inputs:
+            raise ConfigurationError(f'{brake}.{signal}.topic', "is ''", 'name a topic')
+    if not {'friction', 'temperature'} & set(inputs):
+        raise ConfigurationError(
+            f'{brake}.friction.topic', "is '' and so is temperature.topic", 'name one of them')
+    return BrakeSettings(brake, inputs)

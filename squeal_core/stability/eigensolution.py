@@ -1,0 +1,311 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Complex modes of the brake at an operating point, and what kind each of them is."""
+
+from dataclasses import dataclass
+from functools import cached_property
+import math
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, short_repr
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.lapack import eigvals
+
+Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
+Source: TypeAlias = Literal['full', 'table', 'refined']
+
+# Relative to the largest frequency w of the model. Rounding splits a double eigenvalue by up to
+# sqrt(eps) w = 1.5e-8 w and a triple one, as at zero, by eps^(1/3) w = 6e-6 w. For K09's model,
+# w = 2.03e5 rad/s, they are 0.01 1/s and 1 rad/s.
+_GROWTH = 4.9e-8
+_OSCILLATION = 4.9e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """
+    Limits of oscillation and growth, by which modes are classified.
+
+    Parameters
+    ----------
+    oscillation : float
+        |Im(lambda)| above which an eigenvalue is a vibration [rad/s].
+    growth : float
+        |Re(lambda)| above which an eigenvalue grows, or is not zero [1/s].
+
+    """
+
+    oscillation: float
+    growth: float
+
+    @classmethod
+    def of(cls, model: BrakeModel, point: OperatingPoint | None = None, *,
+           growth: float | None = None) -> 'Tolerances':
+        """
+        Return the tolerances of a model, relative to its own spectrum, in any unit of time.
+
+        Parameters
+        ----------
+        model : BrakeModel
+            Modal brake model.
+        point : OperatingPoint, optional
+            Where a model without stiffness of its own takes its largest frequency from.
+        growth : float, optional
+            Growth rate that counts as unstable [1/s]; None: 4.9e-8 of the largest frequency.
+
+        """
+        scale = frequency_scale(model, point)
+        return cls(oscillation=_OSCILLATION * scale,
+                   growth=_GROWTH * scale if growth is None else growth)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """
+    One mode of the coupled system: the root with Im >= 0 of its pair.
+
+    Parameters
+    ----------
+    index : int
+        Place in order of frequency, 1 to N, non-oscillating modes first; K09's numbering.
+    eigenvalue : complex
+        lambda [1/s].
+    kind : str
+        'flutter' and 'stable' modes oscillate (an overdamped mode is 'stable' too);
+        'divergence' grows without oscillating; 'rigid' is a root at zero.
+
+    """
+
+    index: int
+    eigenvalue: complex
+    kind: Kind
+
+    @property
+    def frequency_hz(self) -> float:
+        return abs(self.eigenvalue.imag) / (2.0 * np.pi)
+
+    @property
+    def growth_rate(self) -> float:
+        """Re(lambda) [1/s]; positive grows."""
+        return self.eigenvalue.real
+
+    @property
+    def damping_ratio(self) -> float:
+        """-Re(lambda)/|lambda| [-]; negative grows; 0 for a root at zero."""
+        if self.kind == 'rigid':
+            return 0.0
+        return -self.eigenvalue.real / abs(self.eigenvalue)
+
+    @property
+    def unstable(self) -> bool:
+        return self.kind in ('flutter', 'divergence')
+
+
+@dataclass(frozen=True, eq=False)
+class ComplexModes:
+    """
+    All roots at an operating point, and the modes they make.
+
+    Parameters
+    ----------
+    quiet : array
+        Roots that do not oscillate [1/s], least stable first.
+    upper : array
+        Those with Im > 0, by frequency; their conjugates are roots too.
+    roots : (N,) array
+        One root of each mode, in order of index: the one with Im >= 0. Of two roots that do not
+        oscillate the less stable one speaks for the mode.
+    errors : (N,) array
+        What the root of each mode may be off by [1/s], beyond rounding.
+    tolerances : Tolerances
+    source : str
+        'full' for an eigensolution, 'table' for the series of `spectral_expansion`; 'refined' for
+        these with the roots next to the verdict solved for in the full problem.
+    series : squeal_core.surrogate.spectral_expansion.Anchor or None
+        That series; of a full solve one that has these roots too, though not as closely.
+
+    """
+
+    quiet: ComplexArray
+    upper: ComplexArray
+    roots: ComplexArray
+    errors: FloatArray
+    tolerances: Tolerances
+    source: Source = 'full'
+    series: Any = None
+
+    __repr__ = short_repr
+
+    @cached_property
+    def eigenvalues(self) -> ComplexArray:
+        """All 2N roots [1/s]: those that do not oscillate, then pairs by frequency."""
+        pairs = np.column_stack([self.upper, self.upper.conj()]).ravel()
+        return readonly(np.concatenate([self.quiet, pairs]), complex)
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """All N modes in order of index."""
+        return tuple(self._at(np.arange(self.roots.size)))
+
+    @cached_property
+    def unstable(self) -> tuple[Mode, ...]:
+        """Growing modes, worst first."""
+        growing = (self.roots.real > self.tolerances.growth).nonzero()[0]
+        return tuple(sorted(self._at(growing), key=lambda mode: -mode.eigenvalue.real))
+
+    def _at(self, places: Any) -> list[Mode]:
+        return [Mode(place + 1, root, kind_of(root, self.tolerances))
+                for place, root in zip(places.tolist(), self.roots[places].tolist(), strict=True)]
+
+    def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
+        """Flutter modes with frequencies in a band, worst first."""
+        return tuple(m for m in self.unstable
+                     if m.kind == 'flutter' and low_hz <= m.frequency_hz <= high_hz)
+
+    def least_stable(self, low_hz: float, high_hz: float, count: int = 1) -> tuple[Mode, ...]:
+        """Oscillating modes with frequencies in a band, growing or not, worst first."""
+        frequency = self.roots.imag / (2.0 * np.pi)
+        inside = np.flatnonzero((self.roots.imag > self.tolerances.oscillation)
+                                & (frequency >= low_hz) & (frequency <= high_hz))
+        worst = inside[np.argsort(-self.roots[inside].real, kind='stable')[:count]]
+        return tuple(self._at(worst))
+
+    def worst_in(self, low_hz: float, high_hz: float) -> Mode | None:
+        """Return the least stable oscillating mode with a frequency in a band."""
+        return next(iter(self.flutter_in(low_hz, high_hz)
+                         or self.least_stable(low_hz, high_hz)), None)
+
+
+def complex_modes(model: BrakeModel, point: OperatingPoint, *,
+                  tolerances: Tolerances | None = None) -> ComplexModes:
+    """
+    Return the complex modes at an operating point, from one full eigensolution.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    point : OperatingPoint
+        Operating point.
+    tolerances : Tolerances, optional
+        `Tolerances.of(model, point)` where None.
+
+    Notes
+    -----
+    Coordinates without stiffness are taken out of the state first. Each would add a root at zero
+    that is defective together with its velocity's, and that rounding turns into a small complex
+    pair; without it the root is known exactly.
+
+    """
+    return classify(eigenvalues(model, point), tolerances or Tolerances.of(model, point))
+
+
+def frequency_scale(model: BrakeModel, point: OperatingPoint | None = None) -> float:
+    """
+    Return the largest angular frequency without contact [rad/s], the unit of tolerances.
+
+    Of a model that has stiffness by contact alone: that at the point, or with nominal contact
+    stiffness; without any stiffness, the norm of the damping.
+    """
+    if model.largest_frequency > 0.0:
+        return model.largest_frequency
+    if point is not None:
+        stiffness = float(np.linalg.norm(model.stiffness(point), 2))
+        return math.sqrt(stiffness) or float(np.linalg.norm(model.damping(point), 2))
+    if model.contact_stiffness is None:
+        return 0.0
+    return math.sqrt(model.nominal_contact_stiffness
+                     * float(np.linalg.norm(model.contact_stiffness, 2)))
+
+
+def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
+    """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
+    state = state_matrix(model, model.damping(point), model.stiffness(point))
+    return np.concatenate([np.zeros(2 * model.size - len(state)), eigvals(state)])
+
+
+def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """
+    Return the first-order form without the coordinates that have no stiffness.
+
+    Its states are the coordinates with stiffness, then the velocities of all.
+    """
+    moving = np.logical_not(model.free_coordinates)
+    held = int(np.count_nonzero(moving))
+    state = np.zeros((held + model.size, held + model.size))
+    state[:held, held:] = np.eye(model.size)[moving]
+    state[held:, :held] = -stiffness[:, moving]
+    state[held:, held:] = -damping
+    return state
+
+
+def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None,
+             series: Any = None, source: Source = 'full') -> ComplexModes:
+    """
+    Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
+
+    Roots with Im < 0 may be missing: of a pair the other one counts.
+    """
+    growth, frequency = roots.real, roots.imag
+    quiet = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
+    upper = (frequency > tolerances.oscillation).nonzero()[0]
+    quiet = quiet.take((-growth.take(quiet)).argsort(kind='stable'))
+    upper = upper.take(np.lexsort((growth.take(upper), frequency.take(upper))))
+    spoken = np.concatenate([quiet[:quiet.size // 2], upper])
+    off = np.zeros(spoken.size) if errors is None else errors.take(spoken)
+    return ComplexModes(
+        _frozen(roots.take(quiet)), _frozen(roots.take(upper)), _frozen(roots.take(spoken)),
+        _frozen(off), tolerances, source, series)
+
+
+def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray,
+                  series: Any) -> list[ComplexModes]:
+    """Sort rows of roots (P, n) into modes, as `classify` sorts one."""
+    if not len(roots):
+        return []
+    growth, frequency = roots.real, roots.imag
+    still, above = np.abs(frequency) <= tolerances.oscillation, frequency > tolerances.oscillation
+    quiet, upper = still.sum(axis=1), above.sum(axis=1)
+    if (quiet != quiet[0]).any() or (upper != upper[0]).any():
+        return [classify(row, tolerances, off, series, 'table')
+                for row, off in zip(roots, errors, strict=True)]
+    key = np.where(still, -1.0, np.where(above, frequency, np.inf))
+    order = np.lexsort((np.where(still, -growth, growth), key))
+    order += np.arange(0, order.size, order.shape[1])[:, None]  # places in all rows
+    rest, count = int(quiet[0]), int(upper[0])
+    resting, moving = order[:, :rest], order[:, rest:rest + count]
+    spoken = np.concatenate([resting[:, :rest // 2], moving], axis=1)
+    kept = [_frozen(values.take(places)) for values, places in (
+        (roots, resting), (roots, moving), (roots, spoken), (errors, spoken))]
+    return [ComplexModes(rested, moved, one, off, tolerances, 'table', series)
+            for rested, moved, one, off in zip(*kept, strict=True)]
+
+
+def _frozen(fresh: Any) -> Any:
+    """Return an array that nobody else holds, read-only from now on."""
+    fresh.flags.writeable = False
+    return fresh
+
+
+def kind_of(root: complex, tolerances: Tolerances) -> Kind:
+    """Return what kind of mode a root makes."""
+    grows = root.real > tolerances.growth
+    if abs(root.imag) > tolerances.oscillation:
+        return 'flutter' if grows else 'stable'
+    if grows:
+        return 'divergence'
+    return 'rigid' if root.real >= -tolerances.growth else 'stable'

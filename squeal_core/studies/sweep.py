@@ -1,0 +1,237 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Stability over one or two parameters: maps, loci and growth rates, as plain records.
+
+Sources: K09 figs 10 and 13 (contact stiffness), 11 and 12 (friction, with and without rotation),
+15 (speed, with the friction law).
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import fields
+from itertools import product
+import multiprocessing
+import os
+import signal
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import FloatArray, readonly
+from squeal_core.common.errors import SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.eigensolution import complex_modes, kind_of, Mode, Tolerances
+from squeal_core.stability.mechanism import without_rotation
+from squeal_core.stability.mode_tracking import by_law, Law, moved, PARAMETERS, track
+from squeal_core.studies.sweep_file import make_sweep, Sweep
+from squeal_core.surrogate.batch import batch_modes, OperatingPoints
+from squeal_core.surrogate.tabulated_solver import Tabulation
+
+_CHUNK = 8  # points a worker takes at a time
+_TOGETHER = 1000  # points that are answered by the same anchors, between two looks at progress
+_THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
+
+Progress: TypeAlias = Callable[[int, int], None]
+_Row: TypeAlias = tuple[list[complex], list[str], list[str]]
+
+
+def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike], *,
+          rotation: bool = True, friction_law: Law = False, tracked: bool = False,
+          workers: int = 0, fast: bool = False, progress: Progress | None = None,
+          tolerances: Tolerances | None = None) -> Sweep:
+    """
+    Solve for the modes over one or two parameters.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    point : OperatingPoint
+        What the parameters that are not swept are. With friction its slope goes in proportion.
+    axes : mapping
+        Values by name of parameter (`tracking.PARAMETERS`); one or two.
+    rotation : bool
+        False: without G, R and S, K09's disc that does not rotate.
+    friction_law : bool or 'slope'
+        Friction and slope by the model's law at each speed; 'slope': the slope alone, scaled to
+        the friction.
+    tracked : bool
+        Carry identities along the last axis, from those at its first value.
+    workers : int
+        Processes to use; 0: this one, as for a single line that is tracked. The workers' BLAS
+        runs one thread; where it does here too results are the same bit for bit.
+    fast : bool
+        Growth rates by `surrogate.batch`, in this process: within 4.9e-7 of the largest
+        frequency (0.1 1/s for K09's brake), or 2 % of a mode's decay. It pays where points are
+        dense; not for identities, which need vectors.
+    progress : callable, optional
+        Told how many points are done, and of how many.
+    tolerances : Tolerances, optional
+        Of the classification of eigenvalues.
+
+    Notes
+    -----
+    An interrupt (Ctrl-C) ends the sweep early: what is done is returned, `complete` is False.
+
+    """
+    if fast and (tracked or workers):
+        raise SquealError('fast: is for sweeps in one process that are not tracked; leave '
+                          f'{"tracked" if tracked else "workers"} off')
+    grid = _grid(axes, friction_law)
+    points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
+              for values in product(*grid.values())]
+    about = {'model': str(model.provenance.get('brake', ''))[:200], 'rotation': rotation,
+             'friction_law': friction_law, 'tracked': tracked, 'fast': fast,
+             'nominal_contact_stiffness': model.nominal_contact_stiffness}
+    if not rotation:
+        model = without_rotation(model)
+    limits = tolerances or Tolerances.of(model, point)
+    length = len(list(grid.values())[-1]) if tracked else _CHUNK
+    if tracked and length == len(points):
+        workers = 0  # one line is one piece of work, and an interrupt here keeps a part of it
+    jobs = {start: (model, points[start:start + length], tracked, limits)
+            for start in range(0, len(points), length)}
+    rows: dict[int, _Row] = {}
+    try:
+        for place, row in (_by_table(model, points, limits) if fast else
+                           _solved(jobs, workers)):
+            rows[place] = row
+            if progress:
+                progress(len(rows), len(points))
+    except KeyboardInterrupt:
+        pass
+    return _record(grid, points, rows, model.size, about)
+
+
+def _grid(axes: Mapping[str, ArrayLike], friction_law: Law) -> dict[str, FloatArray]:
+    """Check what is swept and return its values."""
+    if not 1 <= len(axes) <= 2 or not set(axes) <= set(PARAMETERS):
+        raise SquealError(f'axes are {list(axes)}; give one or two of {", ".join(PARAMETERS)}')
+    given = {'friction_slope'} if friction_law == 'slope' else {'friction', 'friction_slope'}
+    if friction_law and not given.isdisjoint(axes):
+        raise SquealError(f'friction_law: it gives {" and ".join(sorted(given))}; sweep other '
+                          'parameters, or leave it off')
+    grid = {name: readonly(np.atleast_1d(np.asarray(v, float))) for name, v in axes.items()}
+    if not all(values.ndim == 1 and values.size for values in grid.values()):
+        raise SquealError(f'axes: shapes {[v.shape for v in grid.values()]}; give lists of values')
+    return grid
+
+
+def _point(model: BrakeModel, point: OperatingPoint, values: Mapping[str, float],
+           friction_law: Law) -> OperatingPoint:
+    # what another parameter would carry along comes last
+    for name in sorted(values, key=lambda name: name in ('friction_slope', 'contact_stiffness')):
+        point = moved(model, point, name, float(values[name]))
+    return by_law(model, point, friction_law) if friction_law else point
+
+
+def _solved(jobs: Mapping[int, Any], workers: int) -> Iterator[tuple[int, _Row]]:
+    """Yield rows by place of their point, as they are done."""
+    if workers < 1:
+        for start, job in jobs.items():
+            yield from enumerate(_rows(*job), start)
+        return
+    context = multiprocessing.get_context('spawn')  # a forked process may keep locked locks
+    with _one_thread(), ProcessPoolExecutor(workers, context, _ignore_interrupts) as pool:
+        with _no_interrupts():
+            futures: dict[Future[list[_Row]], int] = {
+                pool.submit(_solve, *job): start for start, job in jobs.items()}
+        try:
+            for future in as_completed(futures):
+                yield from enumerate(future.result(), futures[future])
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _solve(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
+           limits: Tolerances) -> list[_Row]:
+    return list(_rows(model, points, tracked, limits))
+
+
+def _rows(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
+          limits: Tolerances) -> Iterator[_Row]:
+    if tracked:
+        for here in track(model, points, tolerances=limits):
+            yield _row(here.modes, list(map(str, here.identities)))
+    else:
+        for point in points:
+            modes = complex_modes(model, point, tolerances=limits).modes
+            yield _row(modes, [str(mode.index) for mode in modes])
+
+
+def _by_table(model: BrakeModel, points: Sequence[OperatingPoint],
+              limits: Tolerances) -> Iterator[tuple[int, _Row]]:
+    """Yield rows by place of their point; those near each other are answered together."""
+    table = Tabulation(model, tolerances=limits)
+    identities = [str(i + 1) for i in range(model.size)]
+    for start in range(0, len(points), _TOGETHER):
+        some = points[start:start + _TOGETHER]
+        columns = {item.name: [getattr(point, item.name) for point in some]
+                   for item in fields(OperatingPoint)}
+        found = batch_modes(table, OperatingPoints.of(**columns), tolerances=limits)
+        for place, roots in enumerate(found.roots.tolist(), start):
+            yield place, (roots, [kind_of(root, limits) for root in roots], identities)
+
+
+def _row(modes: Sequence[Mode], identities: list[str]) -> _Row:
+    return ([mode.eigenvalue for mode in modes], [mode.kind for mode in modes],
+            identities)
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C goes to every process of a terminal; it is the parent's to end its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _no_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back while workers are started: they inherit that, and are deaf from birth."""
+    if not hasattr(signal, 'pthread_sigmask'):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Pin BLAS in processes that start meanwhile: it reads its environment as it loads."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, '1'))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _record(grid: dict[str, FloatArray], points: Sequence[OperatingPoint],
+            rows: Mapping[int, _Row], size: int, about: dict[str, Any]) -> Sweep:
+    blank: _Row = ([complex(np.nan, np.nan)] * size, [''] * size, [''] * size)
+    roots, kinds, identities = zip(
+        *(rows.get(place, blank) for place in range(len(points))), strict=True)
+    return make_sweep(
+        axes=grid, points=[[getattr(point, name) for name in PARAMETERS] for point in points],
+        growth_rates=np.real(roots), angular_frequencies=np.imag(roots), kinds=kinds,
+        identities=identities, about=about)

@@ -1,0 +1,249 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Complex modes at many operating points at once, from as few anchors as will do.
+
+Points are answered in groups around an anchor, one matrix product for all points of a group. New
+anchors are made where several points wait for one; single points left over are solved in full.
+What is answered from an anchor meets the same limits as in `surrogate.tabulated_solver`.
+"""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.stability.eigensolution import complex_modes, Tolerances
+from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.surrogate.expansion_table import undecided
+from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.tabulated_solver import Tabulation
+
+_CHUNK = 512  # points evaluated at once: their terms fit into the cache
+_TRIED = 3  # anchors tried for a point
+_FAR = 3.0  # reaches beyond which an anchor is not tried
+_WORTH = 8  # points that wait from which on an anchor costs less than their full solves
+# steps within which points may share an anchor: of ln speed, ln pressure, ln k_c, mu, mu_v
+_STEPS = np.array([0.3, 0.4, 0.05, 0.06, 0.01])
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoints:
+    """
+    Steady sliding under load at P points; each field as in `OperatingPoint`, (P,) or a number.
+
+    Speeds not zero, pressures and contact stiffnesses above zero.
+    """
+
+    rotor_speed: FloatArray
+    friction: FloatArray
+    contact_pressure: FloatArray
+    contact_stiffness: FloatArray
+    friction_slope: FloatArray
+
+    @classmethod
+    def of(cls, *, rotor_speed: ArrayLike, friction: ArrayLike, contact_pressure: ArrayLike,
+           contact_stiffness: ArrayLike, friction_slope: ArrayLike = 0.0) -> 'OperatingPoints':
+        """Return points of arrays that are broadcast together."""
+        arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(value, float)) for value in (
+            rotor_speed, friction, contact_pressure, contact_stiffness, friction_slope)))
+        return cls(*(readonly(array) for array in arrays))
+
+    def __len__(self) -> int:
+        return int(self.rotor_speed.size)
+
+    def __getitem__(self, place: int) -> OperatingPoint:
+        return OperatingPoint(**{item.name: float(getattr(self, item.name)[place])
+                                 for item in fields(self)})
+
+    def coefficients(self) -> FloatArray:
+        """Return (6, P), as `OperatingPoint.coefficients`."""
+        load = self.contact_pressure * self.friction
+        return np.stack([
+            self.rotor_speed, load / self.rotor_speed,
+            self.contact_pressure * self.friction_slope, self.contact_stiffness,
+            self.friction * self.contact_stiffness, load])
+
+    def places(self) -> FloatArray:
+        """Return where the points are (P, 5), in steps within which they may share an anchor."""
+        with np.errstate(divide='ignore'):
+            logarithms = np.log(np.maximum(np.abs(np.stack(
+                [self.rotor_speed, self.contact_pressure, self.contact_stiffness])), 1e-12))
+        return np.asarray((np.concatenate(
+            [logarithms, [self.friction, self.friction_slope]]) / _STEPS[:, None]).T)
+
+
+@dataclass(frozen=True, eq=False)
+class BatchModes:
+    """
+    The modes at P points.
+
+    Parameters
+    ----------
+    roots : (P, N) array
+        One root of each mode, in order of index, as `ComplexModes.roots` [1/s].
+    errors : (P, N) array
+        What each may be off by [1/s]; 0 where solved in full.
+    full : (P,) bool array
+        Points solved in full.
+    tolerances : Tolerances
+
+    """
+
+    roots: ComplexArray
+    errors: FloatArray
+    full: Any
+    tolerances: Tolerances
+
+    def least_stable(self, low_hz: float, high_hz: float) -> IndexArray:
+        """
+        Return the place in `roots` of the least stable mode that oscillates in a band (P,).
+
+        -1 where there is none.
+        """
+        frequency = self.roots.imag / (2.0 * np.pi)
+        inside = ((self.roots.imag > self.tolerances.oscillation) & (frequency >= low_hz)
+                  & (frequency <= high_hz))
+        growth = np.where(inside, self.roots.real, -np.inf)
+        return np.where(inside.any(axis=1), growth.argmax(axis=1), -1)
+
+    def growth_rates(self, low_hz: float, high_hz: float) -> FloatArray:
+        """Return the largest growth rate in a band (P,) [1/s]; -inf where no mode is in it."""
+        places = self.least_stable(low_hz, high_hz)
+        found = self.roots.real[np.arange(len(places)), np.maximum(places, 0)]
+        return np.where(places < 0, -np.inf, found)
+
+
+def batch_modes(table: Tabulation, points: OperatingPoints, *,
+                tolerances: Tolerances | None = None) -> BatchModes:
+    """
+    Return the modes at many points; the anchors it makes stay in the table.
+
+    Parameters
+    ----------
+    table : Tabulation
+        Look-up table.
+    points : OperatingPoints
+        Operating points.
+    tolerances : Tolerances, optional
+        Those of the table where None.
+
+    """
+    batch = _Batch(table, points, tolerances or table.tolerances)
+    batch.from_table()
+    batch.from_new_anchors()
+    batch.in_full()
+    return BatchModes(readonly(batch.roots, complex), readonly(batch.errors),
+                      readonly(batch.full, bool), batch.tolerances)
+
+
+class _Batch:
+    """The work on one batch: which points are answered, and how."""
+
+    def __init__(self, table: Tabulation, points: OperatingPoints,
+                 tolerances: Tolerances) -> None:
+        self.table, self.points, self.tolerances = table, points, tolerances
+        self._coefficients = points.coefficients()
+        self._free = int(np.count_nonzero(table.model.free_coordinates))
+        shape = (len(points), table.model.size)
+        self.roots, self.errors = np.zeros(shape, complex), np.zeros(shape)
+        self.full = np.zeros(len(points), bool)
+        self._waiting = np.ones(len(points), bool)
+
+    def from_table(self) -> None:
+        """Answer what anchors of the table can answer, each point by the nearest few."""
+        anchors = self.table.anchors
+        if not anchors:
+            return
+        waiting = np.flatnonzero(self._waiting)
+        distances = np.stack([self._distances(anchor, waiting) for anchor in anchors])
+        for _ in range(min(_TRIED, len(anchors))):
+            nearest = distances.argmin(axis=0)
+            near = distances[nearest, np.arange(waiting.size)] < _FAR
+            for i in np.unique(nearest[near]).tolist():
+                self._answer(anchors[i], waiting[near & (nearest == i)])
+            distances[nearest, np.arange(waiting.size)] = np.inf
+            left = self._waiting[waiting]
+            waiting, distances = waiting[left], distances[:, left]
+
+    def from_new_anchors(self) -> None:
+        """Make an anchor amid the points that wait around the first one, as long as it pays."""
+        places = self.points.places()
+        apart = np.zeros(len(self.points), bool)  # left to full solves
+        while (waiting := np.flatnonzero(self._waiting & ~apart)).size:
+            first = waiting[0]
+            group = waiting[np.abs(places[waiting] - places[first]).max(axis=1) <= 1.0]
+            if group.size < _WORTH:
+                apart[group] = True
+                continue
+            middle = places[group].mean(axis=0)
+            seed = int(group[np.abs(places[group] - middle).max(axis=1).argmin()])
+            apart[[first, seed]] = True
+            try:
+                anchor = anchor_at(self.table.model, self.points[seed],
+                                   degree=self.table.settings.degree)
+            except np.linalg.LinAlgError:  # the vectors do not span the space
+                continue
+            self.table.add(anchor)
+            self._answer(anchor, waiting[self._distances(anchor, waiting) < _FAR])
+
+    def in_full(self) -> None:
+        """Solve what is left."""
+        for place in np.flatnonzero(self._waiting).tolist():
+            self.roots[place] = complex_modes(self.table.model, self.points[place],
+                                              tolerances=self.tolerances).roots
+            self.full[place] = True
+        self._waiting[:] = False
+
+    def _distances(self, anchor: Anchor, places: IndexArray) -> FloatArray:
+        """Return how far points are from an anchor, in its reaches."""
+        away = self._coefficients[anchor.rows][:, places] - anchor.centre[:, None]
+        return np.asarray(np.linalg.norm(away / anchor.reach[:, None], axis=0))
+
+    def _answer(self, anchor: Anchor, places: IndexArray) -> None:
+        for start in range(0, places.size, _CHUNK):
+            chunk = places[start:start + _CHUNK]
+            roots, errors = anchor.roots(self._coefficients[:, chunk])
+            good = self._good(anchor, roots, errors)
+            if good.any():
+                self._take(chunk[good], roots[:, good], errors[:, good])
+
+    def _good(self, anchor: Anchor, roots: ComplexArray, errors: FloatArray) -> Any:
+        """Tell which points are answered well enough, with no verdict that hangs on the errors."""
+        settings, limits = self.table.settings, self.tolerances
+        allowed = np.maximum(settings.tolerance, -settings.decay_tolerance * roots.real)
+        became_real = anchor.mirrored[:, None] & (roots.imag <= limits.oscillation)
+        return ~((errors > allowed) | undecided(roots, errors, limits) | became_real).any(axis=0)
+
+    def _take(self, places: IndexArray, roots: ComplexArray, errors: FloatArray) -> None:
+        """Sort the roots of points into modes, in order of index."""
+        zeros = np.zeros((self._free, places.size))
+        roots, errors = np.concatenate([zeros, roots]), np.concatenate([zeros, errors])
+        quiet = np.abs(roots.imag) <= self.tolerances.oscillation
+        upper = roots.imag > self.tolerances.oscillation
+        count = quiet.sum(axis=0)
+        key = np.where(quiet, -1.0, np.where(upper, roots.imag, np.inf))
+        order = np.lexsort((np.where(quiet, -roots.real, roots.real), key), axis=0)
+        for quiets in np.unique(count).tolist():
+            of = np.flatnonzero(count == quiets)
+            rows = np.concatenate([np.arange(quiets // 2),
+                                   np.arange(quiets, quiets // 2 + self.roots.shape[1])])
+            of = of[upper[:, of].sum(axis=0) + quiets // 2 == self.roots.shape[1]]
+            chosen = order[rows[:, None], of]
+            self.roots[places[of]] = roots[chosen, of].T
+            self.errors[places[of]] = errors[chosen, of].T
+            self._waiting[places[of]] = False

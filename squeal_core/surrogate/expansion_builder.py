@@ -1,0 +1,282 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""How an anchor is made: a full eigensolution, the choice of blocks, and their power series."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+from squeal_core.brake.operating_point import Coefficients, OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.eigensolution import frequency_scale, state_matrix
+from squeal_core.surrogate.block_layout import BlockLayout
+from squeal_core.surrogate.coupling_floor import coupling_floor
+from squeal_core.surrogate.monomials import Monomials
+from squeal_core.surrogate.pair_remainder import encounters
+from squeal_core.surrogate.riccati_recursion import Lower, Recursion
+from squeal_core.surrogate.spectral_expansion import Anchor, DEGREE
+from squeal_core.surrogate.steps import completed, Steps
+from squeal_core.surrogate.workers import pause
+
+_STEP = 0.1  # relative step of the parameters that blocks are chosen for
+_STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
+_SLOPE_STEP = 0.01  # s/m; the slope may be zero
+_COUPLING = 0.07  # root of the second-order term from which on two modes share a block
+_DEFECTIVE = 4.9e-5  # part of the largest eigenvalue by which some are off: vectors are one
+_SMALL = 0.01  # of the damping or stiffness that is the spectrum's scale
+_DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
+
+
+def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+              coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP) -> Anchor:
+    """Return the series of the spectrum around a point; `anchor_steps`, all of them at once."""
+    return completed(anchor_steps(model, point, degree=degree, coupling=coupling,
+                                  stiffness_step=stiffness_step))
+
+
+def anchor_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+                 coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP
+                 ) -> 'Steps[Anchor]':
+    """
+    Return the series of the spectrum around a point, from one full solve with all vectors.
+
+    That solve is one of the steps; none takes much longer.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    point : OperatingPoint
+        Operating point.
+    degree : int
+        Of the series, 3 at least.
+    coupling : float
+        From which on two modes are put in a block; the smaller, the larger blocks and region.
+    stiffness_step : float
+        Part of the contact stiffness by which modes should not meet those of other blocks.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the eigensolution fails or its vectors do not span the space.
+
+    """
+    frame = _Frame.at(model, point, stiffness_step)
+    roots, right = yield partial(_eigensolution, model, point)
+    spectrum = yield partial(_Spectrum.of, model, point, frame, roots, right, coupling)
+    series = Recursion(spectrum.roots, spectrum.couplings, spectrum.blocks,
+                       _monomials(frame.rows.size, degree))
+    lower = yield series.lower_terms
+    anchor: Anchor = yield partial(_expanded, point, frame, spectrum, series, lower)
+    return anchor
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Rows of the coefficients that count (v,), centre and scales (v,) and the scaled steps."""
+
+    rows: IndexArray
+    centre: FloatArray
+    scales: FloatArray
+    steps: Sequence[FloatArray]
+
+    @classmethod
+    def at(cls, model: BrakeModel, point: OperatingPoint, stiffness_step: float) -> '_Frame':
+        rows = np.array([i for i, name in enumerate(Coefficients._fields)
+                         if (array := getattr(model, name)) is not None and np.any(array)],
+                        dtype=np.intp)
+        centre = np.array(point.coefficients())[rows]
+        steps = [np.array(there.coefficients())[rows] - centre
+                 for there in _neighbours(point, stiffness_step)]
+        scales = np.abs(steps).max(axis=0, initial=0.0)
+        still = np.flatnonzero(scales == 0.0)
+        scales[still] = [_small_change(model, point, rows[i]) for i in still.tolist()]
+        return cls(rows, centre, scales, [step / scales for step in steps])
+
+
+def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
+    """Return a step of a coefficient that no parameter's step moves, as at no friction."""
+    name = Coefficients._fields[row]
+    scale = frequency_scale(model, point) ** (1 if name in _DAMPING else 2)
+    return _SMALL * scale / float(np.abs(getattr(model, name)).max()) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectrum:
+    """Roots (M,), couplings E_i (v, M, M), the roots' errors (M,), the roots of each block."""
+
+    roots: ComplexArray
+    couplings: ComplexArray
+    rounding: FloatArray
+    blocks: Sequence[IndexArray]
+
+    @classmethod
+    def of(cls, model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
+           right: ComplexArray, coupling: float) -> '_Spectrum':
+        """Look at the roots and vectors of a full solution."""
+        couplings, rounding = _projected(model, point, frame, roots, right)
+        return cls(roots, couplings, rounding, _blocks(roots, couplings, frame.steps, coupling))
+
+
+def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArray, ComplexArray]:
+    """Return all roots (M,) and their right vectors (M, M)."""
+    pause()
+    found = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
+    return found.eigenvalues, found.eigenvectors
+
+
+def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series: Recursion,
+              lower: Lower) -> Anchor:
+    """Return the series of the blocks of a spectrum, from its terms but those of last degree."""
+    roots, couplings, blocks = spectrum.roots, spectrum.couplings, spectrum.blocks
+    monomials = series.monomials
+    sizes = np.array([block.size for block in blocks], dtype=np.intp)
+    layout = BlockLayout(readonly(sizes, np.intp))
+    terms = [layout.laid_out(rows_of) for rows_of in series.terms(lower)]
+    kept = np.concatenate(blocks)
+    own = np.repeat(np.arange(sizes.size), sizes)
+    least = 5e-15 * abs(roots).max(initial=0.0)
+    whole = np.array([abs(roots[block].imag.sum()) <= least + 1e-9 * abs(roots[block]).sum()
+                      for block in blocks])
+    return Anchor(
+        point=point, rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
+        monomials=monomials, sizes=layout.sizes,
+        series=readonly(np.concatenate(terms), complex),
+        majorants=tuple(readonly(layout.norms(term.astype(complex)).T) for term in terms[-3:]),
+        nearness=readonly(np.float32(_nearness(roots, couplings, blocks, monomials))),
+        encounters=encounters(roots, couplings, blocks, frame.steps, monomials.degree),
+        floor=coupling_floor(roots, couplings, blocks, monomials.degree),
+        rounding=readonly([spectrum.rounding[block].max() for block in blocks]),
+        mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
+
+
+@lru_cache
+def _monomials(variables: int, degree: int) -> Monomials:
+    return Monomials(variables, degree)
+
+
+def _neighbours(point: OperatingPoint, stiffness_step: float) -> list[OperatingPoint]:
+    """Return points a step of each parameter away."""
+    slope = point.friction_slope
+    moved = [replace(point, **{name: (1.0 + step) * getattr(point, name)})
+             for name, step in (('rotor_speed', _STEP), ('contact_pressure', _STEP),
+                                ('contact_stiffness', stiffness_step))]
+    friction = replace(point, friction=(1.0 + _STEP) * point.friction,
+                       friction_slope=(1.0 + _STEP) * slope)
+    return [*moved, friction, replace(point, friction_slope=slope + _SLOPE_STEP)]
+
+
+class _Pairs(NamedTuple):
+    """Roots with Im >= 0, those that are their images, and the image of each."""
+
+    upper: IndexArray
+    lower: IndexArray
+    image: IndexArray
+
+    @classmethod
+    def of(cls, roots: ComplexArray) -> '_Pairs':
+        """Find them among roots that numpy's eig gives: it has the two of a pair side by side."""
+        upper = np.flatnonzero(roots.imag >= 0.0)
+        lower = upper + (roots[upper].imag > 0.0)
+        image = np.empty(roots.size, np.intp)
+        image[upper], image[lower] = lower, upper
+        return cls(upper, lower, image)
+
+
+def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
+               right: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    """Return couplings E_i (v, M, M) and the roots' errors (M,) at the anchor."""
+    damping, stiffness = model.damping(point), model.stiffness(point)
+    state = state_matrix(model, damping, stiffness)
+    left = np.ascontiguousarray(np.linalg.inv(right), complex)
+    held, moving = len(state) - model.size, np.logical_not(model.free_coordinates)
+    pairs = _Pairs.of(roots)
+    # real and imaginary parts in turn: real arrays are multiplied with them as they are
+    displacements, velocities = np.split(
+        np.ascontiguousarray(right[:, pairs.upper], complex).view(float), [held])
+    couplings = np.empty((frame.rows.size, *state.shape), complex)
+    pushing = np.ascontiguousarray(left[:, held:])
+    for coupling, row, scale in zip(couplings, frame.rows, frame.scales, strict=True):
+        name = Coefficients._fields[row]
+        array = -scale * getattr(model, name)
+        felt = array @ velocities if name in _DAMPING else array[:, moving] @ displacements
+        half = pushing @ felt.view(complex)
+        coupling[:, pairs.upper], coupling[:, pairs.lower] = half, half[pairs.image].conj()
+    # the state matrix times the vectors, without its zeros and ones
+    pushed = stiffness[:, moving] @ displacements + damping @ velocities
+    defect = _defect(left @ np.concatenate([velocities[moving], -pushed]).view(complex),
+                     roots, pairs)
+    # where two vectors are one to the last bit the defect may vanish and says nothing
+    least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
+    rounding = np.maximum(least, defect)
+    if not rounding.max() < _DEFECTIVE * (np.abs(roots).max(initial=0.0) or 1.0):
+        raise np.linalg.LinAlgError('Eigenvectors do not span the space')
+    return couplings, rounding
+
+
+def _defect(projected: ComplexArray, roots: ComplexArray, pairs: _Pairs) -> FloatArray:
+    """Return by how much W A V, of which (M, upper) is given, is off the roots at most (M,)."""
+    projected[pairs.upper, np.arange(pairs.upper.size)] -= roots[pairs.upper]
+    off = np.abs(projected)
+    found = off.max(axis=1, initial=0.0)
+    found = np.maximum(found, found[pairs.image])
+    columns = np.maximum(found[pairs.upper], off.max(axis=0, initial=0.0))
+    found[pairs.upper] = found[pairs.lower] = columns
+    return np.asarray(found)
+
+
+def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
+            limit: float) -> list[IndexArray]:
+    """Return the roots of each block, small blocks first; of mirror images the upper one."""
+    gap = np.abs(roots[:, None] - roots)
+    np.fill_diagonal(gap, np.inf)
+    strength = np.zeros(gap.shape)
+    for step in steps:
+        change = np.tensordot(step, couplings, axes=1)
+        strength = np.maximum(strength, np.abs(change * change.T))
+    close = strength >= (limit * gap) ** 2  # two equal roots too, however little they have to do
+    _, label = connected_components(close, directed=False)
+    groups = [np.flatnonzero(label == i) for i in range(label.max(initial=-1) + 1)]
+    size = np.abs(roots).max(initial=0.0)
+    kept = [g for g in groups if roots[g].imag.sum() > -1e-9 * size]
+    return sorted(kept, key=lambda g: (g.size, float(roots[g[0]].imag), float(roots[g[0]].real)))
+
+
+def _nearness(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
+              monomials: Monomials) -> FloatArray:
+    """
+    Return the greatest 4 E_rc E_cr / (lambda_r - lambda_c)^2 of each block, by terms of z^2.
+
+    Two modes alone have lambda = mean +- sqrt(gap^2 / 4 + E_rc E_cr): a series up to ratio 1.
+    """
+    kept = np.concatenate(blocks)
+    sizes = np.array([block.size for block in blocks])
+    gap = np.abs(roots[:, None] - roots[kept])
+    label = np.full(roots.size, -1)
+    label[kept] = np.repeat(np.arange(sizes.size), sizes)
+    gap[label[:, None] == label[kept]] = np.inf
+    scale = 4.0 / gap**2
+    down = np.abs(couplings[:, :, kept])
+    up = np.abs(couplings[:, kept, :]).transpose(0, 2, 1)
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    found = np.empty((sizes.size, len(monomials.terms[2])))
+    for i, (a, b) in enumerate(monomials.terms[2]):
+        product = down[a] * up[b] + (down[b] * up[a] if a != b else 0.0)
+        found[:, i] = np.maximum.reduceat((product * scale).max(axis=0), starts)
+    return found

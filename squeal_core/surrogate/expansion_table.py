@@ -1,0 +1,292 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Anchors laid out by place, and what they say of operating points near them."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.eigensolution import (
+    classify,
+    classify_rows,
+    ComplexModes,
+    frequency_scale,
+    Source,
+    Tolerances,
+)
+from squeal_core.surrogate.spectral_expansion import Anchor, DEGREE
+
+_Result = TypeVar('_Result')
+
+_TRIED = 3  # anchors tried for a point, the last one used first
+_FAR = 3.0  # reaches beyond which an anchor is not tried
+_SHARED = 0.4  # reaches within which one anchor is as good as one each: errors of 0.03 1/s
+_TOLERANCE = 4.9e-7  # of the model's largest frequency: ten times what counts as growth
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableSettings:
+    """
+    How the engine works.
+
+    Parameters
+    ----------
+    tolerance : float
+        Error of a growth rate [1/s] above which a point is solved in full.
+    decay_tolerance : float
+        The same for a mode that decays, as a part of its rate of decay, where that is more.
+    memory : float
+        Limit of the anchors' size [bytes]; the least recently used go.
+    delay : int
+        Solves between asking for an anchor and its first use; 0: made at once, while the caller
+        waits.
+    audit_every : int
+        Every so many answers from the table one is solved in full and compared; 0: none.
+    degree : int
+        Of the series.
+    refines : bool
+        Whether oscillating modes of which an error leaves undecided if they grow are solved for
+        one by one in the full problem, instead of the whole point.
+
+    """
+
+    tolerance: float = 0.1
+    decay_tolerance: float = 0.02
+    memory: float = 200e6
+    delay: int = 0
+    audit_every: int = 3000
+    degree: int = DEGREE
+    refines: bool = False
+
+    @classmethod
+    def of(cls, model: BrakeModel) -> 'TableSettings':
+        """Return settings with a tolerance relative to the model's spectrum; 0.1 1/s for K09's."""
+        scale = frequency_scale(model)
+        return cls(tolerance=_TOLERANCE * scale) if scale else cls()
+
+
+@dataclass
+class Entry:
+    """An anchor, the solve at which it was last used, and how often it was."""
+
+    anchor: Anchor
+    used: int
+    hits: int = 0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the table says of a point; without an entry, nothing."""
+
+    entry: Entry | None = None
+    roots: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    errors: FloatArray = field(default_factory=lambda: np.zeros(0))
+    worst: float = np.inf
+
+
+@dataclass(frozen=True)
+class Found:
+    """Modes that an entry is good enough for."""
+
+    entry: Entry
+    modes: ComplexModes
+
+
+class AnchorTable:
+    """
+    The anchors of one model, searched by place.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    settings : TableSettings
+    tolerances : Tolerances
+        What counts as oscillation and growth.
+    anchors : sequence of Anchor
+        To start with.
+
+    """
+
+    def __init__(self, model: BrakeModel, settings: TableSettings, tolerances: Tolerances,
+                 anchors: Sequence[Anchor] = ()) -> None:
+        self.settings = settings
+        self.entries = [Entry(anchor, 0) for anchor in anchors]
+        self._size, self._tolerances = model.size, tolerances
+        self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
+        self._index()
+
+    @property
+    def nbytes(self) -> int:
+        """Size of the anchors [bytes]."""
+        return sum(entry.anchor.nbytes for entry in self.entries)
+
+    def add(self, anchor: Anchor, used: int) -> int:
+        """Take an anchor; return how many of the least recently used ones made room for it."""
+        self.entries.append(Entry(anchor, used))
+        count = len(self.entries)
+        while self.nbytes > self.settings.memory and len(self.entries) > 1:
+            oldest = min(self.entries[:-1], key=lambda entry: entry.used)
+            self.entries = [entry for entry in self.entries if entry is not oldest]
+        self._index()
+        return count - len(self.entries)
+
+    def drop(self, entry: Entry) -> None:
+        self.entries = [kept for kept in self.entries if kept is not entry]
+        self._index()
+
+    def best(self, point: OperatingPoint) -> Answer:
+        """Return the first answer within the tolerance, or else the best of those tried."""
+        coefficients = np.array(point.coefficients())
+        best = Answer()
+        for entry in self._near(coefficients):
+            roots, errors = entry.anchor.roots_at(coefficients)
+            worst = float(self._worst(roots, errors))
+            if worst < best.worst:
+                best = Answer(entry, roots, errors, worst)
+            if worst <= self.settings.tolerance:
+                break
+        return best
+
+    def modes(self, answer: Answer, source: Source = 'table') -> ComplexModes | None:
+        """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
+        if answer.entry is None or answer.worst > self.settings.tolerance or (
+                undecided(answer.roots, answer.errors, self._tolerances).any()):
+            return None
+        found = classify(np.concatenate([self._zeros, answer.roots]), self._tolerances,
+                         np.concatenate([self._zeros.real, answer.errors]),
+                         series=answer.entry.anchor, source=source)
+        return found if self._complete(found) else None
+
+    def together(self, points: Sequence[OperatingPoint]) -> list[Found | None]:
+        """
+        Return the modes at points, by the nearest anchors that are good enough as they are.
+
+        Points near the same anchor cost little more than one: most of the time goes into calls.
+        """
+        return self._by_nearest(points, self._found)
+
+    def missing(self, points: Sequence[OperatingPoint]) -> list[int]:
+        """Return the places of the points that no anchor is good enough for."""
+        return [place for place, enough in enumerate(self._by_nearest(points, self._enough))
+                if not enough]
+
+    def _by_nearest(self, points: Sequence[OperatingPoint], look: Callable[
+            [Entry, FloatArray], Iterable[_Result | None]]) -> list[_Result | None]:
+        """Return what a look at the nearest entries finds of each point, a few of them tried."""
+        coefficients = np.array([point.coefficients() for point in points])
+        distances = self._distances(coefficients[:, None])
+        found: list[_Result | None] = [None] * len(points)
+        for _ in range(min(_TRIED, len(self.entries))):
+            waiting = [place for place, one in enumerate(found) if one is None]
+            if not waiting:
+                break
+            for entry, places in self._nearest(distances, waiting):
+                for place, one in zip(places, look(entry, coefficients[places]), strict=True):
+                    found[place] = one
+        return found
+
+    def _enough(self, entry: Entry, coefficients: FloatArray) -> Iterator[bool | None]:
+        """Yield whether an anchor is within the tolerance at each point (P, 6), or None."""
+        worst = self._worst(*entry.anchor.roots_at(coefficients))
+        for off in worst.tolist():
+            yield off <= self.settings.tolerance or None
+
+    def _found(self, entry: Entry, coefficients: FloatArray) -> Iterator[Found | None]:
+        """Yield what an anchor has of each point (P, 6), where it is good enough."""
+        roots, errors = entry.anchor.roots_at(coefficients)
+        worst = self._worst(roots, errors)
+        good = (worst <= self.settings.tolerance) & ~(
+            undecided(roots, errors, self._tolerances).any(axis=-1))
+        modes = iter(self._rows(entry.anchor, roots[good], errors[good]))
+        for enough in good.tolist():
+            one = next(modes) if enough else None
+            yield Found(entry, one) if one is not None and self._complete(one) else None
+
+    def _rows(self, anchor: Anchor, roots: ComplexArray, errors: FloatArray) -> list[ComplexModes]:
+        zeros = np.broadcast_to(self._zeros, (len(roots), self._zeros.size))
+        return classify_rows(np.concatenate([zeros, roots], axis=1), self._tolerances,
+                             np.concatenate([zeros.real, errors], axis=1), anchor)
+
+    def _complete(self, found: ComplexModes) -> bool:
+        """
+        Whether no pair became real, which is the next anchor's business.
+
+        It shows in their number, as an anchor has one root of each pair.
+        """
+        return found.errors.size == self._size
+
+    def _worst(self, roots: ComplexArray, errors: FloatArray) -> FloatArray:
+        """Return the largest error (...), in growth rates of the tolerance."""
+        worst = errors.max(axis=-1, initial=0.0)
+        if (worst > self.settings.tolerance).any():
+            allowed = self.settings.decay_tolerance / self.settings.tolerance * -roots.real
+            worst = (errors / np.maximum(allowed, 1.0)).max(axis=-1)
+        return np.asarray(worst)
+
+    def _nearest(self, distances: FloatArray, places: Sequence[int]
+                 ) -> list[tuple[Entry, list[int]]]:
+        """
+        Return the entries nearest to some of the points, which are not looked at again.
+
+        One that is near enough to all of them costs less than one for each.
+        """
+        groups: dict[int, list[int]] = {}
+        farthest = distances[places].max(axis=0)
+        shared = int(farthest.argmin()) if farthest.min() <= _SHARED**2 else None
+        for place in places:
+            nearest = int(distances[place].argmin()) if shared is None else shared
+            if distances[place, nearest] <= _FAR**2:
+                distances[place, nearest] = np.inf
+                groups.setdefault(nearest, []).append(place)
+        return [(self.entries[nearest], of) for nearest, of in groups.items()]
+
+    def _near(self, coefficients: FloatArray) -> Iterator[Entry]:
+        """Yield the entries to try, by distance over reach."""
+        if not self.entries:
+            return
+        distances = self._distances(coefficients)
+        for _ in range(_TRIED):
+            nearest = int(distances.argmin())
+            if distances[nearest] > _FAR**2:
+                return
+            yield self.entries[nearest]
+            distances[nearest] = np.inf
+
+    def _distances(self, coefficients: FloatArray) -> FloatArray:
+        """Return the square of the distance over reach (..., entries)."""
+        away = coefficients * self._per_reach - self._centres
+        return np.asarray(np.einsum('...i,...i->...', away, away))
+
+    def _index(self) -> None:
+        """Lay out the anchors' places for the search; what has no effect counts for nothing."""
+        count = len(self.entries)
+        self._centres, self._per_reach = np.zeros((count, 6)), np.zeros((count, 6))
+        for i, entry in enumerate(self.entries):
+            self._per_reach[i, entry.anchor.rows] = 1.0 / entry.anchor.reach
+            self._centres[i] = self._per_reach[i] * entry.anchor.point.coefficients()
+
+
+def undecided(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
+    """Tell where a verdict hangs on the errors: growth, or oscillation of what grows."""
+    close = np.abs(roots.real - tolerances.growth) <= errors
+    if not close.any():
+        return close
+    # roots at zero of coordinates that nothing holds: they are rigid, whatever the error
+    oscillates = np.abs(roots.imag) > tolerances.oscillation
+    return close & (oscillates | (errors > tolerances.growth))

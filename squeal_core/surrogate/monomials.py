@@ -1,0 +1,108 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Products of powers of several variables, degree by degree: the bookkeeping of power series."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import combinations_with_replacement
+from typing import TypeAlias
+
+import numpy as np
+from squeal_core.common.arrays import FloatArray, IndexArray
+
+Term: TypeAlias = tuple[int, ...]  # the variables of a product, in ascending order: z0 z0 z2
+
+
+@dataclass(frozen=True)
+class Monomials:
+    """
+    All products of `variables` variables up to a degree, 1 first.
+
+    Parameters
+    ----------
+    variables : int
+    degree : int
+
+    """
+
+    variables: int
+    degree: int
+
+    @cached_property
+    def terms(self) -> tuple[tuple[Term, ...], ...]:
+        """Terms of each degree, from 0."""
+        return tuple(tuple(combinations_with_replacement(range(self.variables), d))
+                     for d in range(self.degree + 1))
+
+    @cached_property
+    def places(self) -> tuple[dict[Term, int], ...]:
+        """Where a term stands among those of its degree."""
+        return tuple({term: i for i, term in enumerate(terms)} for terms in self.terms)
+
+    @cached_property
+    def count(self) -> int:
+        return sum(len(terms) for terms in self.terms)
+
+    @lru_cache  # noqa: B019 - few, and kept for good
+    def factors(self, degree: int) -> tuple[tuple[int, int, int], ...]:
+        """Return (term, variable, term of one degree less) for each variable a term contains."""
+        return tuple(self._factors(degree))
+
+    @lru_cache  # noqa: B019
+    def factors_of(self, degree: int, variable: int) -> tuple[tuple[int, int, int], ...]:
+        """Return those of `factors` that are of one variable."""
+        return tuple(found for found in self.factors(degree) if found[1] == variable)
+
+    @lru_cache  # noqa: B019
+    def products(self, first: int, second: int) -> tuple[tuple[int, int, int], ...]:
+        """Return (term, term of degree `first`, of `second`): the term is their product."""
+        return tuple(self._products(first, second))
+
+    def _factors(self, degree: int) -> Iterator[tuple[int, int, int]]:
+        for place, term in enumerate(self.terms[degree]):
+            for variable in dict.fromkeys(term):
+                rest = list(term)
+                rest.remove(variable)
+                yield place, variable, self.places[degree - 1][tuple(rest)]
+
+    def _products(self, first: int, second: int) -> Iterator[tuple[int, int, int]]:
+        for i, left in enumerate(self.terms[first]):
+            for j, right in enumerate(self.terms[second]):
+                yield self.places[first + second][tuple(sorted(left + right))], i, j
+
+    @cached_property
+    def _factors_of_all(self) -> tuple[IndexArray, ...]:
+        """For each factor of a product the places (count,) of the factors among 1, z0, z1, ..."""
+        every = [term for terms in self.terms for term in terms]
+        return tuple(np.array([term[i] + 1 if i < len(term) else 0 for term in every], np.intp)
+                     for i in range(self.degree))
+
+    def at(self, values: FloatArray) -> FloatArray:
+        """Return all terms, degree by degree: (..., variables) -> (..., count)."""
+        factors = np.ones((*values.shape[:-1], self.variables + 1))
+        factors[..., 1:] = values
+        if not self.degree:
+            return factors[..., :1]
+        first, *others = self._factors_of_all
+        found = factors.take(first, axis=-1)
+        for places in others:
+            found *= factors.take(places, axis=-1)
+        return found
+
+    def __call__(self, values: FloatArray) -> list[FloatArray]:
+        """Return the terms of each degree at points: (variables, P) -> (terms of d, P) each."""
+        ends = np.cumsum([len(terms) for terms in self.terms])
+        return np.split(np.ascontiguousarray(self.at(values.T).T), ends[:-1])

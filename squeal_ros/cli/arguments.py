@@ -1,0 +1,117 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""From a command's options to what the library wants, and checks before long work."""
+
+import argparse
+from collections.abc import Sequence
+import math
+from pathlib import Path
+
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common import resources
+from squeal_core.common.errors import did_you_mean, quoted, SquealError
+from squeal_core.common.output import check_target, OutputError
+from squeal_core.model.brake_model import BrakeModel
+
+DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
+MOST_WORKERS = 256
+
+
+def operating_point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
+    """Make the operating point that the options describe."""
+    law = model.friction_law
+    speed = model.contact_radius * options.rotor_speed
+    friction, slope = options.friction, options.friction_slope
+    if law is None and (friction is None or options.friction_law):
+        raise SquealError('this model has no friction law; give --friction and --friction-slope')
+    if slope is None:
+        slope = 0.0
+        if law is not None and (options.friction_law or friction is None):
+            slope = law.slope_at(speed, law.coefficient(speed) if friction is None else friction)
+    if friction is None and law is not None:
+        friction = law.coefficient(speed)
+    contact_pressure = _preload(model, options) / model.contact_area
+    return OperatingPoint(
+        rotor_speed=options.rotor_speed, friction=math.copysign(friction, options.rotor_speed),
+        friction_slope=slope, contact_pressure=contact_pressure,
+        contact_stiffness=model.contact_stiffness_at(contact_pressure)
+        if options.contact_stiffness is None else options.contact_stiffness)
+
+
+def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
+    if options.pressure is None:
+        return DEFAULT_PRELOAD if options.preload is None else float(options.preload)
+    if model.caliper is None:
+        raise SquealError('--pressure: this model has no caliper; give --preload')
+    return model.caliper.preload(options.pressure)
+
+
+def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] = (), *,
+                 force: bool = False, folder: bool = False,
+                 inputs: Sequence[str | Path] = ()) -> None:
+    """
+    Refuse a file that could not or should not be written, before the work that it is for.
+
+    Parameters
+    ----------
+    option : str
+        As the user wrote it.
+    path : path, optional
+        Where the file is.
+    suffixes : sequence of str
+        Of the formats that are known; none: any.
+    force : bool
+        Whether an existing file may be replaced.
+    folder : bool
+        Whether the output is a folder.
+    inputs : sequence of paths
+        What the command reads, which is never replaced.
+
+    """
+    if path is None:
+        return
+    if suffixes and Path(path).suffix not in suffixes:
+        raise SquealError(f'{option}: {path} is of no kind that is known; end it in '
+                          f'{", ".join(suffixes)}')
+    try:
+        check_target(path, overwrite=force, folder=folder, inputs=inputs)
+    except OutputError as error:
+        raise SquealError(f'{option}: {error}') from None
+
+
+def check_workers(count: int) -> None:
+    if not 0 <= count <= MOST_WORKERS:
+        raise SquealError(f'--workers: is {count}; give 0 (this process) to {MOST_WORKERS}')
+
+
+def positive(name: str, value: float) -> float:
+    if not (math.isfinite(value) and value > 0.0):
+        raise SquealError(f'{name}: is {value}; give a positive number')
+    return value
+
+
+def shipped(kind: str, name: str, suffix: str) -> Path:
+    """Return the path of a file that is there, or of the shipped one of that name."""
+    path = resources.find(kind, name, suffix)
+    try:
+        there = path.exists()
+    except (OSError, ValueError):  # a name too long, a NUL
+        there = False
+    if not there:
+        known = resources.names(kind, suffix)
+        raise SquealError(f'{quoted(name)}: there is no such file, and none of {kind} that are '
+                          f'shipped; give a path, or one of {", ".join(known)}'
+                          f'{did_you_mean(name, known)}')
+    return path

@@ -1,0 +1,67 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What commands print: progress on stderr where that is a terminal, and plain JSON."""
+
+import math
+import sys
+from typing import Any
+
+from squeal_core.common.errors import in_one_line
+
+
+def report_progress(text: str) -> None:
+    if sys.stderr.isatty():
+        print(f'{text} ...', file=sys.stderr)
+
+
+def warn(text: str) -> None:
+    """Say on stderr what is doubted; the command goes on."""
+    print(f'squeal: warning: {in_one_line(text)}', file=sys.stderr)
+
+
+class ProgressBar:
+    """A bar on stderr where that is a terminal: call it with what is done and of how many."""
+
+    def __init__(self, what: str, *, width: int = 30) -> None:
+        self._what, self._width = what, width
+        self._shown = sys.stderr.isatty()
+        self._drawn = ''
+
+    def __enter__(self) -> 'ProgressBar':
+        return self
+
+    def __call__(self, done: int, total: int) -> None:
+        filled = self._width * done // total
+        text = f'[{"#" * filled:-<{self._width}}] {done} of {total} {self._what}'
+        if self._shown and text != self._drawn:
+            print(f'\r{text}', end='', file=sys.stderr, flush=True)
+            self._drawn = text
+
+    def __exit__(self, *_: object) -> None:
+        if self._drawn:
+            print(file=sys.stderr)
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold: complex numbers as [re, im], what is not finite as null."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,270 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The demo: player, node and replay together, from a drive cycle to a picture."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import ctypes
+from dataclasses import dataclass, replace
+import os
+from pathlib import Path
+import signal
+import socket
+import subprocess
+import sys
+
+import numpy as np
+from squeal_core.common import resources
+from squeal_core.common.errors import SquealError
+from squeal_core.common.output import check_target, make_folder, OutputFiles
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.history import CsvWriter, read_rows, Row, SquealEvent
+from squeal_core.monitor.settings import load_settings, MONITOR_KEYS, MonitorSettings
+from squeal_core.vehicle.drive_cycle import DriveCycle
+from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, Vehicle
+from squeal_core.view.table import DriveDisplay
+from squeal_ros.cli.player import BrakePlayer, ORIGIN
+from squeal_ros.recordings.agreement import Agreement, agreement
+from squeal_ros.recordings.bag_reader import Bag
+from squeal_ros.recordings.bag_writer import BagWriter
+from squeal_ros.recordings.replay import Outputs, Replay
+from squeal_ros.recordings.replay_report import ReplayReport
+
+NAMESPACE = '/squeal_demo'
+_START_UP = 30.0  # s that the node may take to subscribe
+_RATES = ('margin_rate', 'margin_full_rate')  # of work beside the assessments
+_DELAYS = ('anchor_delay', 'risk_delay')  # in which something is made, in real time
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_RANGE, _LOCALHOST = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'
+_DOMAINS = 100  # of those whose ports are below the ones that the kernel gives to anyone
+_HELD_PORT = 47000  # one for each domain
+_FIRST_PORT, _PORTS_PER_DOMAIN = 7410, 250  # DDSI-RTPS 9.6.2: of a domain's first participant
+
+
+@dataclass(frozen=True, kw_only=True)
+class DemoFiles:
+    """What a demo leaves in its folder."""
+
+    folder: Path
+
+    @property
+    def inputs(self) -> Path:
+        return self.folder / 'inputs.mcap'
+
+    @property
+    def outputs(self) -> Path:
+        return self.folder / 'outputs.mcap'
+
+    @property
+    def table(self) -> Path:
+        return self.outputs.with_suffix('.csv')
+
+    @property
+    def live_table(self) -> Path:
+        return self.folder / 'live.csv'
+
+    @property
+    def picture(self) -> Path:
+        return self.folder / 'drive.png'
+
+    def described(self) -> Iterator[tuple[str, Path]]:
+        """Yield what each file is, and its path."""
+        yield 'plot of the drive', self.picture
+        yield 'recorded inputs', self.inputs
+        yield 'table of the node', self.live_table
+        yield 'replayed outputs', self.outputs
+        yield 'their table', self.table
+
+    def prepare(self, *, force: bool) -> None:
+        """
+        Make room for a new demo; files of an earlier one are removed only if they may be.
+
+        Raises
+        ------
+        OutputError
+            For files that are there, or a folder that cannot be written to.
+
+        """
+        make_folder(self.folder)
+        for _, path in self.described():
+            check_target(path, overwrite=force)
+        for _, path in self.described():  # no mixture of two demos if this one fails
+            path.unlink(missing_ok=True)
+
+    def replayed_rows(self) -> Iterator[Row]:
+        """Yield the replayed assessments, on the drive's time."""
+        return map(on_drive_time, read_rows(self.table))
+
+    def live_rows(self) -> Iterator[Row]:
+        """Yield the assessments of the node, on the drive's time."""
+        return map(on_drive_time, read_rows(self.live_table))
+
+
+@dataclass(frozen=True)
+class LiveDrive:
+    """How the node did while the drive ran."""
+
+    ticks_done: int
+    ticks_lost: int
+
+
+@contextmanager
+def own_domain() -> Iterator[int]:
+    """
+    Reserve a ROS domain that no other process of this machine is in.
+
+    A participant binds the UDP port that its domain and number give; the first of a domain is
+    tried. Two demos that start at once are kept apart by a port that each holds.
+    """
+    start = os.getpid()
+    for offset in range(_DOMAINS):
+        domain = (start + offset) % _DOMAINS + 1
+        if str(domain) == os.environ.get('ROS_DOMAIN_ID'):
+            continue
+        with socket.socket() as held, socket.socket(type=socket.SOCK_DGRAM) as first:
+            try:
+                held.bind(('127.0.0.1', _HELD_PORT + domain))
+                first.bind(('', _FIRST_PORT + _PORTS_PER_DOMAIN * domain))
+            except OSError:
+                continue
+            first.close()
+            yield domain
+            return
+    raise SquealError(f'all ROS domains from 1 to {_DOMAINS} are in use; end some of their '
+                      'processes')
+
+
+def how_to_listen(domain: int) -> str:
+    """Return how a terminal joins the demo."""
+    return (f'in ROS domain {domain}, namespace {NAMESPACE}; to listen: ROS_DOMAIN_ID={domain} '
+            f'{_RANGE}={_LOCALHOST} ros2 topic list')
+
+
+@contextmanager
+def monitor_process(config: Path, settings: MonitorSettings, domain: int
+                    ) -> Iterator[subprocess.Popen[bytes]]:
+    """Run the node as its own process, in the demo's domain, for as long as the context lasts."""
+    values = {'use_sim_time': 'true', 'diagnostics_rate': 2.0 * settings.rate, **{
+        name: getattr(settings, name) for name in ('rate', *_DELAYS, *_RATES)}}
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn',
+         '--params-file', str(config), '-r', f'__ns:={NAMESPACE}', *_remapped(settings),
+         *(word for name, value in values.items() for word in ('-p', f'{name}:={value}'))],
+        env={**os.environ, 'ROS_DOMAIN_ID': str(domain), _RANGE: _LOCALHOST},
+        start_new_session=True,  # Ctrl-C reaches the player first, which then ends the node
+        preexec_fn=_end_with_parent)
+    try:
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _remapped(settings: MonitorSettings) -> Iterator[str]:
+    """Yield the arguments that bring topics given in full into the demo's namespace."""
+    for topic in sorted({source.topic for brake in settings.brakes
+                         for source in brake.inputs.values() if source.topic.startswith('/')}):
+        yield from ('-r', f'{topic}:={NAMESPACE}{topic}')
+
+
+def _end_with_parent() -> None:
+    """Have the kernel end this process when its parent is killed (Linux; elsewhere nothing)."""
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+def signals_of(cycle: DriveCycle, vehicle: Vehicle, model: BrakeModel, *, rate: float,
+               duration: float | None = None) -> BrakeSignals:
+    """Return brake signals of a cycle or its first seconds; friction by the model's table."""
+    if duration is not None:
+        kept = cycle.time <= cycle.time[0] + duration
+        cycle = replace(cycle, time=cycle.time[kept], speed=cycle.speed[kept])
+    if model.friction_table is None:
+        raise SquealError('this model has no friction table over temperature; add '
+                          'friction.temperature_table to its brake description and build it again')
+    return brake_signals(cycle, vehicle, model.friction_table, rate=rate)
+
+
+def run_live(signals: BrakeSignals, config: Path, files: DemoFiles, display: DriveDisplay, *,
+             settings: MonitorSettings, speed_up: float, domain: int) -> LiveDrive:
+    """Play the signals to a node of its own; record them, show and write what it answers."""
+    done = lost = 0
+    with (OutputFiles() as outputs, monitor_process(config, settings, domain) as process,
+          BrakePlayer(signals, namespace=NAMESPACE, domain=domain) as player,
+          BagWriter(files.inputs, outputs) as bag,
+          outputs.add(files.live_table).partial.open('w', encoding='utf-8', newline='') as file):
+        table = CsvWriter(file)
+        if not player.wait_for_listener(_START_UP, still_alive=lambda: process.poll() is None):
+            raise SquealError(f'the monitor did not subscribe within {_START_UP:.0f} s; see what '
+                              'it says above, and check the network settings')
+        with display.running():
+            for heard in player.play(speed_up=speed_up, lag=0.99 / settings.rate,
+                                     record=bag.write):
+                if process.poll() is not None:
+                    raise SquealError(f'the monitor ended with code {process.returncode} during '
+                                      'the drive; see what it says above')
+                for progress in heard:
+                    if not progress.ticks_done:
+                        continue  # it waits for the clock
+                    for row in progress.rows:
+                        table.write(row)
+                    done, lost = progress.ticks_done, progress.ticks_lost
+                    at = progress.rows[0].time_s - ORIGIN * 1e-9
+                    speed = float(np.interp(at, signals.time, signals.vehicle_speed))
+                    display.update(at, speed, progress.rows, done, lost)
+    return LiveDrive(done, lost)
+
+
+def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
+                  ) -> tuple[ReplayReport, list[SquealEvent]]:
+    """Replay the recorded inputs into a bag and a table beside them."""
+    bag, outputs = Bag(files.inputs), Outputs(files.outputs, settings)
+    ticks = Replay(bag, settings, model)
+    outputs.write(iter(ticks))
+    events = [replace(event, start=_on_drive_time(event.start), end=_on_drive_time(event.end))
+              for event in outputs.events]
+    return ReplayReport(outputs.summary, events, ticks.findings, bag.notes), events
+
+
+def compare(files: DemoFiles) -> Agreement:
+    """Compare what the node answered with the replay."""
+    return agreement(files.live_rows(), files.replayed_rows())
+
+
+def _on_drive_time(seconds: float) -> float:
+    return round(seconds - ORIGIN * 1e-9, 6)
+
+
+def on_drive_time(row: Row) -> Row:
+    """Return a row with its time counted from the start of the drive."""
+    return replace(row, time_s=_on_drive_time(row.time_s))
+
+
+def default_config() -> Path:
+    """Return the shipped settings of the monitor."""
+    return resources.config_folder() / 'monitor.yaml'
+
+
+def demo_settings(config: Path, rate: float, speed_up: float) -> MonitorSettings:
+    """Return the settings under which the demo's node runs: time runs faster, work does not."""
+    settings = load_settings(config)
+    factors = {**dict.fromkeys(_DELAYS, speed_up), **dict.fromkeys(_RATES, 1.0 / speed_up)}
+    scaled = {key.name: min(max(factors[key.name] * getattr(settings, key.name), key.minimum),
+                            key.maximum) for key in MONITOR_KEYS if key.name in factors}
+    return replace(settings, rate=rate, **scaled)

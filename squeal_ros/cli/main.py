@@ -1,0 +1,357 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The `squeal` command: reads arguments, calls the library, prints; computes nothing itself."""
+
+import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
+from squeal_ros import interrupts  # noqa: I100
+
+import argparse  # noqa: I100
+from collections.abc import Callable, Sequence
+from importlib import import_module
+import os
+import re
+import sys
+from typing import Any, NoReturn
+
+from squeal_core import __version__
+from squeal_core.common.errors import did_you_mean, in_one_line, SquealError
+from squeal_core.stability.critical_parameter import SQUEAL_BAND
+from squeal_ros.cli import point_commands as commands
+
+GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; 0 good, 1 the answer is bad, 2 the input is bad."""
+    try:
+        # told to end it ends as by Ctrl-C: processes stopped, half-written files gone
+        with interrupts.InterruptOnce():
+            return _run(arguments)
+    except KeyboardInterrupt:
+        print('squeal: interrupted', file=sys.stderr)
+        return INTERRUPTED
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    top = parser()
+    first = (sys.argv[1:] if arguments is None else list(arguments))[:1]
+    if first and first[0].startswith('-') and first[0] not in ('-h', '--help', '--version'):
+        top.error(f'unrecognized arguments: {first[0]}')  # argparse would miss the command only
+    options, unknown = top.parse_known_args(arguments)
+    if unknown:
+        options.parser.error(f'unrecognized arguments: {" ".join(unknown)}')
+    run: Callable[[argparse.Namespace], int] = options.run
+    try:
+        code = run(options)
+        sys.stdout.flush()
+    except (SquealError, ImportError) as error:
+        print(f'squeal: {in_one_line(error)}{_remedy(error)}', file=sys.stderr)
+        return BAD_INPUT
+    except OSError as error:
+        _drop_output()
+        if isinstance(error, BrokenPipeError):  # as in `squeal modes ... | head`
+            return GOOD
+        print(f'squeal: {error.filename or "standard output"}: {error.strerror or error}; check '
+              'path, rights and space', file=sys.stderr)
+        return BAD_INPUT
+    return code
+
+
+def _drop_output() -> None:
+    """Let what could not be written go: the interpreter would try again as it ends."""
+    stream = sys.__stdout__
+    if stream is not None and sys.stdout is stream:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _remedy(error: Exception) -> str:
+    """Return how to install what is not there, where the error does not say it."""
+    missing = (error.name or '') if isinstance(error, ModuleNotFoundError) else ''
+    if not missing.startswith('rcl') and not missing.endswith(('_msgs', '_interfaces')):
+        return ''
+    return "; source the setup of ROS 2 Jazzy, or pip install -e '.[ros]' in the checkout"
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, with the nearest option or command."""
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._negative_number_matcher = re.compile(  # argparse's own takes -1e-3 for an option
+            r'^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
+        self.set_defaults(parser=self)
+        self._given: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._given = sys.argv[1:] if args is None else list(args)
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        known = list(self._option_string_actions)
+        for action in self._actions:
+            known += list(action.choices or ())
+        wrong = re.findall(r"invalid choice: '([^']*)'|(--?\w[\w-]*)", message)
+        words = [a or b for a, b in wrong if (a or b) not in known]
+        if 'required' in message:  # one of those may be there, but misspelt
+            words += [word for word in self._given if word.startswith('--') and not any(
+                option.startswith(word.partition('=')[0]) for option in known)]
+        near = did_you_mean(words[0], known) if words else ''
+        text = in_one_line(message, 300)
+        self.exit(BAD_INPUT, f'{self.prog}: {text}{near}; see {self.prog} --help\n')
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command."""
+    top = _Parser(
+        prog='squeal', description='Squeal stability of disc brakes: models, points, drives.')
+    top.add_argument('--version', action='version', version=f'squeal_ros {__version__}')
+    sub = top.add_subparsers(required=True, metavar='COMMAND')
+    _build(sub.add_parser('build', help='a brake description -> a modal brake model'))
+    _info(sub.add_parser('info', help='what a model file holds'))
+    _modes(sub.add_parser('modes', help='complex modes at an operating point'))
+    _map(sub.add_parser('map', help='stability over one or two parameters'))
+    _locus(sub.add_parser('locus', help='modes followed over a parameter'))
+    _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
+    _tabulate(sub.add_parser('tabulate', help='lay down what makes the monitor fast, beforehand'))
+    _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
+    _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
+    _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
+    _replay(sub.add_parser(
+        'replay', help='the monitor over a recorded bag',
+        description='Run the monitor over a recorded bag. Exit code 0: every brake that braked '
+        'was assessed; 1: a brake was never assessed though it slid under load, or nothing is '
+        'known of it; 2: bag, settings or output cannot be used.'))
+    _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
+    _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
+    return top
+
+
+def _build(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.build)
+    p.add_argument('brake', metavar='BRAKE.yaml', help='brake description, or a shipped name')
+    p.add_argument('-o', '--output', required=True, metavar='MODEL.npz')
+    _force(p)
+    p.add_argument('--follower', action='store_true',
+                   help='keep the in-plane follower force, which K09 leaves out')
+    p.add_argument('--json', action='store_true')
+
+
+def _info(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.info)
+    _model(p)
+    p.add_argument('--json', action='store_true')
+
+
+def _modes(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.modes)
+    _model(p)
+    _point(p, needs_speed=True)
+    _without_rotation(p)
+    p.add_argument('--all', action='store_true', help='list stable modes too')
+    p.add_argument('--json', action='store_true')
+
+
+def _map(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('stability_map'))
+    _sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
+    _without_rotation(p)
+    p.add_argument('--fast', action='store_true',
+                   help='growth rates within 0.1 1/s (kang2009): many times faster where '
+                   'points are dense')
+
+
+def _locus(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('locus'))
+    _sweep(p, 'default: friction=0:0.8:81')
+    p.add_argument('--modes', type=_numbers, default=[], metavar='25,26',
+                   help="whose loci to plot (K09's numbering); default: growth rates of all")
+    p.add_argument('--without-rotation', action='store_true',
+                   help='the disc that does not rotate too: in the plot of --modes, and as '
+                   'FILE_without_rotation')
+
+
+def _verify(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('verify'))
+    p.add_argument('model', nargs='?', default='kang2009', metavar='MODEL')
+    p.add_argument('--figures', metavar='FOLDER', help='write figures 8 to 16 as PNG')
+    _force(p)
+    p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
+    p.add_argument('--json', action='store_true')
+
+
+def _critical(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_analysis('critical'))
+    _model(p)
+    _point(p, needs_speed=True)
+    p.add_argument('--parameter', default='friction', metavar='NAME', help='default friction')
+    p.add_argument('--bounds', type=float, nargs=2, metavar=('LOW', 'HIGH'),
+                   help='default: friction 0 to 1, else up to twice what it is')
+    p.add_argument('--modes', type=_numbers, default=[], metavar='13,14',
+                   help="the modes that are meant (K09's numbering); default: any in the band")
+    p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
+                   help='Hz, default 1250 16000')
+    _without_rotation(p)
+    p.add_argument('--json', action='store_true')
+
+
+def _tabulate(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=_from_module('table_commands', 'tabulate'))
+    _model(p)
+    p.add_argument('-o', '--output', required=True, metavar='TABLE.npz')
+    _force(p)
+    _range(p, '--rotor-speed', 'rad/s')
+    load = p.add_mutually_exclusive_group()
+    _range(load, '--pressure', 'Pa')
+    _range(load, '--preload', 'N, of one pad')
+    _range(p, '--friction', None)
+    _range(p, '--friction-slope', "s/m (default: the friction law's at each speed)")
+    _range(p, '--contact-stiffness', "N/m^3 (default: the model's at each pressure)")
+    p.add_argument('--drive', metavar='CYCLE', help='instead of ranges: where the four brakes of '
+                   'a vehicle operate in a drive cycle')
+    p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
+    p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')
+    p.add_argument('--coverage', type=float, default=0.95, metavar='PART',
+                   help='ends when so many new points need no further anchor (default 0.95)')
+    p.add_argument('--most', type=int, default=1000, metavar='N', help='anchors (default 1000)')
+    p.add_argument('--memory', type=float, default=200.0, metavar='MB', help='default 200')
+    p.add_argument('--tolerance', type=float, metavar='1/S',
+                   help="of growth rates (default: 4.9e-7 of the model's largest angular "
+                        'frequency; 0.1 1/s for kang2009)')
+    p.add_argument('--seed', type=int, default=0, metavar='N')
+    p.add_argument('--json', action='store_true')
+
+
+def _range(p: argparse._ActionsContainer, option: str, what: str | None) -> None:
+    p.add_argument(option, type=float, nargs=2, metavar=('LOW', 'HIGH'), help=what)
+
+
+def _analysis(name: str) -> Callable[[argparse.Namespace], int]:
+    return _from_module('sweep_commands', name)
+
+
+def _from_module(module: str, name: str) -> Callable[[argparse.Namespace], int]:
+    """Return a command of a module of `squeal_ros.cli`, imported when it is run."""
+    def run(options: argparse.Namespace) -> int:
+        command: Callable[[argparse.Namespace], int] = getattr(
+            import_module(f'squeal_ros.cli.{module}'), name)
+        return command(options)
+    return run
+
+
+def _numbers(text: str) -> list[int]:
+    try:
+        return [int(number) for number in text.split(',')]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{text!r} are no numbers of modes; write 13,14'
+                                         ) from None
+
+
+def _without_rotation(p: argparse.ArgumentParser) -> None:
+    p.add_argument('--without-rotation', action='store_true',
+                   help='leave out the gyroscopic, radial and slope terms')
+
+
+def _sweep(p: argparse.ArgumentParser, default: str) -> None:
+    _model(p)
+    _point(p, needs_speed=False)
+    p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT', help=default)
+    p.add_argument('-o', '--output', metavar='FILE', help='record, .npz, .csv or .json')
+    p.add_argument('--plot', metavar='PNG')
+    _force(p)
+    p.add_argument('--title', default='')
+    p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
+    p.add_argument('--json', action='store_true')
+
+
+def _point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
+    """Add what says where the brake operates."""
+    p.add_argument('--rotor-speed', type=float, required=needs_speed, metavar='RAD/S',
+                   help=None if needs_speed else 'default 5')
+    p.add_argument('--friction', type=float, metavar='MU',
+                   help="default: the friction law's, at each speed")
+    slope = p.add_mutually_exclusive_group()
+    slope.add_argument('--friction-slope', type=float, metavar='S/M',
+                       help='d mu / d v (default 0 with --friction)')
+    slope.add_argument('--friction-law', action='store_true',
+                       help="the law's slope, scaled to --friction where that is given")
+    load = p.add_mutually_exclusive_group()
+    load.add_argument('--preload', type=float, metavar='N', help='of one pad (default 2000)')
+    load.add_argument('--pressure', type=float, metavar='PA')
+    p.add_argument('--contact-stiffness', type=float, metavar='N/M^3', help='default: nominal')
+
+
+def _settings(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.settings)
+    p.add_argument('brakes', nargs='*', metavar='BRAKE', help="names (default: a car's four)")
+
+
+def _policy(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.policy)
+    p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
+    p.add_argument('--namespace', default='/', help='of the node')
+
+
+def _replay(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.replay)
+    p.add_argument('bag', metavar='BAG', help='rosbag2 folder, .mcap or .db3 file')
+    p.add_argument('-o', '--output', required=True, metavar='OUT.mcap',
+                   help='bag of outputs; a table goes beside it as OUT.csv')
+    p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
+    p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
+    p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
+    p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
+    p.add_argument('--types', metavar='FOLDER',
+                   help='.msg files of message types that the bag does not define')
+    _force(p)
+    p.add_argument('--json', action='store_true')
+
+
+def _drive(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.drive)
+    _cycle(p)
+    p.add_argument('--speed-up', type=float, default=1.0, metavar='X', help='default 1')
+    p.add_argument('--wall-time', action='store_true',
+                   help='stamp with the system clock, publish no /clock (speed-up 1)')
+    p.add_argument('--record', metavar='BAG', help='record the published signals')
+    _force(p)
+    p.add_argument('--namespace', default='')
+
+
+def _demo(p: argparse.ArgumentParser) -> None:
+    p.set_defaults(run=commands.demo)
+    _cycle(p)
+    p.add_argument('--speed-up', type=float, default=8.0, metavar='X', help='default 8')
+    p.add_argument('--rate', type=float, default=1.0, metavar='HZ',
+                   help='assessments a second of the drive (default 1)')
+    p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
+    p.add_argument('--output', default='demo_output', metavar='FOLDER')
+    _force(p)
+
+
+def _force(p: argparse.ArgumentParser) -> None:
+    p.add_argument('--force', action='store_true', help='replace existing outputs')
+
+
+def _model(p: argparse.ArgumentParser) -> None:
+    p.add_argument('model', metavar='MODEL', help='path of a model file, or a shipped name')
+
+
+def _cycle(p: argparse.ArgumentParser) -> None:
+    p.add_argument('cycle', nargs='?', default='us06', metavar='CYCLE',
+                   help='CSV of time_s,speed_m_s, or a shipped name (default us06)')
+    p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
+    p.add_argument('--model', default='kang2009', metavar='MODEL',
+                   help='whose friction table the signals follow')
+    p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')

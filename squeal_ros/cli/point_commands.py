@@ -1,0 +1,263 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What each command of `squeal` does: results on stdout, progress on stderr."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+import json
+import math
+from pathlib import Path
+import sys
+from typing import Any
+
+import numpy as np
+from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common import resources
+from squeal_core.common.output import OutputFiles
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.model_file import load_with_header
+from squeal_core.monitor.settings import load_settings, pressure_references
+from squeal_core.monitor.settings_document import settings_document
+from squeal_core.stability.eigensolution import complex_modes, Mode
+from squeal_core.stability.eigenvectors import Trust, trust
+from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
+from squeal_core.stability.mode_tracking import identities
+from squeal_core.stability.sensitivity import parameter_sensitivity
+from squeal_core.vehicle.drive_cycle import read_drive_cycle
+from squeal_core.vehicle.vehicle_model import read_vehicle
+from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped
+from squeal_ros.cli.console import plain, report_progress, warn
+from squeal_ros.cli.listing import counts_in_words, rank
+from squeal_ros.cli.model_info import model_lines
+from squeal_ros.cli.point_checks import check_point
+
+
+def build(options: argparse.Namespace) -> int:
+    """Build a modal brake model from a brake description."""
+    from squeal_core.assembly.build import build_model
+
+    path = shipped('brakes', options.brake, '.yaml')
+    check_output('--output', options.output, force=options.force, inputs=(path,))
+    brake = read_brake(path, warn=warn)
+    model = build_model(brake, progress=report_progress, follower=options.follower)
+    model.save(options.output, overwrite=options.force)
+    for check in model.provenance['audit']:
+        if not check['passed']:
+            print(f'squeal: warning: {check["name"]} is {check["value"]:.3g}, limit '
+                  f'{check["limit"]:g} ({check["meaning"]})', file=sys.stderr)
+    if options.json:
+        print(json.dumps(plain({'output': options.output, 'brake': brake.name,
+                                'modes': model.size, 'audit': model.provenance['audit']})))
+    else:
+        print(f'{options.output}: {brake.name}, {model.size} modes')
+    return 0
+
+
+def info(options: argparse.Namespace) -> int:
+    """Show what a model file holds."""
+    header, model = load_with_header(options.model)
+    if options.json:
+        frequencies = (model.angular_frequencies / 2.0 / np.pi).tolist()
+        print(json.dumps(plain({**header, 'frequencies_hz': frequencies})))
+    else:
+        for line in model_lines(header, model, options.model):
+            print(line)
+    return 0
+
+
+def modes(options: argparse.Namespace) -> int:
+    """Show the complex modes at an operating point."""
+    check_point(options)
+    model = BrakeModel.load(options.model)
+    if options.without_rotation:
+        model = without_rotation(model)
+    point = operating_point(model, options)
+    found = complex_modes(model, point)
+    why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
+    numbers = [str(identity) for identity in identities(model, point)]
+    if options.json:
+        worth = trust(model, point, found.modes)
+        print(json.dumps(plain({
+            'model': options.model, 'rotation': not options.without_rotation,
+            'point': asdict(point),
+            'modes': [{**_mode_json(mode, numbers[mode.index - 1], own),
+                       **_mechanism_json(model, point, why.get(mode.index))}
+                      for mode, own in zip(found.modes, worth, strict=True)]})))
+        return 0
+    print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
+          f'{point.friction_slope:.4g} s/m, contact pressure {point.contact_pressure / 1e5:.3f} '
+          f'bar, contact stiffness {point.contact_stiffness:.4g} N/m^3')
+    words = counts_in_words([(mode.kind, mode.frequency_hz) for mode in found.unstable])
+    print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable'
+          f'{f": {words}" if words else ""}')
+    shown = found.modes if options.all else sorted(
+        found.unstable, key=lambda mode: rank(mode.kind, mode.frequency_hz, mode.growth_rate))
+    _print_modes(shown, numbers, why)
+    return 0
+
+
+def _print_modes(shown: Sequence[Mode], numbers: Sequence[str],
+                 why: Mapping[int, Mechanism]) -> None:
+    print(f'{"index":>5} {"mode":>6} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} '
+          f'{"damping ratio":>14}  mechanism')
+    for m in shown:
+        print(f'{m.index:5d} {numbers[m.index - 1]:>6} {m.kind:>10} {m.frequency_hz:10.2f} '
+              f'{m.growth_rate:+11.3f} {m.damping_ratio:+14.6f}  '
+              f'{_in_brief(why.get(m.index))}'.rstrip())
+
+
+def settings(options: argparse.Namespace) -> int:
+    """Print a settings file with every key explained."""
+    print(settings_document(tuple(options.brakes)), end='')
+    return 0
+
+
+def policy(options: argparse.Namespace) -> int:
+    """Print the SROS2 policy of the node with these settings."""
+    from squeal_ros.node.sros2_policy import policy_document
+    chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
+    print(policy_document(chosen, options.namespace), end='')
+    return 0
+
+
+def replay(options: argparse.Namespace) -> int:
+    """Run the monitor over a recorded bag."""
+    from squeal_ros.recordings import replay as replaying
+    from squeal_ros.recordings.bag_reader import Bag
+    from squeal_ros.recordings.message_definitions import MessageDefinitions
+    from squeal_ros.recordings.replay_report import ReplayReport
+
+    chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
+    if options.model:
+        chosen = replace(chosen, model=options.model)
+    if options.rate is not None:
+        chosen = replace(chosen, rate=positive('--rate', options.rate))
+    outputs = replaying.Outputs(Path(options.output), chosen, overwrite=options.force)
+    outputs.check((options.bag, *filter(None, (options.config, chosen.model, chosen.table))))
+    model = BrakeModel.load(chosen.model)
+    bag = Bag(options.bag, MessageDefinitions(options.types))
+    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
+    report_progress(pressure_references(chosen))
+    outputs.write(iter(ticks))
+    report = ReplayReport(outputs.summary, outputs.events, ticks.findings, bag.notes)
+    if options.json:
+        print(json.dumps(plain({**report.as_json(), 'output': options.output,
+                                'table': str(outputs.csv_path)})))
+    else:
+        print('\n'.join([*report.lines(), *report.event_lines()]))
+        print(f'written: {options.output}, {outputs.csv_path}')
+    return 0 if report.good else 1
+
+
+def drive(options: argparse.Namespace) -> int:
+    """Play a drive cycle as brake signals."""
+    from squeal_ros.cli.demo import signals_of
+    from squeal_ros.cli.player import BrakePlayer
+    from squeal_ros.recordings.bag_writer import BagWriter
+
+    if options.record:
+        check_output('--record', options.record, force=options.force,
+                     folder=Path(options.record).suffix != '.mcap')
+    cycle, vehicle = _cycle_and_vehicle(options)
+    signals = signals_of(cycle, vehicle, BrakeModel.load(options.model), rate=10.0,
+                         duration=options.duration)
+    simulated = not options.wall_time
+    speed_up = 1.0 if options.wall_time else positive('--speed-up', options.speed_up)
+    with BrakePlayer(signals, namespace=options.namespace) as player:
+        report_progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real '
+                        'time')
+        if options.record:
+            with (OutputFiles(overwrite=options.force) as files,
+                  BagWriter(options.record, files) as bag):
+                list(player.play(speed_up=speed_up, simulated=simulated, record=bag.write))
+        else:
+            list(player.play(speed_up=speed_up, simulated=simulated))
+    return 0
+
+
+def demo(options: argparse.Namespace) -> int:
+    """Run node, player and replay together."""
+    from squeal_core.view.drive_plot import plot_drive
+    from squeal_core.view.table import drive_console, DriveDisplay, events_table
+    from squeal_ros.cli import demo as demos
+
+    rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
+    cycle, vehicle = _cycle_and_vehicle(options)
+    config = Path(options.config or demos.default_config())
+    chosen = demos.demo_settings(config, rate, speed_up)
+    model = BrakeModel.load(chosen.model)
+    signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
+    files = demos.DemoFiles(folder=Path(options.output))
+    files.prepare(force=options.force)
+    console = drive_console()
+    console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
+                  f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
+                  'its own process')
+    with demos.own_domain() as domain:
+        console.print(demos.how_to_listen(domain))
+        live = demos.run_live(
+            signals, config, files, DriveDisplay(console, cycle.name, warning=chosen.risk_warning),
+            settings=chosen, speed_up=speed_up, domain=domain)
+    report, events = demos.replay_inputs(files, chosen, model)
+    for line in report.lines():
+        console.print(line, markup=False)
+    console.print(f'ticks done {live.ticks_done}, lost {live.ticks_lost}')
+    console.print(demos.compare(files).in_words)
+    console.print(events_table(events))
+    plot_drive(files.replayed_rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
+               wheel_radius=vehicle.wheel_radius, squeal_band_hz=(
+                   chosen.squeal_band_low_hz, chosen.squeal_band_high_hz))
+    for what, path in files.described():
+        console.print(f'{what}: {path}')
+    return 0 if live.ticks_done and report.good else 1
+
+
+def _in_brief(why: Mechanism | None) -> str:
+    if why is None:
+        return ''
+    parts = ', '.join(f'{share.name} {share.fraction:.0%}' for share in why.participation[:3])
+    return f'{why.label}: {parts}'
+
+
+def _mode_json(mode: Mode, identity: str, worth: Trust) -> dict[str, Any]:
+    """Return a mode as `--json` prints it: what it is, and how far its root can be trusted."""
+    return {'index': mode.index, 'identity': identity, 'kind': mode.kind,
+            'frequency_hz': mode.frequency_hz, 'growth_rate': mode.growth_rate,
+            'damping_ratio': mode.damping_ratio, 'backward_error': worth.backward_error,
+            'condition': worth.condition, 'error_bound': worth.error}
+
+
+def _mechanism_json(model: BrakeModel, point: OperatingPoint,
+                    why: Mechanism | None) -> dict[str, Any]:
+    """Why a mode grows and what it depends on; modes that do not grow have neither."""
+    if why is None:
+        return dict.fromkeys(('mechanism', 'participation', 'contributions', 'without',
+                              'sensitivity'))
+    moves = parameter_sensitivity(model, point, why.mode.eigenvalue)
+    return {'mechanism': why.label,
+            'participation': {s.name: s.fraction for s in why.participation},
+            'contributions': dict(why.contributions), 'without': dict(why.without),
+            'sensitivity': {name: {'growth_rate': slope.real,
+                                   'frequency_hz': slope.imag / (2.0 * math.pi)}
+                            for name, slope in moves.items()}}
+
+
+def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
+    if options.duration is not None:
+        positive('--duration', options.duration)
+    return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv'), warn=warn),
+            read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn))

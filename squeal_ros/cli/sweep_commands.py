@@ -1,0 +1,268 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The commands that look at more than one point: maps, loci, critical values."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import partial
+import json
+import math
+from pathlib import Path
+import sys
+from typing import Any, TypeAlias
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common import resources
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import did_you_mean, quoted, SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.critical_parameter import critical_value, CriticalValue
+from squeal_core.stability.mechanism import without_rotation
+from squeal_core.stability.mode_tracking import Law, moved, PARAMETERS
+from squeal_core.studies.sweep import sweep
+from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep, Sweep
+from squeal_ros.cli.arguments import check_output, check_workers, operating_point
+from squeal_ros.cli.console import plain, ProgressBar, report_progress
+from squeal_ros.cli.listing import sweep_lines, sweep_rows
+from squeal_ros.cli.point_checks import check_band, check_point, check_values
+
+MOST_POINTS = 100_000
+PICTURES = ('.png', '.svg', '.pdf')
+_Draw: TypeAlias = Callable[[Sweep], None]
+
+
+def stability_map(options: argparse.Namespace) -> int:
+    """Frequencies of all modes over a parameter, or the growth rate over two."""
+    _check(options)
+    if options.fast and options.workers:
+        raise SquealError('--fast: runs in one process; leave --workers off')
+    model, point, axes = _start(options, 'contact_stiffness')
+    draw: _Draw | None = None
+    if options.plot:
+        from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
+        plot = plot_stability_map if len(axes) == 1 else plot_growth_map
+        draw = partial(plot, path=options.plot, title=options.title,
+                       overwrite=options.force)
+    record = _run(model, point, axes, options, tracked=False, fast=options.fast,
+                  rotation=not options.without_rotation)
+    return _report(record, options, draw)
+
+
+def locus(options: argparse.Namespace) -> int:
+    """Roots of modes followed over one parameter."""
+    _check(options)
+    if options.without_rotation and options.output:
+        check_output('--output', _beside(options.output), force=options.force)
+    model, point, axes = _start(options, 'friction')
+    if len(axes) > 1:
+        raise SquealError('--over: a locus runs over one parameter; `squeal map` takes two')
+    _check_numbers(options.modes, model)
+    draw: Callable[..., None] | None = None
+    if options.plot:
+        from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
+        kept: dict[str, Any] = {'path': options.plot, 'title': options.title,
+                                'overwrite': options.force}
+        draw = (partial(plot_loci, numbers=options.modes, **kept) if options.modes
+                else partial(plot_growth_rates, **kept))
+    record, without = _run(model, point, axes, options, tracked=True), None
+    if options.without_rotation and record.complete:
+        without = _run(model, point, axes, options, tracked=True, rotation=False)
+        if options.output:
+            save_sweep(without, _beside(options.output), overwrite=options.force)
+    if draw and options.modes:
+        draw = partial(draw, without=without)
+    return _report(record, options, draw, options.modes, without)
+
+
+def critical(options: argparse.Namespace) -> int:
+    """Where a parameter has a mode begin to grow, bracketed and confirmed."""
+    if options.parameter not in PARAMETERS:
+        raise SquealError(f'--parameter: is {quoted(options.parameter)}; give one of '
+                          f'{", ".join(PARAMETERS)}{did_you_mean(options.parameter, PARAMETERS)}')
+    check_point(options)
+    check_values(f'--bounds of {options.parameter}', options.parameter, options.bounds or ())
+    check_band(options.band)
+    model = BrakeModel.load(options.model)
+    _check_numbers(options.modes, model)
+    if options.without_rotation:
+        model = without_rotation(model)
+    point, law = operating_point(model, options), _law(model, options, options.parameter)
+    found = critical_value(
+        model, point, options.parameter, options.bounds or _bounds(point, options.parameter),
+        numbers=options.modes, band_hz=tuple(options.band),
+        ray=partial(moved, model, point, options.parameter, friction_law=law))
+    if options.json:
+        print(json.dumps(plain({**asdict(found), 'modes': options.modes, 'friction_law': law,
+                                'rotation': not options.without_rotation,
+                                'point': asdict(point)})))
+    else:
+        _print_critical(found, point, law)
+    return 0
+
+
+def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law) -> None:
+    slope = {True: 'friction and slope by the law', 'slope': 'slope by the law'}.get(
+        law, f'friction {point.friction:.4g}, slope {point.friction_slope:.4g} s/m')
+    print(f'{found.parameter} {found.start:g}: growth rate {found.growth_rate:+.3f} 1/s ({slope})')
+    for way, crossing in (('below', found.below), ('above', found.above)):
+        at = '' if math.isnan(crossing.value) else (
+            f'{crossing.value:.6g}, {crossing.frequency_hz:.1f} Hz: ')
+        print(f'{way}: {at}{crossing.reason}')
+
+
+def _bounds(point: OperatingPoint, parameter: str) -> tuple[float, float]:
+    """Where to search by default: friction from 0 to 1, all else up to twice what it is."""
+    if parameter == 'friction':
+        return (0.0, 1.0) if point.friction >= 0.0 else (-1.0, 0.0)
+    start = float(getattr(point, parameter))
+    # a speed of zero is no sliding
+    least = 0.05 * start if parameter == 'rotor_speed' else 0.0
+    low, high = sorted((least, 2.0 * start))
+    return low, high
+
+
+def verify(options: argparse.Namespace) -> int:
+    """Rerun the paper: its claims, what this gives, and what is not reproduced with the reason."""
+    from squeal_core import verification
+
+    check_workers(options.workers)
+    if options.figures:
+        from squeal_core.view.verification_figures import check_figures, write_figures
+        check_figures(options.figures, overwrite=options.force)
+    result = verification.verify(
+        BrakeModel.load(options.model), progress=report_progress, workers=options.workers)
+    print(json.dumps(result.to_json()) if options.json else verification.as_text(result))
+    if options.figures:
+        for path in write_figures(result, options.figures, overwrite=options.force,
+                                  progress=report_progress):
+            print(path, file=sys.stderr)
+    return 0 if result.passed else 1
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Refuse what would fail after the sweep, before it."""
+    check_workers(options.workers)
+    model = resources.find('models', options.model, '.npz')
+    check_output('--output', options.output, RECORDS, force=options.force, inputs=(model,))
+    check_output('--plot', options.plot, PICTURES, force=options.force)
+
+
+def _check_numbers(numbers: list[int], model: BrakeModel) -> None:
+    if not set(numbers) <= set(range(1, model.size + 1)):
+        raise SquealError(f'--modes: {quoted(numbers)}; give numbers of modes, 1 to {model.size}')
+
+
+def _start(options: argparse.Namespace,
+           default: str) -> tuple[BrakeModel, OperatingPoint, dict[str, FloatArray]]:
+    model = BrakeModel.load(options.model)
+    spans = [_axis(text) for text in options.over or []]
+    axes = dict(spans)
+    check_point(options)
+    for name, values in axes.items():
+        check_values(f'--over {name}', name, {float(values[0]), float(values[-1])})
+    if len(axes) < len(spans):
+        raise SquealError(f'--over: {", ".join(name for name, _ in spans)}; give each one once')
+    if not axes:
+        nominal = model.nominal_contact_stiffness
+        axes = {'contact_stiffness': np.linspace(0.01, 2.0, 100) * nominal,
+                'friction': np.linspace(0.0, 0.8, 81)}
+        axes = {default: axes[default]}
+    if options.rotor_speed is None:
+        options.rotor_speed = float(axes['rotor_speed'][0]) if 'rotor_speed' in axes else 5.0
+    options.law = _law(model, options, *axes)
+    if 'friction' in axes and options.friction is None:
+        # what is swept is given: constant friction, or a law's scaled to it, as with --friction
+        options.friction = float(np.abs(axes['friction']).max()) or 1.0
+    return model, operating_point(model, options), axes
+
+
+def _law(model: BrakeModel, options: argparse.Namespace, *swept: str) -> Law:
+    """Return what follows the friction law as the speed changes: by default what is not given."""
+    if 'rotor_speed' not in swept or 'friction_slope' in swept:
+        return False
+    if 'friction' in swept or options.friction is not None:
+        return 'slope' if options.friction_law else False
+    if options.friction_slope is not None:
+        raise SquealError('--friction-slope: friction would follow its law and the slope would '
+                          'not; give --friction too')
+    return model.friction_law is not None
+
+
+def _axis(text: str) -> tuple[str, FloatArray]:
+    """Read `friction=0:0.8:81`: from, to, number of points."""
+    name, _, span = text.partition('=')
+    try:
+        start, stop, count = span.split(':')
+        ends = float(start), float(stop)
+        if name not in PARAMETERS or not 1 <= int(count) <= MOST_POINTS or not all(
+                map(math.isfinite, ends)):
+            raise ValueError
+        return name, np.linspace(*ends, int(count))
+    except ValueError:
+        near = '' if name in PARAMETERS else did_you_mean(name, PARAMETERS)
+        raise SquealError(
+            f'--over: {quoted(text)} is no axis; write NAME=FROM:TO:COUNT with a name out of '
+            f'{", ".join(PARAMETERS)}, at most {MOST_POINTS} points{near}') from None
+
+
+def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
+         options: argparse.Namespace, *, tracked: bool, fast: bool = False,
+         rotation: bool = True) -> Sweep:
+    if options.output:
+        check_size(math.prod(map(len, axes.values())), model.size)
+    with ProgressBar('points') as progress:
+        return sweep(model, point, axes, rotation=rotation, tracked=tracked, fast=fast,
+                     workers=options.workers, friction_law=options.law, progress=progress)
+
+
+def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
+            numbers: Sequence[int] = (), without: Sweep | None = None) -> int:
+    """
+    Save what was asked for and say what there is; 1 where an interrupt cut it short.
+
+    Without a file the result itself is printed.
+    """
+    if options.output:
+        save_sweep(record, options.output, overwrite=options.force)
+    if draw and record.done.any():
+        draw(record)
+    flutter, divergence = (int((record.kinds == kind).any(axis=-1).sum())
+                           for kind in ('flutter', 'divergence'))
+    summary = {'points': len(record.points), 'done': int(record.done.sum()),
+               'complete': record.complete, 'points_with_flutter': flutter,
+               'points_with_divergence': divergence, 'output': options.output,
+               'plot': options.plot}
+    printed = not (options.output or options.plot)
+    if options.json:
+        results = {name: list(sweep_rows(found, numbers)) for name, found in (
+            ('results', record), ('results_without_rotation', without)) if printed and found}
+        print(json.dumps(plain({**summary, **results})))
+    else:
+        if printed:
+            print('\n'.join(sweep_lines(record, numbers)))
+        if printed and without:
+            print('\n'.join(['without rotation', *sweep_lines(without, numbers)]))
+        files = [str(path) for path in (options.output, options.plot) if path]
+        print('; '.join([f'{summary["done"]} of {summary["points"]} points, flutter at {flutter}'
+                         f', divergence at {divergence}', *files]))
+    return 0 if record.complete else 1
+
+
+def _beside(path: str) -> Path:
+    """Return the file of the sweep without rotation: locus.csv -> locus_without_rotation.csv."""
+    whole = Path(path)
+    return whole.with_name(f'{whole.stem}_without_rotation{whole.suffix}')

@@ -1,0 +1,332 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The node `squeal_monitor`: the life cycle, and what happens at a tick; no arithmetic."""
+
+import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
+from squeal_ros import interrupts  # noqa: I100
+
+from contextlib import ExitStack  # noqa: I100
+from itertools import islice
+import sys
+import time
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.signals import SignalHandlerOptions
+from squeal_core.common.errors import ConfigurationError, in_one_line, SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.settings import MonitorSettings, NODE_NAME, pressure_references
+from squeal_core.monitor.vehicle_monitor import Assessment, Reading, VehicleMonitor
+from squeal_ros.node.arguments import check_arguments
+from squeal_ros.node.diagnostics import Reporter
+from squeal_ros.node.executor import Aside, guard_services, guarded, SturdyExecutor
+from squeal_ros.node.field_check import check_fields
+from squeal_ros.node.field_paths import Router
+from squeal_ros.node.markers import ModeShapes
+from squeal_ros.node.message_types import RosMessages
+from squeal_ros.node.node_statistics import Health
+from squeal_ros.node.parameters import NodeParameters
+from squeal_ros.node.publishers import OutputTopics
+from squeal_ros.node.subscriptions import InputTopics
+from squeal_ros.node.tick_grid import Beat
+from squeal_ros.node.ticker import Ticker
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+_SWITCH = 5e-4  # s after which a worker that makes an anchor hands over to a tick
+
+
+class SquealMonitor(LifecycleNode):  # type: ignore[misc]
+    """
+    Managed node: configure loads the model, activate publishes.
+
+    Parameters
+    ----------
+    alone : bool
+        Whether its executor serves nothing else; the node then keeps its thread from tick to tick.
+    **node_arguments
+        Of rclpy's node.
+
+    Raises
+    ------
+    SquealError
+        From the constructor for bad parameters, and from `bring_up` for a bad model.
+
+    """
+
+    def __init__(self, *, alone: bool = False, **node_arguments: Any) -> None:
+        super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True,
+                         **node_arguments)
+        self._configured: _Configured | None = None
+        self._configure_error: Exception | None = None
+        self._starting = False
+        self._last_unknown: int | None = None  # steady time
+        self.health = Health()
+        guard_services(self, self.report)
+        self._parameters_of_ours = NodeParameters(
+            self, lambda: self._configured is not None, self._retune)
+        self._ticker = Ticker(self, *(guarded(call, self.report) for call in (
+            self._gather, self._tick, self._clock_stopped)), alone=alone)
+
+    def declare_parameters(self, namespace: str, parameters: Any, *rest: Any,
+                           **options: Any) -> Any:
+        """Refuse, by name, a value that came without a type: `[]` in a file, which ROS has."""
+        for name, *value in parameters:
+            if value and value[0] is None:
+                raise ConfigurationError(name, 'is an empty list, or has no value',
+                                         'give it a value, or leave the key out')
+        return super().declare_parameters(namespace, parameters, *rest, **options)
+
+    @property
+    def settings(self) -> MonitorSettings:
+        return self._parameters_of_ours.settings
+
+    def report(self, error: Exception) -> None:
+        """Log and count what one moment raised; the node goes on."""
+        if not self.context.ok():  # a signal came amid it: nothing can be published any more
+            return
+        self.health.errors += 1
+        self.get_logger().error(f'{type(error).__name__}: {in_one_line(error)}',
+                                throttle_duration_sec=10.0)
+
+    def bring_up(self) -> None:
+        """Configure and activate, if the parameter `autostart` says so."""
+        if not self.settings.autostart:
+            return
+        self._starting = True
+        configured = self.trigger_configure()
+        self._starting = False
+        if configured != SUCCESS:
+            raise self._configure_error or SquealError('configuration failed; see the log')
+        self.trigger_activate()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            self._configured = _Configured(self)
+        except Exception as error:  # rclpy would go to its error state without a word
+            self._configure_error = error
+            if not self._starting:  # while starting, whoever starts it says so
+                kind = '' if isinstance(error, SquealError) else f'{type(error).__name__}: '
+                self.get_logger().error(f'cannot configure: {kind}{error}')
+            return FAILURE
+        return super().on_configure(state)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            assert self._configured is not None
+            self._configured.begin()
+            self._start_ticker()
+        except Exception as error:
+            self.report(error)
+            self._ticker.stop()
+            return FAILURE
+        self.get_logger().info(f'watching {", ".join(self._configured.monitor.brakes)} at '
+                               f'{self.settings.rate:g} Hz; {pressure_references(self.settings)}')
+        self.get_logger().info(self._configured.monitor.cross_checks.summary)
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._leave_active()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self._release()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if state.label == 'active':
+            self._leave_active()
+        self._release()
+        return super().on_shutdown(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Release all: the node is unconfigured then, and can be configured again."""
+        self.get_logger().error(f'error in state {state.label}; cleaned up')
+        self._release()
+        return SUCCESS
+
+    def _start_ticker(self) -> None:
+        self._ticker.start(self.settings.period, round(self.settings.clock_timeout * 1e9))
+
+    def _retune(self, settings: MonitorSettings) -> None:
+        """Take changed parameters: what is fixed while configured is not among them."""
+        if self._configured is None:
+            return
+        self._configured.retune(settings)
+        self._ticker.retime(settings.period, round(settings.clock_timeout * 1e9))
+
+    def _gather(self) -> None:
+        if self._configured is not None:
+            self._configured.inputs.take()
+
+    def _tick(self, beat: Beat) -> None:
+        if self._configured is None:
+            return
+        start = time.perf_counter_ns()
+        self._last_unknown = None
+        self.health.begin(beat, self.settings.period)
+        try:
+            self._configured.assess(beat)
+        finally:
+            self.health.end(time.perf_counter_ns() - start, self.settings.period)
+
+    def _clock_stopped(self, reason: str) -> None:
+        """Say now and at the rate of diagnostics that nothing is known while the clock stands."""
+        steady = time.monotonic_ns()
+        if self._last_unknown is None:
+            self.health.clock_stops += 1
+            self.get_logger().warning(reason)
+        elif steady - self._last_unknown < 1e9 / self.settings.diagnostics_rate:
+            return
+        self._last_unknown = steady
+        if self._configured is not None:
+            self._configured.say_unknown(reason)
+
+    def _leave_active(self) -> None:
+        """Stop ticking; the last word, which late subscribers get, is that nothing is known."""
+        self._ticker.stop()
+        if self._configured is not None:
+            guarded(self._configured.say_unknown, self.report)('the monitor is not active')
+
+    def _release(self) -> None:
+        self._ticker.stop()
+        configured, self._configured = self._configured, None
+        if configured is not None:
+            guarded(configured.destroy, self.report)()
+
+
+class _Configured:
+    """What lives from configure to cleanup: model, monitor, topics."""
+
+    def __init__(self, node: SquealMonitor) -> None:
+        self._node, library = node, RosMessages()
+        model = BrakeModel.load(node.settings.model)
+        self.router = Router.of(node.settings)
+        check_fields(node.settings, library.fields, node.get_logger().warning)
+        self.monitor = VehicleMonitor(node.settings, model)
+        self._said: set[str] = set()
+        aside = Aside()
+        with ExitStack() as undo:
+            self.inputs = InputTopics(node, library, self.router.types, aside,
+                                      guarded(self._receive, node.report), self._complain)
+            undo.callback(self.inputs.destroy)
+            self.outputs = OutputTopics(
+                node, library, self.monitor.brakes, node.settings.mode_shapes, aside)
+            undo.callback(self.outputs.destroy)
+            self._set_up_reports(library, model)
+            undo.pop_all()
+
+    def _set_up_reports(self, library: RosMessages, model: BrakeModel) -> None:
+        node, settings = self._node, self._node.settings
+        self.reporter = Reporter(
+            node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
+            self.inputs, self.outputs, lambda: self.router.problems.total(),
+            lambda: {**self.monitor.engines.figures(),
+                     'cross_checks': self.monitor.cross_checks.summary})
+        self.pictures: ModeShapes | None = None
+        if settings.mode_shapes:
+            self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
+            self.reporter.mode_shapes = self.pictures.status
+
+    def begin(self) -> None:
+        """Forget what came before: the queues hold messages of when nobody took them."""
+        self.inputs.begin()
+        self.monitor.reset()
+
+    def destroy(self) -> None:
+        self.monitor.close()
+        self.inputs.destroy()
+        self.outputs.destroy()
+
+    def retune(self, settings: MonitorSettings) -> None:
+        self.router = Router.of(settings, self.router.problems)
+        self.monitor.retune(settings)
+        self.reporter.retune(settings)
+        if self.pictures:
+            self.pictures.retune(settings)
+
+    def assess(self, beat: Beat) -> None:
+        """Assess all brakes at a tick and publish what came out."""
+        assessments = self.monitor.assess(beat.time)
+        self.outputs.publish(assessments)
+        self.reporter.report(assessments)
+        if self.pictures:
+            self.pictures.update(assessments, time.monotonic_ns())
+
+    def say_unknown(self, reason: str) -> None:
+        """Publish that nothing is known of any brake, and why."""
+        now = self._node.get_clock().now().nanoseconds
+        assessments = tuple(
+            Assessment(brake=name, time=now, state='stale', reason=reason,
+                       inputs={signal: Reading('stale') for signal in brake.brake.inputs})
+            for name, brake in self.monitor.brakes.items())
+        self.outputs.publish(assessments)
+        self.reporter.report_unknown(assessments, reason)
+        if self.pictures:
+            self.pictures.wipe()
+
+    def _receive(self, topic: str, message: Any, received: int, number: int) -> None:
+        problems = len(self.router.problems)
+        for brake, name, sample in self.router.samples(topic, message, received, number):
+            self.monitor.receive(brake, name, sample)
+        for problem in islice(self.router.problems, problems, None):  # said once, counted after
+            self._complain(f'cannot read {problem}')
+
+    def _complain(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            self._node.get_logger().warning(text)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; 2 for a configuration that cannot be used."""
+    starting = interrupts.EndAtOnce(0, always=True)
+    context, started = Context(), False
+    sys.setswitchinterval(_SWITCH)
+    try:
+        check_arguments(sys.argv[1:] if arguments is None else arguments)
+        rclpy.init(args=arguments, context=context,
+                   signal_handler_options=SignalHandlerOptions.ALL)
+        # rclpy's own handler ends the context, and calls ours, which has nothing to do any more
+        started = True
+        starting.cancel()
+        node = SquealMonitor(alone=True, context=context)
+        executor = SturdyExecutor(context=context, report=node.report)
+        executor.add_node(node)
+        node.bring_up()
+        executor.spin()
+    except ExternalShutdownException:
+        pass
+    except Exception as error:
+        if started and not context.ok():
+            return 0  # a signal ended the context under a call, which then raises whatever it may
+        if started and not isinstance(error, SquealError):
+            raise
+        return _refuse(error)
+    finally:
+        context.try_shutdown()
+    return 0
+
+
+def _refuse(error: Exception) -> int:
+    text = str(error)
+    if type(error).__name__ == 'UnknownROSArgsError':
+        text = f'--ros-args: {text} are no arguments of ROS; see squeal_monitor --help'
+    print(f'{NODE_NAME}: {in_one_line(text)}', file=sys.stderr)
+    return 2

@@ -1,0 +1,167 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Assessment -> ROS messages, for any library that provides the message types."""
+
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+import math
+from typing import Any, Protocol
+
+from squeal_core.monitor.alarm import Alarm
+from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.vehicle_monitor import Assessment
+
+NAMES = ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')
+TYPES = {'squeal_risk': 'std_msgs/msg/Float64', 'growth_rate': 'std_msgs/msg/Float64',
+         'friction_margin': 'std_msgs/msg/Float64',
+         'unstable_frequencies': 'std_msgs/msg/Float64MultiArray'}
+DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
+
+OK, WARN, ERROR, STALE = range(4)
+
+
+class MessageLibrary(Hashable, Protocol):
+    """What differs between rclpy's and rosbags' message classes."""
+
+    def type(self, name: str) -> Any:  # noqa: A003
+        """Return the class of `package/msg/Name`."""
+
+    def floats(self, values: Sequence[float]) -> Any:
+        """Return what a float64[] field holds."""
+
+    def byte(self, value: int) -> Any:
+        """Return what a byte field holds."""
+
+
+def brake_messages(library: MessageLibrary,
+                   assessment: Assessment) -> Iterator[tuple[str, Any]]:
+    """Yield (name, message) for each name of `NAMES`; what is not known is NaN."""
+    float64 = library.type('std_msgs/msg/Float64')
+    for name, value in (('squeal_risk', assessment.risk), ('growth_rate', assessment.growth_rate),
+                        ('friction_margin', assessment.friction_margin)):
+        yield name, float64(data=float(value))
+    yield 'unstable_frequencies', _frequencies(library, assessment)
+
+
+def _frequencies(library: MessageLibrary, assessment: Assessment) -> Any:
+    """All flutter modes [Hz], worst first; empty: none; one NaN: not known."""
+    frequencies = [m.frequency_hz for m in assessment.flutter]
+    if not assessment.known:
+        frequencies = [math.nan]
+    return library.type('std_msgs/msg/Float64MultiArray')(
+        layout=_layout(library, len(frequencies)), data=library.floats(frequencies))
+
+
+@lru_cache(maxsize=64)
+def _layout(library: MessageLibrary, count: int) -> Any:
+    """Return the layout of a list; messages share it, as they are only written out."""
+    dimension = library.type('std_msgs/msg/MultiArrayDimension')(
+        label='frequency_hz', size=count, stride=count)
+    return library.type('std_msgs/msg/MultiArrayLayout')(dim=[dimension], data_offset=0)
+
+
+class Levels:
+    """Diagnostic levels of a vehicle's brakes (REP-107), tick after tick: no chatter."""
+
+    def __init__(self, settings: MonitorSettings) -> None:
+        self._alarms = {brake.name: Alarm(*_thresholds(settings)) for brake in settings.brakes}
+
+    def retune(self, settings: MonitorSettings) -> None:
+        for alarm in self._alarms.values():
+            alarm.retune(*_thresholds(settings))
+
+    def of(self, assessments: Sequence[Assessment]) -> list[int]:
+        """Return the level of each assessment of a tick."""
+        return [_level(a, self._alarms[a.brake].update(a.time, a.risk)) for a in assessments]
+
+
+def _thresholds(settings: MonitorSettings) -> tuple[float, float, float]:
+    return settings.risk_warning, settings.risk_hysteresis, settings.risk_hold
+
+
+def _level(assessment: Assessment, alarm: bool) -> int:
+    if assessment.state in ('invalid', 'outside validated range'):
+        return ERROR
+    if assessment.state == 'stale':
+        return STALE
+    return WARN if alarm else OK
+
+
+@dataclass(frozen=True)
+class NodeStatus:
+    """How the node itself does: a diagnostic level, the same in words, and figures."""
+
+    values: Mapping[str, object]
+    level: int = OK
+    message: str = 'running'
+
+
+def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assessment],
+                levels: Sequence[int], status: NodeStatus) -> Any:
+    """Return the DiagnosticArray of one tick: a status for each brake, then one for the node."""
+    statuses = [
+        _status(library, level, f'{node}: {a.brake}', a.reason, a.brake,
+                {'state': a.state, **_figures(a)})
+        for a, level in zip(assessments, levels, strict=True)]
+    statuses.append(_status(library, status.level, f'{node}: node', status.message, node,
+                            status.values))
+    seconds, nanoseconds = divmod(assessments[0].time, 1_000_000_000)
+    stamp = library.type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
+    header = library.type('std_msgs/msg/Header')(stamp=stamp, frame_id='')
+    return library.type(DIAGNOSTICS_TYPE)(header=header, status=statuses)
+
+
+def _status(library: MessageLibrary, level: int, name: str, message: str, hardware: str,
+            values: Mapping[str, object]) -> Any:
+    key_value = library.type('diagnostic_msgs/msg/KeyValue')
+    return library.type('diagnostic_msgs/msg/DiagnosticStatus')(
+        level=library.byte(level), name=name, message=message, hardware_id=hardware,
+        values=[key_value(key=key, value=str(value)) for key, value in values.items()])
+
+
+def _figures(assessment: Assessment) -> dict[str, object]:
+    figures: dict[str, object] = {
+        'squeal_risk': assessment.risk, 'growth_rate_1_s': assessment.growth_rate,
+        'worst_frequency_hz': assessment.worst_frequency_hz,
+        'friction_margin': assessment.friction_margin,
+        'unstable_frequencies_hz': ' '.join(repr(m.frequency_hz) for m in assessment.flutter),
+        'unstable_growth_rates_1_s': ' '.join(repr(m.growth_rate) for m in assessment.flutter),
+        'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
+        'friction': assessment.friction, 'friction_source': assessment.friction_source,
+        **_of_sliding(assessment)}
+    for signal, reading in assessment.inputs.items():
+        figures[f'{signal}_input'] = reading.value
+        figures[f'{signal}_age_s'] = round(reading.age, 6)
+        figures[f'{signal}_status'] = reading.status
+    return figures
+
+
+def _of_sliding(assessment: Assessment) -> dict[str, object]:
+    """Return where modes and risk are from, and the margins with the time they hold for."""
+    known = assessment.sliding
+    if known is None:
+        return {}
+    figures: dict[str, object] = {
+        'modes_from': known.modes.source, 'modes_error_1_s': float(known.modes.errors.max()),
+        'risk_basis': known.risk.basis, 'risk_error': known.risk.error,
+        'risk_by_mode': ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
+                                 for m in known.risk.modes)}
+    for name, margin in vars(known.margins).items():
+        if margin is not None:
+            figures |= {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
+                        f'margin_{name}_age_s': round(1e-9 * (assessment.time - margin.time), 6)}
+    return figures

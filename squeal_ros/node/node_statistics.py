@@ -1,0 +1,111 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""How the node itself does, in figures: ticks, lateness, inputs. Pure; times are handed in."""
+
+from collections import deque
+from dataclasses import dataclass, field
+import math
+
+from squeal_ros.node.tick_grid import Beat
+
+_KEPT = 1000  # ticks that percentiles are taken of
+RECENT = 10_000_000_000  # ns; for so long a fault of the node's own shows in its level
+
+
+class Series:
+    """The last figures of one kind, in s."""
+
+    def __init__(self) -> None:
+        self._last: deque[int] = deque(maxlen=_KEPT)
+
+    def add(self, nanoseconds: int) -> None:
+        self._last.append(nanoseconds)
+
+    def values(self, name: str) -> dict[str, object]:
+        """Return last, largest and 99th percentile; NaN before the first."""
+        if not self._last:
+            return dict.fromkeys((f'{name}_s', f'{name}_max_s', f'{name}_p99_s'), math.nan)
+        ordered = sorted(self._last)
+        rank = math.ceil(0.99 * len(ordered)) - 1
+        return {f'{name}_s': self._last[-1] / 1e9, f'{name}_max_s': ordered[-1] / 1e9,
+                f'{name}_p99_s': ordered[rank] / 1e9}
+
+
+@dataclass
+class Health:
+    """Counts of a node's life, and its last ticks."""
+
+    ticks_done: int = 0
+    ticks_lost: int = 0
+    deadline_misses: int = 0
+    clock_jumps: int = 0
+    clock_stops: int = 0
+    errors: int = 0
+    work: Series = field(default_factory=Series)
+    lateness: Series = field(default_factory=Series)
+
+    def begin(self, beat: Beat, period: int) -> None:
+        """
+        Count a tick; one that comes more than a period late missed its deadline.
+
+        Its lateness counts from the first of those that were passed over for it [ns]. One that is
+        late by the steps of a simulated clock missed nothing.
+        """
+        late = beat.late + beat.lost * period
+        self.ticks_done += 1
+        self.ticks_lost += beat.lost
+        self.deadline_misses += beat.lost > 0 or (late > period and not beat.simulated)
+        self.clock_jumps += beat.jump != ''
+        self.lateness.add(late)
+
+    def end(self, work: int, period: int) -> None:
+        """Note how long a tick took [ns]; so does one that took longer than a period."""
+        self.deadline_misses += work > period
+        self.work.add(work)
+
+    def values(self) -> dict[str, object]:
+        return {'ticks_done': self.ticks_done, 'ticks_lost': self.ticks_lost,
+                'deadline_misses': self.deadline_misses, 'clock_jumps': self.clock_jumps,
+                'clock_stops': self.clock_stops, 'errors': self.errors,
+                **self.work.values('tick_time'), **self.lateness.values('tick_lateness')}
+
+
+class Rate:
+    """Events a second, over stretches of a second or more."""
+
+    def __init__(self) -> None:
+        self._since: tuple[int, int] | None = None
+        self.per_second = math.nan
+
+    def update(self, count: int, steady: int) -> float:
+        if self._since is None:
+            self._since = count, steady
+        elif steady - self._since[1] >= 1_000_000_000:
+            self.per_second = (count - self._since[0]) / ((steady - self._since[1]) * 1e-9)
+            self._since = count, steady
+        return self.per_second
+
+
+class Growth:
+    """Tells whether a count grew of late."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._at: int | None = None
+
+    def recent(self, count: int, steady: int) -> bool:
+        if count != self._count:
+            self._count, self._at = count, steady
+        return self._at is not None and steady - self._at < RECENT

@@ -1,0 +1,95 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Publishers of the node: reliable, the unstable list latched, silent unless it is active."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from squeal_core.monitor.vehicle_monitor import Assessment
+from squeal_ros.node import messages
+from squeal_ros.node.executor import Aside
+from squeal_ros.node.message_types import RosMessages
+from squeal_ros.node.subscriptions import naming, POLICIES
+
+_LATCHED = ('unstable_frequencies', 'mode_shape')
+
+
+class OutputTopics:
+    """
+    The topics of some brakes, and /diagnostics.
+
+    Parameters
+    ----------
+    node : rclpy.lifecycle.LifecycleNode
+    library : RosMessages
+    brakes : iterable of str
+    mode_shapes : bool
+        Whether there are markers, too.
+    aside : Aside
+        For the events of the publishers.
+
+    Raises
+    ------
+    ConfigurationError
+        For a quality of service that is none.
+
+    """
+
+    def __init__(self, node: LifecycleNode, library: RosMessages, brakes: Iterable[str],
+                 mode_shapes: bool, aside: Aside) -> None:
+        self._node, self._library, self._aside = node, library, aside
+        self._publishers: dict[tuple[str, str], Any] = {}
+        types = dict(messages.TYPES)
+        if mode_shapes:
+            types['mode_shape'] = messages.MARKERS_TYPE
+        try:
+            for brake in brakes:
+                for name, type_name in types.items():
+                    self._publishers[brake, name] = self._create(
+                        f'~/{brake}/{name}', type_name, latched=name in _LATCHED)
+            self._diagnostics = self._create('/diagnostics', messages.DIAGNOSTICS_TYPE)
+        except Exception:
+            self.destroy()
+            raise
+
+    def _create(self, topic: str, type_name: str, *, latched: bool = False) -> Any:
+        qos = QoSProfile(depth=10)
+        if latched:
+            qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        with naming(topic):
+            return self._node.create_lifecycle_publisher(
+                self._library.type(type_name), topic, qos, callback_group=self._aside,
+                qos_overriding_options=QoSOverridingOptions(POLICIES))
+
+    def publish(self, assessments: Iterable[Assessment]) -> None:
+        for assessment in assessments:
+            for name, message in messages.brake_messages(self._library, assessment):
+                self._publishers[assessment.brake, name].publish(message)
+
+    def publish_markers(self, brake: str, markers: Any) -> None:
+        self._publishers[brake, 'mode_shape'].publish(markers)
+
+    def publish_diagnostics(self, message: Any) -> None:
+        self._diagnostics.publish(message)
+
+    def destroy(self) -> None:
+        for publisher in (*self._publishers.values(), getattr(self, '_diagnostics', None)):
+            if publisher is not None:
+                self._node.destroy_lifecycle_publisher(publisher)
+        self._publishers.clear()
+        self._diagnostics = None

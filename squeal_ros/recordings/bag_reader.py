@@ -1,0 +1,312 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Recorded bags, MCAP and sqlite3, read lazily; what is missing in one is said."""
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+try:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys.store import Typestore
+except ImportError as error:
+    raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
+
+from squeal_core.common.bounded_reader import kind_of
+from squeal_core.common.errors import in_one_line, quoted, SquealError
+from squeal_core.common.yaml_reader import read_yaml
+from squeal_ros.recordings.bag_bounds import (
+    bound_decompression,
+    check_storage,
+    unpack_file,
+    unpack_message,
+)
+from squeal_ros.recordings.findings import full_type_name, same_type_name
+from squeal_ros.recordings.message_definitions import DefinitionError, MessageDefinitions
+
+bound_decompression()
+
+_SUFFIXES = ('.mcap', '.db3')
+_ZSTD = b'\x28\xb5\x2f\xfd'
+_GIVE_BAG = 'give a rosbag2 folder or an .mcap or .db3 file'
+
+
+class BagError(SquealError):
+    """A bag that cannot be read or written."""
+
+    def __init__(self, path: object, what: str, remedy: str) -> None:
+        super().__init__(f'{path}: {what}; {remedy}')
+
+
+class Bag:
+    """
+    A recorded bag: its topics, and their messages in order of recording.
+
+    The storage files are read themselves: where metadata.yaml does not fit them, the messages are
+    there all the same, and the difference is noted.
+
+    Parameters
+    ----------
+    path : path
+        A rosbag2 folder, or an .mcap or .db3 file.
+    definitions : MessageDefinitions, optional
+        For messages whose definition the bag does not hold.
+
+    Attributes
+    ----------
+    types : dict
+        Message types of each topic, with their counts.
+    notes : list of str
+        What a user should know of the bag.
+    undecodable : dict
+        Of each topic with messages that are none of their type, or are damaged: how many, and
+        why the first is not.
+
+    """
+
+    def __init__(self, path: str | Path, definitions: MessageDefinitions | None = None) -> None:
+        self.path = Path(path)
+        self.notes: list[str] = []
+        self.types: dict[str, Counter[str]] = defaultdict(Counter)
+        self.undecodable: dict[str, tuple[int, str]] = {}
+        self._definitions = definitions or MessageDefinitions()
+        self._stores: dict[tuple[str, str], Typestore] = {}
+        self._unpack: Callable[[bytes], bytes] = bytes
+        self._folder: TemporaryDirectory[str] | None = None
+        self._expected: Counter[str] = Counter()  # by metadata.yaml
+        self._hashes: dict[str, str] = {}  # of types, likewise
+        if not self.path.exists():
+            raise BagError(self.path, 'does not exist', 'check the path')
+        self._files = self._storage_files()
+        self._counts: Counter[str] = Counter()  # by the storage files
+        for file in self._files:
+            with _opened(file) as reader:
+                for connection in reader.connections:
+                    self.types[connection.topic][connection.msgtype] += connection.msgcount
+                    self._counts[connection.topic] += connection.msgcount
+        self.types = dict(self.types)
+
+    def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any, int]]:
+        """
+        Yield (topic, time of recording [ns], message, publisher) in order of recording.
+
+        Publishers of a topic are told apart where each has a connection of its own; the number is
+        0 elsewhere, as in what `ros2 bag record` writes.
+
+        Parameters
+        ----------
+        wanted : mapping
+            Type of each topic; messages of another type on it are passed over.
+
+        Raises
+        ------
+        BagError
+            For what is damaged, or has no message that is wanted.
+        DefinitionError
+            For a type that no definition is found for.
+
+        """
+        count: Counter[str] = Counter()
+        for file in self._files:
+            with _opened(file) as reader:
+                chosen = [c for c in reader.connections
+                          if same_type_name(wanted.get(c.topic, ''), c.msgtype)]
+                stores = {c.id: self._store(c) for c in chosen if c.msgcount}
+                self.notes.extend(text for text in self._definitions.notes.values()
+                                  if text not in self.notes)
+                if not chosen:
+                    continue
+                publishers = Counter(c.topic for c in chosen)
+                for connection, time, data in _read(reader, chosen, file):
+                    if connection.id not in stores:  # one that the file's own counts leave out
+                        stores[connection.id] = self._store(connection)
+                    count[connection.topic] += 1
+                    try:
+                        message = decode(stores[connection.id], self._unpack(data),
+                                         full_type_name(connection.msgtype))[0]
+                    except Exception as error:  # whatever bytes can do to a decoder
+                        self._count_undecodable(connection.topic, data, error)
+                        continue
+                    several = publishers[connection.topic] > 1
+                    yield connection.topic, time, message, several * (connection.id + 1)
+        self._compare(wanted, count)
+
+    def _store(self, connection: Connection) -> Typestore:
+        key = connection.msgtype, connection.msgdef.data
+        if key not in self._stores:
+            self._stores[key] = self._definitions.store_for(
+                connection, self._hashes.get(connection.msgtype, connection.digest), self.path)
+        return self._stores[key]
+
+    def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
+        packed = bytes(data[:4]) == _ZSTD
+        why = 'compressed: give the folder with its metadata.yaml' if packed else (
+            f'{type(error).__name__}: {in_one_line(error, 120)}')
+        first = self.undecodable.get(topic, (0, why))
+        self.undecodable[topic] = first[0] + 1, first[1]
+
+    def _compare(self, wanted: Mapping[str, str], count: Counter[str]) -> None:
+        """Compare the messages that were read with those that should be there."""
+        for topic in sorted(wanted):
+            there = sum(n for name, n in self.types.get(topic, Counter()).items()
+                        if same_type_name(name, wanted[topic]))
+            by_file = max(there, count[topic])
+            if count[topic] < by_file:
+                self.notes.append(f'{topic}: {count[topic]} of {by_file} messages are in the '
+                                  'storage; the rest is lost')
+            if self._expected and self._expected[topic] != self._counts[topic]:
+                self.notes.append(
+                    f'{topic}: metadata.yaml counts {self._expected[topic]} messages and the '
+                    f'storage holds {self._counts[topic]}; those were read')
+
+    def _storage_files(self) -> list[Path]:
+        """Return the files to read, or the folder where only its metadata says how."""
+        if not self.path.is_dir():
+            kind = kind_of(self.path.stat().st_mode)
+            if kind:
+                raise BagError(self.path, f'is {kind}', _GIVE_BAG)
+            self._note_log(self.path)
+            return [self.path]
+        present = sorted((p for p in self.path.iterdir() if p.suffix in _SUFFIXES and p.is_file()),
+                         key=_natural)
+        try:
+            listed, packed, form = self._read_metadata()
+        except (BagError, KeyError, TypeError, ValueError, AttributeError) as error:
+            if not present:
+                raise BagError(self.path, 'has no storage file, and no metadata.yaml that can be '
+                               f'read ({error})', _GIVE_BAG) from None
+            self.notes.append(f'{self.path}: metadata.yaml is missing or cannot be read; its '
+                              'storage files are read without it')
+            self._expected.clear()
+            return present
+        if packed in ('file', 'message') and form != 'zstd':
+            raise BagError(self.path, f'is compressed by {quoted(form)}', 'unpack it first')
+        if packed == 'message':
+            self._unpack = unpack_message
+        files = [file for file in listed if file.is_file()]
+        missing = [file.name for file in listed if file not in files]
+        if not files:
+            files = present
+        if not files:
+            raise BagError(self.path, 'has none of its storage files '
+                           f'({", ".join(missing) or "metadata.yaml lists none"})', _GIVE_BAG)
+        if missing:
+            self.notes.append(f'{self.path}: {", ".join(missing)} is not there, and '
+                              f'{", ".join(file.name for file in files)} is read')
+        for file in files:
+            self._note_log(file)
+        return self._unpacked(files) if packed == 'file' else files
+
+    def _read_metadata(self) -> tuple[list[Path], str, str]:
+        """Read metadata.yaml; return the files it lists, and what is compressed and how."""
+        about = read_yaml(
+            self.path / 'metadata.yaml', BagError, most_bytes=5_000_000, most_nodes=200_000)[
+            'rosbag2_bagfile_information']
+        listed = [self.path / Path(name).name for name in about['relative_file_paths']]
+        for item in about['topics_with_message_count']:
+            topic = item['topic_metadata']
+            self._expected[topic['name']] = int(item['message_count'])
+            self._hashes[topic['type']] = str(topic.get('type_description_hash', ''))
+        return (listed, str(about.get('compression_mode') or 'none').lower(),
+                about.get('compression_format') or 'none')
+
+    def _unpacked(self, files: list[Path]) -> list[Path]:
+        """Return the files unpacked into a folder that goes with this object."""
+        self._folder = TemporaryDirectory()
+        targets = [Path(self._folder.name, file.stem) for file in files]
+        for file, target in zip(files, targets, strict=True):
+            unpack_file(file, target, BagError)
+        return targets
+
+    def _note_log(self, file: Path) -> None:
+        log = file.with_name(f'{file.name}-wal')
+        if log.is_file() and log.stat().st_size:
+            self.notes.append(f'{file}: messages still in {log.name} are not read; open it once '
+                              'with sqlite3 to have them written into it')
+
+
+class _opened:  # noqa: N801 - a context manager, used as a function
+    """Opens a storage file or folder; every failure is a BagError in one line."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def __enter__(self) -> Reader:
+        check_storage(self._path, BagError)
+        try:
+            self._reader = Reader(self._path)
+            self._reader.open()
+        except Exception as error:  # rosbags lets struct, sqlite and assertion errors through
+            raise _unreadable(self._path, error) from None
+        return self._reader
+
+    def __exit__(self, *_: object) -> None:
+        self._reader.close()
+
+
+def _read(reader: Reader, chosen: list[Connection], path: Path
+          ) -> Iterator[tuple[Connection, int, bytes]]:
+    try:
+        yield from reader.messages(chosen)
+    except GeneratorExit:
+        raise
+    except Exception as error:
+        raise _unreadable(path, error) from None
+
+
+def _unreadable(path: Path, error: Exception) -> BagError:
+    if path.suffix == '.bag':
+        return BagError(path, 'is a bag of ROS 1', 'convert it: rosbags-convert --src '
+                        f'{path.name} --dst {path.stem}')
+    text = in_one_line(error, 200)
+    remedy = {'.mcap': 'if it was cut off, `mcap recover` gets back what is whole',
+              '.db3': 'if it was cut off, `sqlite3 FILE .recover` gets back what is whole'}.get(
+                  path.suffix, _GIVE_BAG)
+    return BagError(path, f'cannot be read ({type(error).__name__}: {text})', remedy)
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Return a key by which bag_10 comes after bag_9."""
+    parts, number = [], ''
+    for letter in f'{path.name} ':
+        if letter.isdecimal():
+            number += letter
+            continue
+        if number:
+            parts.append((int(number), ''))
+            number = ''
+        parts.append((-1, letter))
+    return parts
+
+
+def decode(store: Typestore, data: bytes, type_name: str) -> tuple[Any, int]:
+    """
+    Return a message and its length in bytes.
+
+    rclpy's `serialize_message` leaves a tail of undefined bytes behind some messages, which
+    rosbags' own decoder refuses.
+    """
+    definition = store.get_msgdef(type_name)
+    if bytes(data[:2]) not in (b'\0\0', b'\0\1'):
+        raise ValueError(f'a message of {type_name} is not plain CDR')
+    read = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
+    message, length = read(memoryview(data)[4:], 0, definition.cls, store)
+    return message, length + 4
+
+
+__all__ = ['Bag', 'BagError', 'DefinitionError', 'decode']

@@ -1,0 +1,112 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""ROS 2 bags written whole, and the message classes of rosbags."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+try:
+    from rosbags.interfaces import Connection
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import get_typestore, Stores
+except ImportError as error:
+    raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
+import numpy as np
+from squeal_core.common.output import OutputFiles
+from squeal_ros.recordings.bag_reader import decode
+
+_JAZZY = get_typestore(Stores.ROS2_JAZZY)
+
+
+class BagMessages:
+    """Message classes as rosbags provides them."""
+
+    def type(self, name: str) -> Any:  # noqa: A003
+        return _JAZZY.types[name]
+
+    def floats(self, values: Sequence[float]) -> Any:
+        return np.array(values, dtype=np.float64)
+
+    def byte(self, value: int) -> Any:
+        return value
+
+
+class BagWriter:
+    """
+    Writes a bag: `NAME.mcap` as one file, any other name as a folder. A context manager.
+
+    Nothing stands under the name until the bag is whole.
+
+    Parameters
+    ----------
+    path : path
+    files : OutputFiles, optional
+        Commits the bag together with other outputs, when its context ends; without one the bag
+        is committed when its own context ends, and an existing one is not overwritten.
+
+    """
+
+    def __init__(self, path: str | Path, files: OutputFiles | None = None) -> None:
+        self.path = Path(path)
+        self._files = files or OutputFiles()
+        self._alone = files is None
+        self._connections: dict[str, Connection] = {}
+
+    def __enter__(self) -> 'BagWriter':
+        with ExitStack() as stack:
+            if self._alone:
+                stack.enter_context(self._files)
+            self._output = self._files.add(self.path, folder=self.path.suffix != '.mcap')
+            target = self._output.target
+            scratch = OutputFiles()  # rosbags makes the folder that it writes to itself
+            stack.callback(scratch.discard)
+            folder = scratch.add(target.with_name(f'{target.name}.bag'), folder=True).partial
+            self._folder = folder / target.stem
+            self._writer = Writer(self._folder, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.open()
+            stack.push(self._finish)
+            self._stack = stack.pop_all()
+        return self
+
+    def write(self, topic: str, type_name: str, time: int, message: Any) -> None:
+        """Write a message of rosbags' classes, or its CDR bytes."""
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic, type_name, typestore=_JAZZY)
+        if isinstance(message, bytes):
+            data = message[:decode(_JAZZY, message, type_name)[1]]
+        else:
+            data = bytes(_JAZZY.serialize_cdr(message, type_name))
+        self._writer.write(self._connections[topic], time, data)
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self._stack.__exit__(kind, error, trace)
+
+    def _finish(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Move what was written to where it is committed from, if it is whole."""
+        if kind is not None:
+            with suppress(Exception):  # the first error counts
+                self._writer.close()
+            return
+        self._writer.close()
+        if self._output.partial.is_dir():
+            for file in self._folder.iterdir():
+                file.rename(self._output.partial / file.name)
+        else:
+            next(self._folder.glob('*.mcap')).replace(self._output.partial)

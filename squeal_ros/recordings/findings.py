@@ -1,0 +1,307 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What a bag says against the settings: topics, types, fields and stamps that do not fit.
+
+Each finding names the inputs it is of, what is wrong and the remedy, so that a replay in which
+nothing was assessed tells why.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+import difflib
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.common.errors import nearest_word, SquealError
+from squeal_core.monitor.input_channel import Sample, Unreadable
+from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal
+from squeal_ros.node.field_paths import FieldPath
+
+_MOST_NAMES = 12  # listed of what there is
+_MOST_IDS = 64  # different ones that are kept; more of them are a counter
+_YEAR = 365.25 * 86400.0  # s
+_ID_FIELDS = ('id', 'can_id', 'arbitration_id', 'pgn', 'identifier', 'wheel_id', 'sensor_id')
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    Something about a bag that keeps inputs from being read.
+
+    Parameters
+    ----------
+    inputs : tuple of str
+        As the settings name them: `fl.pressure`.
+    what, remedy : str
+
+    """
+
+    inputs: tuple[str, ...]
+    what: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f'{", ".join(self.inputs)}: {self.what}; {self.remedy}'
+
+
+@dataclass
+class _Evidence:
+    """What was seen of one input."""
+
+    source: InputSettings
+    topic: str  # in full
+    path: FieldPath
+    messages: int = 0
+    unreadable: int = 0
+    of_others: int = 0  # of these, about something else
+    reason: str = ''
+    hint: str = ''
+    nearest: int | None = None  # smallest distance of a stamp from the time of recording [ns]
+
+
+@dataclass
+class InputFindings:
+    """
+    Collects, while a bag is replayed, what does not fit the settings.
+
+    Parameters
+    ----------
+    settings : MonitorSettings
+    namespace : str
+        Where the settings' relative topics are in the bag.
+
+    """
+
+    settings: MonitorSettings
+    namespace: str = '/'
+    _seen: dict[tuple[str, Signal], _Evidence] = field(default_factory=dict)
+    _ids: dict[str, Counter[object]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for brake in self.settings.brakes:
+            for signal, source in brake.inputs.items():
+                self._seen[brake.name, signal] = _Evidence(
+                    source, absolute(source.topic, self.namespace), FieldPath.parse(source.field))
+
+    @property
+    def wanted(self) -> dict[str, str]:
+        """Type of each topic of the settings, in full."""
+        return {seen.topic: seen.source.type for seen in self._seen.values()}
+
+    def message(self, topic: str, message: Any) -> None:
+        """
+        Take note of a message before its values are read.
+
+        Raises
+        ------
+        SquealError
+            For raw frames of several ids on one topic, which a field path would mix.
+
+        """
+        ids = self._ids.setdefault(topic, Counter())
+        if len(ids) > _MOST_IDS:
+            return
+        value, raw = _id_of(message)
+        if value is None:
+            return
+        ids[value] += 1
+        if raw and len(ids) > 1:
+            names = [f'{brake}.{signal}' for (brake, signal), seen in self._seen.items()
+                     if seen.topic == topic]
+            raise SquealError(
+                f'{topic}: carries raw frames of several ids ({_listed(map(_as_id, ids))}), and '
+                f'{", ".join(names)} would mix them; a field path cannot choose an id, so decode '
+                'the bus into one topic a signal first and name that')
+
+    def value(self, brake: str, signal: Signal, sample: Sample | Unreadable, message: Any,
+              received: int) -> None:
+        """Take note of what an input got of a message received at a time [ns]."""
+        seen = self._seen[brake, signal]
+        seen.messages += 1
+        if isinstance(sample, Unreadable):
+            if seen.unreadable == seen.of_others and not (sample.is_other and seen.unreadable):
+                seen.reason, seen.hint = sample.reason, hint(seen.path, message)
+            seen.unreadable += 1
+            seen.of_others += sample.is_other
+            return
+        offset = sample.stamp - received
+        if seen.nearest is None or abs(offset) < abs(seen.nearest):
+            seen.nearest = offset
+
+    def listed(self, types: Mapping[str, Counter[str]], undecodable: Mapping[str, tuple[int, str]]
+               ) -> list[Finding]:
+        """Return the findings, given the types and undecodable messages of each topic."""
+        merged: dict[tuple[str, str], list[str]] = {}
+        for (brake, signal), seen in self._seen.items():
+            for what, remedy in self._of_input(seen, types, undecodable):
+                merged.setdefault((what, remedy), []).append(f'{brake}.{signal}')
+        return [Finding(tuple(inputs), *said) for said, inputs in merged.items()]
+
+    def _of_input(self, seen: _Evidence, types: Mapping[str, Counter[str]],
+                  undecodable: Mapping[str, tuple[int, str]]) -> Iterator[tuple[str, str]]:
+        topic, source = seen.topic, seen.source
+        if topic not in types:
+            yield f'topic {topic} is not in the bag', self._nearest_topics(topic, source, types)
+            return
+        others = [name for name in types[topic] if not same_type_name(name, source.type)]
+        if others and len(others) == len(types[topic]):
+            yield (f'topic {topic} is of type {" and ".join(others)} in the bag and '
+                   f'{source.type} in the settings', f'set its type: {others[0]}')
+            return
+        if topic in undecodable:
+            count, why = undecodable[topic]
+            yield (f'{count} messages on {topic} cannot be decoded ({why})',
+                   f'check that they are whole and of type {source.type}')
+        elif not seen.messages:
+            yield f'topic {topic} has no message in the bag', 'check that it was recorded'
+        unreadable = seen.unreadable
+        if unreadable < seen.messages:  # another publisher gives the value
+            unreadable -= seen.of_others
+        if unreadable:
+            yield (f'{unreadable} of {seen.messages} messages on {topic} do not hold the '
+                   f'value ({seen.reason})', seen.hint or 'correct the field')
+        limit = max(source.max_age, self.settings.stamp_tolerance)
+        if seen.nearest is not None and abs(seen.nearest) * 1e-9 > limit:
+            side = 'behind' if seen.nearest < 0 else 'ahead of'
+            yield (f'the stamps on {topic} are {_duration(abs(seen.nearest) * 1e-9)} or more '
+                   f'{side} the times of recording, so they are of another clock',
+                   'set its stamp: receipt')
+        if not any(kind == 'lookup' for kind, _, _ in seen.path.steps):
+            yield from self._mixed(topic)
+
+    def _mixed(self, topic: str) -> Iterator[tuple[str, str]]:
+        ids = self._ids.get(topic, Counter())
+        if 1 < len(ids) <= _MOST_IDS and ids.total() >= 2 * len(ids):
+            yield (f'messages on {topic} are of several ids ({_listed(map(_as_id, ids))}), and '
+                   'a field path takes them all as one signal',
+                   'give each signal a topic of its own')
+
+    def _nearest_topics(self, topic: str, source: InputSettings,
+                        types: Mapping[str, Counter[str]]) -> str:
+        prefix = self._namespace_in(types)
+        if prefix and absolute(source.topic, prefix) in types:
+            return f'its topics are in the namespace {prefix}: give --namespace {prefix}'
+        same = [name for name, kinds in types.items()
+                if any(same_type_name(kind, source.type) for kind in kinds)]
+        end = topic.rpartition('/')[2]
+        near = list(dict.fromkeys((
+            *(name for name in same if name.endswith(topic)),
+            *difflib.get_close_matches(topic, same, n=3, cutoff=0.6),
+            *difflib.get_close_matches(topic, types, n=3, cutoff=0.7),
+            *(name for name in same if name.rpartition('/')[2] == end))))
+        if near:
+            return f'nearest in the bag: {_listed(near)}'
+        if same:
+            return f'topics of its type in the bag: {_listed(sorted(same))}'
+        return f'topics in the bag: {_listed(sorted(types)) or "none"}'
+
+    def _namespace_in(self, types: Mapping[str, Any]) -> str:
+        """Return the namespace in which the relative topics are, if it is another."""
+        relative = {seen.source.topic for seen in self._seen.values()
+                    if not seen.source.topic.startswith('/')}
+        votes = Counter(name[:-len(topic) - 1] or '/' for topic in relative for name in types
+                        if name.endswith(f'/{topic}'))
+        own = self.namespace.rstrip('/') or '/'
+        best = max(votes, key=lambda prefix: (votes[prefix], prefix == own), default='')
+        return '' if best == own else best
+
+
+def absolute(topic: str, namespace: str) -> str:
+    """Return a topic as a bag names it."""
+    return topic if topic.startswith('/') else f'/{namespace.strip("/")}/{topic}'.replace(
+        '//', '/')
+
+
+def full_type_name(name: str) -> str:
+    """Return `pkg/msg/Name` of `pkg/Name`, which is short for it."""
+    return name if name.count('/') != 1 else name.replace('/', '/msg/')
+
+
+def same_type_name(one: str, other: str) -> bool:
+    """Tell whether two names are of one type."""
+    return full_type_name(one) == full_type_name(other)
+
+
+def hint(path: FieldPath, message: Any) -> str:
+    """Return what a message offers where a field path does not fit it."""
+    owner, value = message, message
+    for kind, name, key in path.steps:
+        try:
+            if kind == 'attribute':
+                owner, value = value, getattr(value, str(name))
+            elif kind == 'index':
+                value = value[name]
+            else:
+                names = [str(entry) for entry in getattr(owner, str(name))]
+                if key not in names:
+                    return _instead(key, names, f'the message has in its list {name!r}: ')
+                if len(value) != len(names):
+                    return (f'have its source send as many values as there are in {name!r}: '
+                            f'{len(value)} and {len(names)} now')
+                value = value[names.index(key)]
+        except AttributeError:
+            return _instead(str(name), _fields(value if kind == 'attribute' else owner),
+                            'its fields are: ')
+        except IndexError:
+            return f'its list has {len(value)} entries, counted from 0'
+        except (KeyError, TypeError, ValueError):
+            break
+    fields = _fields(value)
+    if fields:
+        return f'name one of its fields: {_listed(fields)}'
+    if hasattr(value, '__len__') and not isinstance(value, str):
+        return f'name one of its {len(value)} entries: {path.text}[0]'
+    return f'name a number; fields of the message: {_listed(_fields(message))}'
+
+
+def _instead(wrong: str, names: list[str], before: str) -> str:
+    near = nearest_word(wrong, names)
+    meant = f'do you mean {near!r}? ' if near else ''
+    return f'{meant}{before}{_listed(names) or "nothing"}'
+
+
+def _fields(value: Any) -> list[str]:
+    return [name for name in getattr(value, '__dataclass_fields__', {})
+            if not name.startswith('__')]
+
+
+def _id_of(message: Any) -> tuple[object, bool]:
+    """Return what tells messages on one topic apart, and whether they are raw frames."""
+    for name in _ID_FIELDS:
+        value = getattr(message, name, None)
+        if isinstance(value, int) and not isinstance(value, bool):
+            data = getattr(message, 'data', None)
+            return value, getattr(data, 'dtype', None) == np.uint8
+    frame = getattr(getattr(message, 'header', None), 'frame_id', None)
+    return (frame or None), False
+
+
+def _as_id(value: object) -> str:
+    return f'0x{value:X}' if isinstance(value, int) else str(value)
+
+
+def _listed(names: Any) -> str:
+    every = list(names)
+    more = f' and {len(every) - _MOST_NAMES} more' if len(every) > _MOST_NAMES else ''
+    return ', '.join(every[:_MOST_NAMES]) + more
+
+
+def _duration(seconds: float) -> str:
+    if seconds >= 0.1 * _YEAR:
+        return f'{seconds / _YEAR:.1f} years'
+    return f'{seconds:.3g} s' if seconds < 1e4 else f'{math.floor(seconds / 3600.0)} h'

@@ -1,0 +1,195 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Bag in, assessments out: the monitor of the node, on the bag's time."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from squeal_core.common.output import check_target, OutputFiles
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.drive_summary import DriveSummary
+from squeal_core.monitor.history import CsvWriter, EventDetector, row_of, SquealEvent
+from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.vehicle_monitor import Assessment, VehicleMonitor
+from squeal_ros.node import messages
+from squeal_ros.node.field_paths import Router
+from squeal_ros.recordings.bag_reader import Bag, BagError
+from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
+from squeal_ros.recordings.findings import absolute, Finding, InputFindings
+
+# a longer silence of all inputs is assessed for its first part only: they are stale by then
+_LONGEST_SILENCE = 10_000_000_000
+
+
+class Replay:
+    """
+    The monitor over a bag, on the same grid of times as the node; iterate over its ticks.
+
+    Parameters
+    ----------
+    bag : Bag
+    settings : MonitorSettings
+    model : BrakeModel
+    namespace : str
+        Where the settings' relative topics are in the bag.
+
+    """
+
+    def __init__(self, bag: Bag, settings: MonitorSettings, model: BrakeModel, *,
+                 namespace: str = '/') -> None:
+        self._bag, self._settings, self._model = bag, settings, model
+        self._router = Router.of(settings)
+        self._found = InputFindings(settings, namespace)
+        self._topics: defaultdict[str, list[str]] = defaultdict(list)  # of the settings, by bag's
+        for topic in self._router.types:
+            self._topics[absolute(topic, namespace)].append(topic)
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Return what of the bag does not fit the settings, as far as it was read."""
+        return self._found.listed(self._bag.types, self._bag.undecodable)
+
+    def __iter__(self) -> Iterator[tuple[Assessment, ...]]:
+        """
+        Yield the assessments of every tick.
+
+        Raises
+        ------
+        BagError
+            For a bag that cannot be read, or has no message on the topics of the settings.
+
+        """
+        wanted = self._found.wanted
+        if not self._bag.types:
+            raise BagError(self._bag.path, 'holds no topic', 'check that it was recorded')
+        if not set(wanted) & set(self._bag.types):
+            raise self._nothing('has none of the topics')
+        monitor, tick = VehicleMonitor(self._settings, self._model), 0
+        try:
+            for topic, time, message, publisher in self._bag.messages(wanted):
+                first = -(-time // self._settings.period)
+                if tick == 0:
+                    tick = first
+                if time < (tick - 1) * self._settings.period:  # the bag's clock went back
+                    monitor.reset()
+                    tick = first
+                yield from self._silence(monitor, tick, first)
+                tick = max(tick, first)
+                self._receive(monitor, topic, message, time, publisher)
+            if not tick:
+                raise self._nothing('has no message to read on the topics')
+            yield monitor.assess(tick * self._settings.period)
+        finally:
+            monitor.close()
+
+    def _silence(self, monitor: VehicleMonitor, tick: int,
+                 until: int) -> Iterator[tuple[Assessment, ...]]:
+        """Yield the ticks up to the next message."""
+        for number in range(tick, min(until, tick + _LONGEST_SILENCE // self._settings.period)):
+            yield monitor.assess(number * self._settings.period)
+
+    def _receive(self, monitor: VehicleMonitor, topic: str, message: object, time: int,
+                 publisher: int) -> None:
+        self._found.message(topic, message)
+        for name in self._topics[topic]:
+            for brake, signal, sample in self._router.samples(
+                    name, message, time, connection=publisher):
+                self._found.value(brake, signal, sample, message, time)
+                monitor.receive(brake, signal, sample)
+
+    def _nothing(self, what: str) -> BagError:
+        findings = self.findings
+        more = f'; and {len(findings) - 3} more of this kind' if len(findings) > 3 else ''
+        return BagError(
+            self._bag.path, f'{what} {", ".join(sorted(self._found.wanted))}',
+            '; '.join(f'{found.what}: {found.remedy}' for found in findings[:3]) + more)
+
+
+@dataclass
+class Outputs:
+    """
+    Writes what the node publishes as a bag, and a table beside it as CSV; keeps no rows.
+
+    Parameters
+    ----------
+    path : Path
+        Of the bag.
+    settings : MonitorSettings
+    overwrite : bool
+        Whether an existing bag and an existing table may be replaced.
+    node : str
+        Whose topics are written.
+
+    """
+
+    path: Path
+    settings: MonitorSettings
+    overwrite: bool = False
+    node: str = '/squeal_monitor'
+    summary: DriveSummary = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._levels = messages.Levels(self.settings)
+        self._detector = EventDetector(self.settings)
+        self.summary = DriveSummary(self.settings)
+
+    @property
+    def csv_path(self) -> Path:
+        return self.path.with_suffix('.csv')
+
+    @property
+    def events(self) -> list[SquealEvent]:
+        return self._detector.events
+
+    def check(self, inputs: Sequence[str | Path] = ()) -> None:
+        """
+        Refuse, before any work, outputs that could not be written, or would replace an input.
+
+        Parameters
+        ----------
+        inputs : sequence of paths
+            What the replay reads; of a folder each file.
+
+        """
+        check_target(self.path, overwrite=self.overwrite, folder=self.path.suffix != '.mcap',
+                     inputs=inputs)
+        check_target(self.csv_path, overwrite=self.overwrite, inputs=inputs)
+
+    def write(self, ticks: Iterator[tuple[Assessment, ...]]) -> None:
+        """Write all ticks; counts them in `summary` and finds the events."""
+        with OutputFiles(overwrite=self.overwrite) as files:
+            table = files.add(self.csv_path, probe=True)
+            with BagWriter(self.path, files) as bag, table.partial.open(
+                    'w', encoding='utf-8', newline='') as file:
+                rows = CsvWriter(file)
+                for assessments in ticks:
+                    self._write_tick(bag, rows, assessments)
+
+    def _write_tick(self, bag: BagWriter, table: CsvWriter,
+                    assessments: tuple[Assessment, ...]) -> None:
+        library, levels = BagMessages(), self._levels.of(assessments)
+        self.summary.add(assessments)
+        for assessment in assessments:
+            row = row_of(assessment)
+            self._detector.update(row, assessment.time)
+            table.write(row)
+            for name, message in messages.brake_messages(library, assessment):
+                bag.write(f'{self.node}/{assessment.brake}/{name}', messages.TYPES[name],
+                          assessment.time, message)
+        bag.write('/diagnostics', messages.DIAGNOSTICS_TYPE, assessments[0].time,
+                  messages.diagnostics(library, self.node.lstrip('/'), assessments, levels,
+                                       messages.NodeStatus({'ticks_done': self.summary.ticks})))

@@ -1,0 +1,165 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a replay says first: how much of the braking was assessed, and why the rest was not."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+import math
+from typing import Any
+
+from squeal_core.monitor.drive_summary import BrakeSummary, DriveSummary, Reason, worst_reason
+from squeal_core.monitor.history import SquealEvent
+from squeal_ros.recordings.findings import Finding
+
+_MOST_LINES = 12
+# remedies where the bag itself gives none, by words of a reading
+_REMEDIES = (
+    ('looks like bar', 'set its scale: 1.0e+5, if it is in bar'),
+    ('looks like rpm', 'set its scale: 0.10472, if it is in rpm'),
+    ('stamped ahead', 'set its stamp: receipt, or stamp with the clock of the recording'),
+    ('without a stamp', 'set its stamp: receipt'),
+    ('given as gauge', 'set its reference: absolute'),
+    ('given as absolute', 'set its reference: gauge'),
+    ('contradicted', 'have one publisher on its topic'),
+    ('implausible', 'check the sensor and its unit against the brakes it is compared with'),
+    ('stuck', 'check the sensor; stuck_after and stuck_changes say when a value counts as stuck'),
+    ('outside validated range', 'see the validated_... settings: the model says nothing beyond '
+                                'them'),
+    ('outside its range', 'check its unit, scale and offset, then minimum and maximum'),
+    ('never received', 'check topic, type and field of the input'),
+    ('stale', 'check that its source ran; max_age should be some periods of its messages'),
+    ('time went backwards', 'the clock of the recording was set back; see docs/interface.md'))
+_ANY_REMEDY = 'docs/reliability.md says what each reason means'
+
+
+class ReplayReport:
+    """
+    The result of a replay, in words and for programs.
+
+    Parameters
+    ----------
+    summary : DriveSummary
+    events : sequence of SquealEvent
+    findings : sequence of Finding
+        What of the bag does not fit the settings.
+    notes : sequence of str
+        What else is to be known of the bag.
+
+    """
+
+    def __init__(self, summary: DriveSummary, events: Sequence[SquealEvent],
+                 findings: Sequence[Finding], notes: Sequence[str] = ()) -> None:
+        self._summary, self._events = summary, events
+        self._findings, self._notes = findings, notes
+
+    @property
+    def good(self) -> bool:
+        """Whether every brake was assessed that should have been."""
+        return not self._summary.never_assessed
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the report as plain data; docs/interface.md names the keys."""
+        summary = self._summary
+        worst = worst_reason(summary.brakes.values())
+        return {
+            'assessed_share': summary.share, 'braking_s': summary.braking_time,
+            'assessed_s': summary.assessed_time,
+            'never_assessed': list(summary.never_assessed),
+            'ticks': summary.ticks, 'ticks_by_state': dict(summary.states),
+            'top_reason': None if worst is None else self._reason_json(*worst),
+            'silence_s': summary.silence,
+            'brakes': {name: {
+                'assessed_share': brake.share, 'braking_s': brake.braking * brake.period,
+                'assessed_s': brake.assessed * brake.period,
+                'ticks_by_state': dict(brake.states),
+                'reasons': [self._reason_json(reason, brake)
+                            for reason in brake.ranked()[:_MOST_LINES]]}
+                       for name, brake in summary.brakes.items()},
+            'findings': [asdict(finding) for finding in self._findings],
+            'notes': list(self._notes),
+            'events': [asdict(event) for event in self._events]}
+
+    def lines(self) -> list[str]:
+        """Return the report in words, line by line, without the events."""
+        summary = self._summary
+        lines = [self._first_line()]
+        width = max(map(len, summary.brakes))
+        lines += [f'{name:{width}}  {_brake_line(brake)}'
+                  for name, brake in summary.brakes.items()]
+        if summary.silence:
+            lines.append(f'left out: {summary.silence:.1f} s in which no message came')
+        worst = worst_reason(summary.brakes.values())
+        if worst is not None:
+            reason, brake = worst
+            lines += [f'top reason, {reason.ticks} ticks of {brake.name}, first at '
+                      f'{reason.since:.1f} s: {reason.text}',
+                      f'  remedy: {self.remedy(reason, brake)}']
+        lines += [f'finding: {finding}' for finding in self._findings[:_MOST_LINES]]
+        if len(self._findings) > _MOST_LINES:
+            lines.append(f'{len(self._findings) - _MOST_LINES} more findings: see --json')
+        return [*lines, *(f'note: {note}' for note in self._notes)]
+
+    def event_lines(self) -> list[str]:
+        """Return the events in words, line by line; where nothing was assessed, that."""
+        ticks = f'{self._summary.ticks} ticks'
+        if self._summary.braking_time and not self._summary.assessed_time:
+            return [f'{ticks}, none of braking assessed: whether it squealed is not known']
+        count = len(self._events)
+        more = count - _MOST_LINES
+        return [f'{ticks}, {count} squeal event{"s" * (count != 1)}',
+                *(f'  {e.brake}, {e.start:.1f} to {e.end:.1f} s: risk up to {e.peak_risk:.2f}, '
+                  f'{e.frequency_hz:.0f} Hz growing with {e.growth_rate:+.1f} 1/s'
+                  for e in self._events[:_MOST_LINES]),
+                *([f'  and {more} more: see the table'] if more > 0 else [])]
+
+    def _first_line(self) -> str:
+        summary = self._summary
+        if math.isnan(summary.share):
+            return f'no braking in {summary.ticks} ticks, so nothing to assess'
+        every = ' of all brakes' if len(summary.brakes) > 1 else ''
+        never = summary.never_assessed
+        return (f'assessed {_percent(summary.share)} of the braking time '
+                f'({summary.assessed_time:.1f} of {summary.braking_time:.1f} s{every})'
+                + (f'; never assessed: {", ".join(never)}' if never else ''))
+
+    def remedy(self, reason: Reason, brake: BrakeSummary) -> str:
+        """Return what helps against a reason: by the bag, else by the state of the inputs."""
+        own = [f'{brake.name}.{signal}' for signal in reason.inputs]
+        remedies: dict[str, list[str]] = {}
+        for finding in self._findings:
+            remedies.setdefault(finding.remedy, []).extend(
+                name for name in finding.inputs if name in own)
+        found = [f'{", ".join(names)}: {remedy}' for remedy, names in remedies.items() if names]
+        if found:
+            return '; '.join(found)
+        said = f'{reason.details} {reason.text}'
+        return next((remedy for words, remedy in _REMEDIES if words in said), _ANY_REMEDY)
+
+    def _reason_json(self, reason: Reason, brake: BrakeSummary) -> Mapping[str, Any]:
+        return {'brake': brake.name, 'state': reason.state, 'ticks': reason.ticks,
+                'braking_ticks': reason.braking, 'first_at_s': reason.since,
+                'text': reason.text, 'remedy': self.remedy(reason, brake)}
+
+
+def _brake_line(brake: BrakeSummary) -> str:
+    share = 'no braking' if math.isnan(brake.share) else (
+        f'{_percent(brake.share):>6} of {brake.braking * brake.period:.1f} s')
+    states = ', '.join(f'{count} {state}' for state, count in brake.states.most_common())
+    return f'{share}; ticks: {states}'
+
+
+def _percent(share: float) -> str:
+    """Return a share in %, never rounded up to all."""
+    return f'{math.floor(share * 1000.0) / 10.0:g} %'

@@ -1,0 +1,382 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The monitor: what it says in each state, when it recovers, and that nothing else sways it."""
+
+import math
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from squeal_core.brake.dimensions import Caliper
+from squeal_core.brake.friction import FrictionLaw, FrictionTable
+from squeal_core.common.errors import ConfigurationError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.settings import read_settings, Signal
+from squeal_core.monitor.vehicle_monitor import Assessment, BrakeMonitor, Sample, VehicleMonitor
+
+TICK, SECOND = 10_000_000_000, 1_000_000_000
+GOOD: dict[Signal, float] = {'rotor_speed': 10.0, 'pressure': 2e6, 'friction': 0.5}
+LIMITS = {'rotor_speed': (-400.0, 400.0), 'pressure': (-1.05e5, 3e7), 'friction': (0.01, 1.5)}
+SHOWN = {'rotor_speed': ' rad/s, outside its range -400 to 400',
+         'pressure': ' Pa, outside its range -105000 to 3e+07',
+         'friction': ', outside its range 0.01 to 1.5',
+         'temperature': ' K, outside its range 200 to 1500'}
+# what the model was validated for; a caliper of 2.5e-3 m^2 makes 4e4 N of 1.6e7 Pa
+VALIDATED = {'rotor_speed': (-200.0, 200.0), 'pressure': (-1.05e5, 1.6e7), 'friction': (0.05, 0.9)}
+ANY_LEAP = {'wheel_acceleration_peak': 0.0, 'bar_suspected_below': 0.0}
+WITH_TABLE = {'a.temperature.topic': '/temperature'}
+TABLE_ONLY = {**WITH_TABLE, 'a.friction.topic': ''}
+# no cells are made for it, which take longer than a test should
+CERTAIN = {f'{name}_deviation': 0.0
+           for name in ('friction', 'pressure', 'rotor_speed', 'contact_stiffness')}
+NAN = math.nan
+
+
+def small_model(**changes: Any) -> BrakeModel:
+    """Four modes; those at 2000 and 2060 Hz merge at mu = 0.24, others are stable."""
+    couple = np.zeros((4, 4))
+    couple[2, 3], couple[3, 2] = 2e-3, -2e-3
+    shape = np.random.default_rng(0).standard_normal((4, 4))
+    return BrakeModel(**{
+        'angular_frequencies': 2 * np.pi * np.array([900.0, 1500.0, 2000.0, 2060.0]),
+        'contact_stiffness': 1e-5 * (shape @ shape.T), 'friction_couple': couple,
+        'gyroscopic': 1e-3 * (shape - shape.T), 'radial_dissipation': 1e-8 * (shape @ shape.T),
+        'negative_slope': 1e-6 * (shape @ shape.T), 'nominal_contact_stiffness': 1e10,
+        'caliper': Caliper(2.5e-3), 'friction_law': FrictionLaw(),
+        'friction_table': FrictionTable(np.array([300.0, 500.0]), np.array([0.5, 0.1])),
+        **changes})
+
+
+MODEL = small_model()
+
+
+def monitor(model: BrakeModel = MODEL, **parameters: Any) -> BrakeMonitor:
+    found = read_settings({'brakes': ['a'], **parameters})
+    return BrakeMonitor(found.brakes[0], found, model)
+
+
+def feed(to: BrakeMonitor, stamp: int = TICK, **values: float) -> BrakeMonitor:
+    for signal in to.brake.inputs:
+        if signal in values:
+            to.receive(signal, Sample(stamp, values[signal]))
+    return to
+
+
+def invalid(signal: str, value: float, age: float = 0.0) -> str:
+    return f'{signal} is {value:.6g}{SHOWN[signal]} ({age:.2f} s old)'
+
+
+def assess(values: dict[Any, float], model: BrakeModel = MODEL, **parameters: Any) -> Assessment:
+    return feed(monitor(model, **parameters), **values).assess(TICK)
+
+
+def check_unknown(found: Assessment, state: str, reason: str) -> None:
+    assert (found.state, found.reason, found.known) == (state, reason, False)
+    assert (found.modes, found.point) == ((), None)
+    assert np.isnan([found.risk, found.growth_rate, found.worst_frequency_hz,
+                     found.friction_margin]).all()
+
+
+def test_steady_and_squealing() -> None:
+    found = assess(GOOD)
+    assert (found.state, found.known, found.brake, found.time) == ('steady', True, 'a', TICK)
+    assert (found.friction, found.friction_source) == (0.5, 'measured')
+    assert [round(m.frequency_hz, -2) for m in found.flutter] == [2000.0]
+    assert found.flutter[0].growth_rate == found.growth_rate > 0.0
+    assert found.risk > 0.99
+
+
+def test_steady_and_quiet() -> None:
+    found = assess({**GOOD, 'friction': 0.1})
+    assert (found.state, found.modes) == ('steady', ())
+    assert found.growth_rate < 0.0 <= found.risk < 0.01
+
+
+@pytest.mark.parametrize('missing', GOOD)
+def test_never_received(missing: str) -> None:
+    others = {signal: value for signal, value in GOOD.items() if signal != missing}
+    check_unknown(assess(others), 'stale', f'{missing} never received')
+
+
+@pytest.mark.parametrize('old', GOOD)
+@pytest.mark.parametrize('max_age', [0.5, 0.1, 2.0])
+def test_stale_just_over_max_age(old: str, max_age: float) -> None:
+    others = {signal: value for signal, value in GOOD.items() if signal != old}
+    watch = feed(monitor(**{f'a.{old}.max_age': max_age}), **others)
+    feed(watch, TICK - round(max_age * SECOND), **{old: GOOD[old]})
+    assert watch.assess(TICK).state == 'steady'
+    shown = {'rotor_speed': '10 rad/s', 'pressure': '2e+06 Pa', 'friction': '0.5'}[old]
+    check_unknown(watch.assess(TICK + 1), 'stale', f'{old} is {max_age:.2f} s old: {shown}')
+
+
+@pytest.mark.parametrize(('signal', 'value'), [
+    *((signal, value) for signal in GOOD for value in (NAN, math.inf, -math.inf)),
+    *((signal, math.nextafter(limit, sign * math.inf)) for signal, limits in LIMITS.items()
+      for limit, sign in zip(limits, (-1, 1), strict=True)),
+    ('friction', 0.0), ('friction', -0.42), ('pressure', -1e6)])
+def test_invalid(signal: str, value: float) -> None:
+    cases = [{**GOOD, signal: value}]
+    if signal != 'friction':  # of which a released brake has no need
+        cases.append({**GOOD, 'pressure': 0.0, signal: value})
+    for values in cases:
+        check_unknown(assess(values, **ANY_LEAP), 'invalid', invalid(signal, value))
+
+
+@pytest.mark.parametrize('signal', GOOD)
+def test_the_limits_themselves_are_believed(signal: str) -> None:
+    wide = {'validated_rotor_speed_high': 400.0, 'validated_preload_high': 3e7 * 2.5e-3,
+            'validated_friction_low': 0.01, 'validated_friction_high': 1.5}
+    for limit in LIMITS[signal]:
+        assert assess({**GOOD, signal: limit}, **wide).known
+
+
+@pytest.mark.parametrize('pressure', [0.0, 4.9999e4, -4e4])
+@pytest.mark.parametrize('speed', [10.0, -10.0, 0.0])
+def test_released(pressure: float, speed: float) -> None:
+    found = assess({**GOOD, 'pressure': pressure, 'rotor_speed': speed})
+    assert (found.state, found.risk, found.known, found.modes) == ('released', 0.0, True, ())
+
+
+@pytest.mark.parametrize('pressure', [-9e4, -101325.0, -1.05e5])
+def test_a_gauge_may_undershoot_to_minus_an_atmosphere(pressure: float) -> None:
+    assert assess({**GOOD, 'pressure': pressure}).state == 'released'
+    below = math.nextafter(-1.05e5, -math.inf)
+    check_unknown(assess({**GOOD, 'pressure': below}), 'invalid', invalid('pressure', below))
+
+
+WITHOUT_FRICTION: dict[str, dict[str, float]] = {
+    'NaN': {'friction': NAN}, 'zero': {'friction': 0.0}, 'negative': {'friction': -0.3},
+    'beyond the model': {'friction': 1.2}, 'missing': {}, 'both bad': {
+        'friction': NAN, 'temperature': NAN}, 'a cold disc': {'temperature': 250.0}}
+
+
+@pytest.mark.parametrize('friction', WITHOUT_FRICTION.values(), ids=WITHOUT_FRICTION)
+@pytest.mark.parametrize('idle', [{'pressure': 0.0}, {'rotor_speed': 0.1}])
+def test_friction_is_judged_when_it_is_needed(friction: dict[str, float],
+                                              idle: dict[str, float]) -> None:
+    values = {'rotor_speed': 10.0, 'pressure': 2e6, **friction}
+    parameters = WITH_TABLE if 'temperature' in friction else {}
+    assert not assess(values, **parameters).known
+    found = assess({**values, **idle}, **parameters)
+    assert found.state == ('released' if 'pressure' in idle else 'not sliding')
+    assert 'friction' not in found.reason
+    assert (str(found.friction), found.friction_source) == ('nan', '')
+    bad = assess({**values, **idle, 'rotor_speed': NAN, 'pressure': NAN}, **parameters)
+    assert bad.state in ('invalid', 'stale')
+    assert [part.split()[0] for part in bad.reason.split('; ')][:2] == ['rotor_speed', 'pressure']
+
+
+def test_a_friction_that_only_comes_while_braking() -> None:
+    watch = feed(monitor(), **GOOD)
+    later = TICK + 10 * SECOND
+    feed(watch, later, rotor_speed=10.0, pressure=0.0)
+    assert watch.assess(later).state == 'released'
+    feed(watch, later + 1, pressure=2e6)
+    assert watch.assess(later + 1).reason == 'friction is 10.00 s old: 0.5'
+    assert feed(watch, later + 2, friction=0.4).assess(later + 2).state == 'steady'
+
+
+@pytest.mark.parametrize('speed', [0.0, 0.4999, -0.4999, -0.0])
+def test_not_sliding(speed: float) -> None:
+    check_unknown(assess({**GOOD, 'rotor_speed': speed}), 'not sliding',
+                  f'rotor speed {speed:.2f} rad/s: not sliding')
+    assert assess({**GOOD, 'rotor_speed': 0.5, 'pressure': 5e4}).state == 'steady'
+
+
+@pytest.mark.parametrize('bad', [
+    {}, *({**GOOD, signal: value} for signal in GOOD for value in (NAN, math.inf, -1e9)),
+    {**GOOD, 'pressure': 0.0}, {**GOOD, 'rotor_speed': 0.0}])
+def test_recovery(bad: dict[str, float]) -> None:
+    watch = feed(monitor(), TICK - SECOND // 10, **bad)
+    assert watch.assess(TICK - SECOND // 10).state != 'steady'
+    assert repr(feed(watch, **GOOD).assess(TICK)) == repr(assess(GOOD))
+    assert watch.assess(TICK + SECOND).state == 'stale'
+    assert feed(watch, TICK + SECOND, **GOOD).assess(TICK + SECOND).state == 'steady'
+
+
+def test_samples_of_the_future_wait() -> None:
+    watch = feed(monitor(), **GOOD)
+    for number in range(1, 1001):
+        feed(watch, TICK + number, friction=number * 5e-4)
+    assert repr(watch.assess(TICK)) == repr(assess(GOOD))
+    assert [watch.assess(TICK + n).friction for n in (200, 500, 1000)] == [0.1, 0.25, 0.5]
+
+
+def test_a_late_sample_does_not_replace_a_newer_one() -> None:
+    watch = feed(monitor(), **GOOD)
+    feed(watch, TICK - SECOND, friction=0.1)
+    assert repr(watch.assess(TICK)) == repr(assess(GOOD))
+
+
+def test_one_sample_of_the_future_does_not_block_an_input() -> None:
+    watch = feed(feed(monitor(), TICK - SECOND, **GOOD), TICK + 1000 * SECOND, friction=0.1)
+    assert repr(feed(watch, **GOOD).assess(TICK)) == repr(assess(GOOD))
+
+
+def test_jump_back_of_the_clock() -> None:
+    watch = feed(monitor(), **GOOD)
+    assert (watch.assess(TICK).state, watch.assess(TICK - 1).state) == ('steady', 'stale')
+    watch.reset()
+    check_unknown(watch.assess(TICK), 'stale', '; '.join(f'{s} never received' for s in GOOD))
+    assert feed(watch, TICK - SECOND, **GOOD).assess(TICK - SECOND).state == 'steady'
+
+
+def test_friction_of_the_temperature_alone() -> None:
+    found = assess({**GOOD, 'temperature': 350.0}, **TABLE_ONLY)
+    assert (found.friction, found.friction_source) == (pytest.approx(0.4), 'temperature')
+    assert found.risk == assess({**GOOD, 'friction': found.friction}).risk
+    for value in (NAN, 199.0, 1501.0):
+        check_unknown(assess({**GOOD, 'temperature': value}, **TABLE_ONLY), 'invalid',
+                      invalid('temperature', value))
+
+
+@pytest.mark.parametrize('friction', [{}, {'friction': NAN}, {'friction': -0.1}])
+def test_the_temperature_stands_in_for_friction(friction: dict[str, float]) -> None:
+    watch = feed(monitor(**WITH_TABLE), **friction, temperature=300.0)
+    found = feed(watch, rotor_speed=10.0, pressure=2e6).assess(TICK)
+    assert (found.state, found.friction, found.friction_source) == ('steady', 0.5, 'temperature')
+    assert found.risk == assess(GOOD).risk
+    found = feed(watch, TICK + 1, friction=0.45).assess(TICK + 1)
+    assert (found.friction, found.friction_source) == (0.45, 'measured')
+
+
+def test_stale_friction_and_temperature() -> None:
+    watch = feed(monitor(**WITH_TABLE), TICK - SECOND, friction=0.5, temperature=NAN)
+    feed(watch, rotor_speed=10.0, pressure=2e6)
+    check_unknown(watch.assess(TICK), 'stale', 'friction is 1.00 s old: 0.5; '
+                  'temperature is 1.00 s old: nan K')
+    assert feed(watch, temperature=300.0).assess(TICK).friction_source == 'temperature'
+    assert feed(watch, friction=0.3, temperature=NAN).assess(TICK).friction == 0.3
+
+
+@pytest.mark.parametrize(('low', 'high', 'frequency'), [
+    (1250.0, 16000.0, 2000.0), (1250.0, 1800.0, 1500.0), (500.0, 1000.0, 900.0)])
+def test_squeal_band(low: float, high: float, frequency: float) -> None:
+    found = assess(GOOD, squeal_band_low_hz=low, squeal_band_high_hz=high)
+    assert round(found.worst_frequency_hz, -2) == frequency
+    assert (found.risk > 0.99) == (found.growth_rate > 0.0) == (frequency == 2000.0)
+    assert [round(m.frequency_hz, -2) for m in found.modes] == [2000.0]
+    none = assess(GOOD, squeal_band_low_hz=5000.0)
+    assert (none.state, none.risk, none.modes) == ('steady', 0.0, found.modes)
+
+
+@pytest.mark.parametrize('speed', [2.0, 10.0, 40.0])
+def test_backwards_as_forwards(kang: BrakeModel, speed: float) -> None:
+    forwards, backwards = (assess({**GOOD, 'rotor_speed': sign * speed}, kang)
+                           for sign in (1, -1))
+    for name in ('risk', 'growth_rate', 'worst_frequency_hz', 'friction_margin'):
+        assert getattr(backwards, name) == pytest.approx(
+            getattr(forwards, name), rel=1e-6, nan_ok=True)
+    assert len(backwards.modes) == len(forwards.modes) > 0
+
+
+@pytest.mark.parametrize(('changes', 'parameters', 'text'), [
+    ({'caliper': None}, {}, 'model: has no caliper, so a pressure says nothing to it; give'),
+    ({'friction_table': None}, TABLE_ONLY, 'a.temperature: is all there is, and the model has'),
+    ({}, {'a.friction.minimum': 0.0}, 'a.friction.minimum: is 0.0 ')])
+def test_refused_at_once(changes: Any, parameters: Any, text: str) -> None:
+    with pytest.raises(ConfigurationError, match=f'^{text}'):
+        monitor(model := small_model(**changes), **parameters)
+    with pytest.raises(ConfigurationError, match=f'^{text}'):
+        VehicleMonitor(read_settings({'brakes': ['a'], **parameters}), model)
+
+
+def test_a_temperature_without_a_table_is_passed_over() -> None:
+    model, warm = small_model(friction_table=None), {**GOOD, 'temperature': 300.0}
+    assert assess(warm, model, **WITH_TABLE).friction_source == 'measured'
+    check_unknown(assess({**warm, 'friction': NAN}, model, **WITH_TABLE), 'invalid',
+                  invalid('friction', NAN))
+
+
+def test_a_growing_mode_is_a_risk() -> None:
+    model = BrakeModel(
+        angular_frequencies=np.array([4e3 * np.pi]), damping_ratios=0.0, caliper=Caliper(2.5e-3),
+        negative_slope=np.array([[1e-4]]), friction_law=FrictionLaw())
+    for speed in np.linspace(1.0, 40.0, 12):
+        assert assess({**GOOD, 'rotor_speed': speed}, model).risk > 0.5
+
+
+def test_brakes_of_a_vehicle_do_not_sway_each_other() -> None:
+    vehicle = VehicleMonitor(read_settings({'brakes': ['b', 'a']}), MODEL)
+    for signal, value in GOOD.items():
+        vehicle.receive('a', signal, Sample(TICK, value))
+        vehicle.receive('b', signal, Sample(TICK - SECOND, NAN))
+    first, second = vehicle.assess(TICK)
+    assert (first.brake, first.state) == ('b', 'stale')
+    assert repr(second) == repr(assess(GOOD))
+    vehicle.reset()
+    assert [found.state for found in vehicle.assess(TICK)] == ['stale', 'stale']
+
+
+STEP = st.integers(1, SECOND)  # 0 would be no stamp
+SAMPLE = st.sampled_from(list(GOOD)).flatmap(lambda name: st.tuples(
+    st.just(name), STEP, st.floats(*LIMITS[name]) | st.floats()))
+Events = list[tuple[Any, int, float]]
+
+
+def play(events: Events, ticks: bool) -> list[str]:
+    """Assessments at the ticks among the events, or only at the end of them."""
+    watch, time, found = feed(monitor(**CERTAIN), 1, **GOOD), 1, []
+    for kind, step, value in events:
+        if kind == 'tick':
+            time += step // 4
+            found += [watch.assess(time)] if ticks else []
+        else:
+            feed(watch, time + step - SECOND // 2, **{kind: value})
+    return [*map(repr, found), repr(last := watch.assess(time)),
+            repr((last.state, last.inputs, last.friction, last.risk))]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(SAMPLE | st.tuples(st.just('tick'), STEP, st.just(0.0)), max_size=30))
+def test_same_samples_and_ticks_same_assessments(events: Events) -> None:
+    """To the last bit; after other ticks the table is another, and so a number by its error."""
+    assert play(events, ticks=True) == play(events, ticks=True)
+    assert play(events, ticks=True)[-1] == play(events, ticks=False)[-1]
+
+
+def expected_state(samples: Events, time: int) -> str:
+    newest = {s[0]: s[1:] for s in sorted(samples, key=lambda s: s[1]) if s[1] <= time}
+    fresh = {name: value for name, (stamp, value) in newest.items() if time - stamp <= SECOND // 2}
+    if (VALIDATED['pressure'][0] <= fresh.get('pressure', NAN) < 5e4
+            or abs(fresh.get('rotor_speed', NAN)) < 0.5):
+        fresh['friction'] = GOOD['friction']  # whatever it is
+    if any(not LIMITS[name][0] <= value <= LIMITS[name][1] for name, value in fresh.items()):
+        return 'invalid'
+    if len(fresh) < len(GOOD):
+        return 'stale'
+    if any(not VALIDATED[name][0] <= value <= VALIDATED[name][1]
+           for name, value in fresh.items()):
+        return 'outside validated range'
+    if fresh['pressure'] < 5e4:
+        return 'released'
+    return 'steady' if abs(fresh['rotor_speed']) >= 0.5 else 'not sliding'
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.lists(SAMPLE, max_size=9), STEP, st.integers(0, 3))
+def test_no_number_unless_steady_or_released(samples: Events, time: int, before: int) -> None:
+    samples = [*((name, 1, GOOD[name]) for name in list(GOOD)[:before]), *samples]
+    watch = monitor(stamp_tolerance=1.0, **ANY_LEAP)
+    for name, stamp, value in samples:
+        feed(watch, stamp, **{name: value})
+    found = watch.assess(time)
+    assert found.state == expected_state(samples, time)
+    if found.state in ('steady', 'released'):
+        assert 0.0 <= found.risk <= 1.0
+    else:
+        check_unknown(found, found.state, found.reason)

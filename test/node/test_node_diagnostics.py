@@ -1,0 +1,109 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""/diagnostics of the node (REP-107): how often, on what, in which form; the log beside it."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from sensor_msgs.msg import JointState  # noqa: E402
+from squeal_core.monitor.settings import read_settings  # noqa: E402
+from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
+from squeal_ros.node import diagnostics as reporting  # noqa: E402
+from squeal_ros.node.messages import Levels, OK, WARN  # noqa: E402
+from support.harness import Vehicle, vehicle  # noqa: E402, I100
+
+
+def test_once_a_second_and_at_once_on_a_change_of_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    steady = [10**9]
+    monkeypatch.setattr(reporting, 'time', SimpleNamespace(monotonic_ns=lambda: steady[0]))
+    with vehicle(diagnostics_rate=1.0) as car:
+        car.until(lambda: car.risk > 0.99 and car.status.level[0] == WARN)
+        heard: list[Any] = []
+        car.node.create_subscription(type(car.said['diagnostics']), '/diagnostics',
+                                     heard.append, 10)
+        car.until(lambda: heard)
+        heard.clear()
+        car.advance(4.0)
+        assert len(heard) == 4
+        heard.clear()
+        for _ in range(3):  # a second of steady time counts, too, for a simulation that crawls
+            steady[0] += 10**9
+            car.advance(0.05)
+        assert len(heard) == 3
+        heard.clear()
+        car.pressure, released = 0.0, car.simulated
+        car.until(lambda: heard and heard[-1].status[0].level[0] == OK)
+        assert car.simulated <= released + 0.65 * 1e9  # risk_hold, and two ticks
+
+
+def test_every_figure_is_a_value() -> None:
+    with vehicle(brakes=['fl', 'fr']) as car:
+        car.until(lambda: car.risk > 0.99)
+        fl, fr, node = car.said['diagnostics'].status
+        assert [s.name for s in (fl, fr, node)] == [
+            f'squeal_monitor: {part}' for part in ('fl', 'fr', 'node')]
+        assert [s.hardware_id for s in (fl, fr)] == ['fl', 'fr']
+        texts = {'state', 'friction_source', 'modes_from', 'risk_basis', 'risk_by_mode',
+                 'unstable_frequencies_hz', 'unstable_growth_rates_1_s', 'mode_shapes', 'model',
+                 'audit_failed_names', 'cross_checks'}
+        for status in (fl, fr, node):
+            keys = [item.key for item in status.values]
+            assert len(set(keys)) == len(keys)
+            for item in status.values:
+                if item.key not in texts and not item.key.endswith('_status'):
+                    float(item.value)
+        assert all(len(text.split()) == len(car.unstable) for text in (
+            item.value for item in fl.values if item.key.startswith('unstable_')))
+
+
+def test_a_risk_about_its_threshold_does_not_chatter() -> None:
+    settings = read_settings({'brakes': ['fl'], 'risk_warning': 0.5, 'risk_hysteresis': 0.1})
+    levels = Levels(settings)
+
+    def level(tick: int, risk: float) -> int:
+        return levels.of([Assessment(brake='fl', time=tick * 100_000_000, state='steady',
+                                     reason='', risk=risk)])[0]
+
+    said = [level(tick, 0.5 + 0.05 * (-1) ** tick) for tick in range(100)]
+    assert said == [WARN] * 100
+    said = [level(tick, 0.3) for tick in range(100, 120)]
+    assert said == sorted(said, reverse=True)
+    assert said[-1] == OK
+
+
+def test_what_cannot_be_read_is_logged_once_and_counted_after(
+        capfd: pytest.CaptureFixture[str]) -> None:
+    with vehicle(brakes=['fl', 'fr']) as car:
+        car.silent = {'rotor_speed'}
+        for message in (JointState(), JointState(name=['fl_wheel_joint', 'fr_wheel_joint'])):
+            before = int(car.figures.get('unreadable_messages', 0))
+            car.until(lambda m=message, n=before: unread(car, m) > n + 20,  # type: ignore[misc]
+                      'twenty more')
+        assert math.isnan(car.risk)
+        log = capfd.readouterr().err
+        for brake in ('fl', 'fr'):
+            path = f'velocity[name={brake}_wheel_joint]'
+            assert log.count(f"{path}: no '{brake}_wheel_joint' in the list 'name'") == 1
+            assert log.count(f'{path}: the list is empty') == 1
+
+
+def unread(car: Vehicle, message: Any) -> int:
+    car._publishers['rotor_speed'].publish(message)
+    return int(car.figures.get('unreadable_messages', 0))

@@ -1,0 +1,213 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The node and the commands as processes: signals, exit codes, one-line errors, threads."""
+
+from collections.abc import Iterator
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from support.domains import free_domain
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+NODE = [sys.executable, '-m', 'squeal_ros.node', '--ros-args']
+SQUEAL = [sys.executable, '-m', 'squeal_ros.cli']
+ENVIRONMENT: dict[str, str] = {}
+
+
+@pytest.fixture(scope='module', autouse=True)
+def environment() -> Iterator[dict[str, str]]:
+    """Run every process of this module in a domain of its own."""
+    with free_domain() as domain:
+        ENVIRONMENT.update(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
+                           FASTDDS_BUILTIN_TRANSPORTS='UDPv4', ROS_DOMAIN_ID=str(domain))
+        yield ENVIRONMENT
+
+
+def run(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, timeout=600, cwd=cwd,
+                          env=ENVIRONMENT, check=False)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_the_node_cleanly(number: signal.Signals) -> None:
+    # by -c, so that this shell's way of starting jobs cannot have left SIGINT ignored
+    with subprocess.Popen(NODE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
+                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as node:
+        assert node.stderr is not None
+        assert 'watching' in node.stderr.readline()
+        node.send_signal(number)
+        rest = node.stderr.read()
+        assert node.wait(600) == 0
+    assert 'Traceback' not in rest
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['-p', 'rate:=-1.0'], 'rate'), (['-p', 'model:=nobody'], 'nobody'),
+    (['-p', 'brakse:=x'], 'brakse'), (['-p', 'brakes:=[a b]'], 'a b'),
+    (['--params-file', '/nowhere.yaml'], '/nowhere.yaml')])
+def test_bad_settings_end_in_one_line(arguments: list[str], words: str) -> None:
+    done = run([*NODE, *arguments])
+    assert done.returncode == 2
+    own = [line for line in done.stderr.splitlines() if not line.startswith('[')]  # rcl's log
+    assert len(own) == 1
+    assert own[0].startswith('squeal_monitor: ')
+    assert words in own[0]
+
+
+def test_blas_runs_on_one_thread() -> None:
+    pytest.importorskip('threadpoolctl', reason='needs threadpoolctl')
+    done = run([sys.executable, '-c', (
+        'import squeal_ros.node.lifecycle_node, scipy.linalg, threadpoolctl, json;'
+        'print(json.dumps([p["num_threads"] for p in threadpoolctl.threadpool_info()]))')])
+    threads = json.loads(done.stdout)
+    assert threads
+    assert set(threads) == {1}
+
+
+def modes(*arguments: str) -> Any:
+    done = run([*SQUEAL, 'modes', 'kang2009', *arguments, '--json'])
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_modes_json_is_whole() -> None:
+    answer = modes('--rotor-speed', '20', '--friction', '0.42', '--preload', '2000')
+    assert [m['index'] for m in answer['modes']] == list(range(1, 93))
+    assert set(answer['modes'][0]) == {
+        'index', 'identity', 'kind', 'frequency_hz', 'growth_rate', 'damping_ratio',
+        'backward_error', 'condition', 'error_bound', 'mechanism', 'participation',
+        'contributions', 'without', 'sensitivity'}
+    assert [m['kind'] for m in answer['modes'][:6]] == ['rigid'] * 6
+    assert all(m['growth_rate'] * m['damping_ratio'] <= 0.0 for m in answer['modes'])
+    by_pressure = modes('--rotor-speed', '20', '--friction', '0.42', '--pressure', '783773.1')
+    assert by_pressure['point']['contact_pressure'] == pytest.approx(
+        answer['point']['contact_pressure'], rel=1e-5)  # 2000 N on a 57 mm piston
+
+
+def test_modes_take_slope_from_option_or_law() -> None:
+    law = modes('--rotor-speed', '5', '--friction-law')
+    assert law['point']['friction_slope'] < -0.05
+    assert any(m['kind'] == 'divergence' for m in law['modes'])
+    own = modes('--rotor-speed', '5', '--friction', '0.42', '--friction-slope', '-0.1')
+    assert own['point']['friction_slope'] == -0.1
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['modes', 'nobody', '--rotor-speed', '5'], 'nobody'),
+    (['modes', 'kang2009', '--rotor-speed', '0'], '--rotor-speed'),
+    (['modes', 'kang2009', '--rotor-speed', 'nan'], '--rotor-speed'),
+    (['modes', 'kang2009', '--rotor-speed', '5', '--preload', '-1'], '--preload'),
+    (['build', 'nobody.yaml', '-o', 'x.npz'], 'nobody.yaml'),
+    (['info', 'README.md'], 'README.md'),
+    (['replay', 'nobody.mcap', '-o', 'x.mcap'], 'nobody.mcap'),
+    (['settings', '1st'], '1st'),
+    (['demo', 'nobody'], 'nobody'), (['demo', '--rate', '0'], '--rate')])
+def test_bad_input_is_exit_two_and_one_line(arguments: list[str], words: str,
+                                            tmp_path: Path) -> None:
+    done = run([*SQUEAL, *arguments], cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ''
+    assert len(done.stderr.splitlines()) == 1
+    assert words in done.stderr
+    assert not list(tmp_path.glob('x.*'))
+
+
+def test_info_shows_the_model() -> None:
+    done = run([*SQUEAL, 'info', 'kang2009', '--json'])
+    header = json.loads(done.stdout)
+    assert header['schema'] == 1
+    assert len(header['frequencies_hz']) == 92
+    assert header['provenance']['description']['name'] == 'kang2009'
+    assert 'disc (3,0)c' in run([*SQUEAL, 'info', 'kang2009']).stdout
+
+
+NODE_MODULE, SQUEAL_MODULE = ['-m', 'squeal_ros.node'], ['-m', 'squeal_ros.cli', 'map', 'kang2009']
+
+
+def interrupted(command: list[str], moment: str, count: int) -> tuple[int, list[str]]:
+    """Send SIGINT at the import of a module, or at a word of the log; exit code and last words."""
+    with subprocess.Popen(
+            [sys.executable, '-X', 'importtime', *command], stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL, text=True, env=ENVIRONMENT,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as process:
+        assert process.stderr is not None
+        said = []
+        for line in process.stderr:
+            said.append(line)
+            if moment in line:
+                break
+        for _ in range(count):
+            process.send_signal(signal.SIGINT)
+        said += process.stderr.readlines()
+        code = process.wait(600)
+    return code, [line for line in said if not line.startswith('import time')]
+
+
+@pytest.mark.parametrize('count', [1, 2])
+@pytest.mark.parametrize('moment', ['numpy.linalg', 'squeal_core.stability.eigensolution',
+                                    'rclpy.context', 'squeal_ros.node.ticker', 'watching'])
+def test_an_interrupt_at_any_moment_ends_the_node_with_zero(moment: str, count: int) -> None:
+    code, words = interrupted(NODE_MODULE, moment, count)
+    assert code == 0
+    assert not [line for line in words if 'Traceback' in line or 'Error' in line]
+
+
+@pytest.mark.parametrize('count', [1, 2])
+@pytest.mark.parametrize('moment', ['numpy.linalg', 'squeal_core.stability.eigensolution'])
+def test_an_interrupt_while_a_command_starts(moment: str, count: int) -> None:
+    code, words = interrupted(SQUEAL_MODULE, moment, count)
+    assert code == 130
+    assert set(words) == {'squeal: interrupted\n'}
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['--params-file', 'x.yaml'], 'write --ros-args before'),
+    (['x.yaml'], '--ros-args --params-file x.yaml'), (['--versio'], 'did you mean --version?'),
+    (['--ros-args', '--parms-file', 'x'], 'did you mean --params-file?'),
+    (['--ros-args', '--params-file', 'none.yaml'], 'none.yaml: cannot be read'),
+    (['--ros-args', '-p', 'brakes:='], "is followed by 'brakes:='"),
+    (['--ros-args', '-p', 'brakes:=[]'], 'brakes: is an empty list'),
+    (['--ros-args', '-p', 'brakes:=[fl]', '-p', 'fl.pressure.topic:=[]'],
+     'fl.pressure.topic: is an empty list'),
+    (['--ros-args', '-p', 'front_left.presure.topic:=x'],
+     'did you mean front_left.pressure.topic?')])
+def test_arguments_that_the_node_refuses(arguments: list[str], words: str) -> None:
+    done = run([sys.executable, '-m', 'squeal_ros.node', *arguments])
+    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, '', 1)
+    assert words in done.stderr
+
+
+def test_help_and_version_of_both_programs() -> None:
+    from squeal_core import __version__
+    for command in ([sys.executable, '-m', 'squeal_ros.node'], SQUEAL):
+        shown = run([*command, '--version'])
+        assert (shown.returncode, shown.stdout) == (0, f'squeal_ros {__version__}\n')
+        assert run([*command, '--help']).stdout.startswith('usage: squeal')
+
+
+def test_standard_output_that_is_full() -> None:
+    with Path('/dev/full').open('w') as full:
+        done = subprocess.run([*SQUEAL, 'modes', 'kang2009', '--rotor-speed', '5'], text=True,
+                              stdout=full, stderr=subprocess.PIPE, env=ENVIRONMENT, check=False)
+    assert done.returncode == 2
+    assert done.stderr == ('squeal: standard output: No space left on device; check path, rights '
+                           'and space\n')

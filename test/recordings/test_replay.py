@@ -1,0 +1,266 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Bags: written, read, damaged; and the replay of what a node was given."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rosbags', reason='needs rosbags')
+
+from rosbags.interfaces import (  # noqa: E402
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
+from rosbags.typesys import get_typestore, Stores  # noqa: E402
+from squeal_core.common.output import OutputError  # noqa: E402
+from squeal_core.model.brake_model import BrakeModel  # noqa: E402
+from squeal_core.monitor.history import read_rows, row_of, squeal_events  # noqa: E402
+from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
+from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
+from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
+from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
+
+SECOND = 1_000_000_000
+FLOAT = 'std_msgs/msg/Float64'
+STORE = get_typestore(Stores.ROS2_JAZZY)
+QOS = Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, QosDurability.VOLATILE,
+          QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
+
+
+@pytest.fixture
+def settings() -> MonitorSettings:
+    speed = {'fl.rotor_speed.topic': 'speed', 'fl.rotor_speed.type': FLOAT,
+             'fl.rotor_speed.field': 'data'}
+    pressure = {'fl.pressure.topic': 'pressure', 'fl.pressure.type': FLOAT,
+                'fl.pressure.field': 'data'}
+    return read_settings({'brakes': ['fl'], 'rate': 2.0, **speed, **pressure})
+
+
+def replay(path: Path, settings: MonitorSettings, model: BrakeModel
+           ) -> list[tuple[Assessment, ...]]:
+    return list(Replay(Bag(path), settings, model))
+
+
+def messages(seconds: float, step: float = 0.1) -> list[tuple[str, int, float]]:
+    """Braking from 1 s to 3 s at a constant rotor speed."""
+    found = []
+    for time in np.arange(0.0, seconds, step):
+        stamp = 100 * SECOND + round(time * SECOND)
+        for topic, value in (('/speed', 20.0), ('/fl/friction', 0.42),
+                             ('/pressure', 7.84e5 if 1.0 <= time < 3.0 else 0.0)):
+            found.append((topic, stamp, value))
+    return found
+
+
+def write(path: Path, entries: list[tuple[str, int, float]]) -> Path:
+    library = BagMessages()
+    with BagWriter(path) as bag:
+        for topic, time, value in entries:
+            bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
+    return path
+
+
+@pytest.mark.parametrize('name', ['in.mcap', 'in'])
+def test_bag_round_trip(name: str, tmp_path: Path) -> None:
+    entries = messages(1.0)
+    path = write(tmp_path / name, entries)
+    assert path.is_file() == name.endswith('.mcap')
+    wanted = {topic: FLOAT for topic, _, _ in entries}
+    assert sorted((t, s, m.data) for t, s, m, _ in Bag(path).messages(wanted)) == sorted(entries)
+    assert [p.name for p in tmp_path.iterdir()] == [name]
+    with pytest.raises(OutputError, match='exists'), BagWriter(path):
+        pass
+
+
+def test_sqlite_bag_of_another_writer(tmp_path: Path, settings: MonitorSettings,
+                                      kang: BrakeModel) -> None:
+    path = tmp_path / 'other'
+    with Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:
+        connections = {}
+        for topic, time, value in messages(4.0):
+            if topic not in connections:
+                connections[topic] = bag.add_connection(topic, FLOAT, typestore=STORE)
+            data = STORE.serialize_cdr(BagMessages().type(FLOAT)(data=value), FLOAT)
+            bag.write(connections[topic], time, data)
+    for source in (path, next(path.glob('*.db3'))):
+        risks = [tick[0].risk for tick in replay(source, settings, kang)]
+        # ticks at 100.0, 100.5, ... 104.0; braking from 101.0 on, off again at 103.0
+        assert risks == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
+                                  kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', messages(4.0))
+    outputs = Outputs(tmp_path / 'out.mcap', settings)
+    ticks = replay(bag, settings, kang)
+    outputs.write(iter(ticks))
+    with Reader(tmp_path / 'out.mcap') as reader:
+        counts = {c.topic: c.msgcount for c in reader.connections}
+    assert counts == {**dict.fromkeys([f'/squeal_monitor/fl/{name}' for name in (
+        'squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')], 9),
+        '/diagnostics': 9}
+    # text, so that NaN equals NaN
+    rows = list(read_rows(outputs.csv_path))
+    assert repr(rows) == repr([row_of(a) for tick in ticks for a in tick])
+    assert [(e.start, e.end) for e in outputs.events] == [(101.0, 102.5)]
+    assert squeal_events(rows, settings) == outputs.events
+    assert not [p for p in tmp_path.iterdir() if p.name.startswith('.') or p.suffix == '.part']
+
+
+def test_replay_is_the_same_every_time(tmp_path: Path, settings: MonitorSettings,
+                                       kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', messages(3.0))
+    first, second = (repr(replay(bag, settings, kang)) for _ in range(2))
+    assert first == second
+
+
+def test_clock_back_and_long_silence(tmp_path: Path, settings: MonitorSettings,
+                                     kang: BrakeModel) -> None:
+    entries = messages(2.0)
+    later = [(topic, time + 3600 * SECOND, value) for topic, time, value in entries]
+    ticks = [t[0] for t in replay(write(tmp_path / 'a.mcap', entries + later), settings, kang)]
+    assert len(ticks) < 40  # not one tick for each half second of the silent hour
+    assert ticks[8].state == 'stale'
+    assert ticks[-1].state == 'steady'
+
+
+def fail(kind: str, path: Path) -> None:
+    data = path.read_bytes()
+    if kind == 'truncated':
+        path.write_bytes(data[:len(data) // 2])
+    elif kind == 'empty':
+        path.write_bytes(b'')
+    elif kind == 'text':
+        path.write_text('speed,pressure\n')
+    else:
+        path.unlink()
+
+
+@pytest.mark.parametrize('kind', ['truncated', 'empty', 'text', 'missing'])
+def test_damaged_bag_is_one_clear_error_and_leaves_nothing(
+        kind: str, tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', messages(1.0))
+    fail(kind, bag)
+    outputs = Outputs(tmp_path / 'out.mcap', settings)
+    with pytest.raises(BagError, match=r'in\.mcap: .*; ') as error:
+        outputs.write(iter(Replay(Bag(bag), settings, kang)))
+    assert '\n' not in str(error.value)
+    assert {p.name for p in tmp_path.iterdir()} <= {'in.mcap'}
+
+
+def test_bag_without_the_topics_names_them(tmp_path: Path, settings: MonitorSettings,
+                                           kang: BrakeModel) -> None:
+    bag = write(tmp_path / 'in.mcap', [('/other', SECOND, 1.0)])
+    with pytest.raises(BagError, match='/speed.*/other'):
+        replay(bag, settings, kang)
+
+
+def test_tail_of_undefined_bytes_is_left_out(tmp_path: Path) -> None:
+    """As rclpy's serialize_message leaves behind a JointState."""
+    joints: Any = BagMessages().type('sensor_msgs/msg/JointState')(
+        header=STORE.types['std_msgs/msg/Header'](
+            stamp=STORE.types['builtin_interfaces/msg/Time'](sec=1, nanosec=0), frame_id=''),
+        name=['fl_wheel_joint'], position=np.zeros(0), velocity=np.array([math.pi]),
+        effort=np.zeros(0))
+    data = bytes(STORE.serialize_cdr(joints, 'sensor_msgs/msg/JointState')) + b'\xa0' * 12
+    with BagWriter(tmp_path / 'a.mcap') as bag:
+        bag.write('/joint_states', 'sensor_msgs/msg/JointState', SECOND, data)
+    (_, _, message, _), = Bag(tmp_path / 'a.mcap').messages(
+        {'/joint_states': 'sensor_msgs/msg/JointState'})
+    assert message.velocity.tolist() == [math.pi]
+    with Reader(tmp_path / 'a.mcap') as reader:
+        _, _, stored = next(reader.messages())
+    assert len(stored) == len(data) - 12
+
+
+def test_two_connections_of_one_topic_that_contradict_each_other(
+        tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    """As two publishers recorded apart and merged: the one that says 0 Pa hides no squeal."""
+    library = BagMessages()
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        connections = {topic: bag.add_connection(topic, FLOAT, typestore=STORE)
+                       for topic in ('/speed', '/fl/friction', '/pressure')}
+        connections['second'] = bag.add_connection(
+            '/pressure', FLOAT, typestore=STORE, offered_qos_profiles=[QOS])
+        for topic, time, value in messages(4.0, step=0.02):
+            for name, number in ((topic, value), *([('second', 0.0)] * (topic == '/pressure'))):
+                data = STORE.serialize_cdr(library.type(FLOAT)(data=number), FLOAT)
+                bag.write(connections[name], time + (name == 'second'), data)
+    said = [tick[0] for tick in replay(tmp_path / 'bag', settings, kang)]
+    assert [found.state for found in said] == [
+        'released', 'released', 'steady', *['invalid'] * 4, *['released'] * 2]
+    assert 'contradicted by another publisher' in said[4].reason
+    assert 'until it has been steady for 0.5 s' in said[6].reason  # they agree since 0.02 s
+
+
+def test_a_second_publisher_of_other_joints_is_no_finding(tmp_path: Path,
+                                                          kang: BrakeModel) -> None:
+    kind = 'sensor_msgs/msg/JointState'
+    joints, library = STORE.types[kind], BagMessages()
+    header = STORE.types['std_msgs/msg/Header'](
+        STORE.types['builtin_interfaces/msg/Time'](0, 0), '')
+    pressure = {'fl.pressure.topic': 'pressure', 'fl.pressure.type': FLOAT,
+                'fl.pressure.field': 'data'}
+    with BagWriter(tmp_path / 'in.mcap') as bag:
+        for topic, time, value in messages(4.0):
+            if topic != '/speed':
+                bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
+                continue
+            none = np.array([])
+            for name, velocity in (('arm', [0.1]), ('fl_wheel_joint', [value])):
+                bag.write('/joint_states', kind, time,
+                          joints(header, [name], none, np.array(velocity), none))
+    played = Replay(Bag(tmp_path / 'in.mcap'), read_settings({
+        'brakes': ['fl'], 'rate': 2.0, **pressure}), kang)
+    assert {tick[0].state for tick in played} == {'steady', 'released'}
+    assert played.findings == []
+
+
+def test_a_friction_that_is_no_number_while_the_brake_is_released(
+        tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    """As torque over pressure gives it; a made-up stop."""
+    entries = messages(4.0)
+    braked = {time for topic, time, value in entries if topic == '/pressure' and value}
+    path = write(tmp_path / 'in.mcap', [
+        (topic, time, math.nan if topic == '/fl/friction' and time not in braked else value)
+        for topic, time, value in entries])
+    risks = [tick[0].risk for tick in replay(path, settings, kang)]
+    assert risks == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def test_a_long_drag_in_coarse_steps_is_not_stuck(tmp_path: Path, settings: MonitorSettings,
+                                                  kang: BrakeModel) -> None:
+    """Pressure in steps of 1 bar at 10 Hz, half a minute within one step."""
+    random, entries = np.random.default_rng(0), []
+    for tenth in range(450):
+        time = 100 * SECOND + tenth * SECOND // 10
+        pressure = 12.0 if tenth > 100 else abs(12.0 * math.sin(tenth / 5.0))
+        entries += [('/speed', time, 25.0 + 0.02 * round(random.normal(0.0, 3.0))),
+                    ('/fl/friction', time, 0.42 + random.normal(0.0, 0.003)),
+                    ('/pressure', time, 1e5 * round(pressure))]
+    ticks = [tick[0] for tick in replay(write(tmp_path / 'in.mcap', entries), settings, kang)]
+    assert len(ticks) == 91
+    assert {found.state for found in ticks} == {'steady', 'released'}
+    assert {found.state for found in ticks[22:]} == {'steady'}

@@ -1,0 +1,87 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Models and points that tests of the engine share."""
+
+from typing import Any
+
+import numpy as np
+from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray
+
+STIFFNESS = 0.35e11
+
+
+def random_model(size: int, seed: int = 0, **changes: Any) -> BrakeModel:
+    """
+    Return a model with the symmetries of a brake's arrays and their sizes in K09's model.
+
+    Every mode has shapes at as many points of contact as there are modes; the spacing of the
+    frequencies is that of K09's.
+    """
+    generator = np.random.default_rng(seed)
+
+    def shapes() -> FloatArray:
+        return np.asarray(generator.normal(size=(size, size)) / np.sqrt(size))
+
+    normal, tangent, radial, turned = shapes(), shapes(), shapes(), shapes()
+    return BrakeModel(**{
+        'angular_frequencies': np.sort(generator.uniform(4e3, 4e3 + 700.0 * size, size)),
+        'damping_ratios': 0.002, 'gyroscopic': turned - turned.T,
+        'contact_stiffness': 1e-2 * normal.T @ normal,
+        'friction_couple': 1e-2 * tangent.T @ normal,
+        'radial_dissipation': 1e-2 * radial.T @ radial,
+        'negative_slope': 1e-2 * tangent.T @ tangent, **changes})
+
+
+def point(**changes: float) -> OperatingPoint:
+    """Return an operating point in the middle of the range."""
+    return OperatingPoint(**{
+        'rotor_speed': 20.0, 'friction': 0.42, 'friction_slope': -0.02, 'contact_pressure': 7e5,
+        'contact_stiffness': STIFFNESS, **changes})
+
+
+def random_point(generator: np.random.Generator, contact_area: float) -> OperatingPoint:
+    """Return a point of the whole range for which the engine is meant."""
+    def spread(low: float, high: float) -> float:
+        return float(np.exp(generator.uniform(np.log(low), np.log(high))))
+
+    return OperatingPoint(
+        rotor_speed=spread(0.5, 200.0), friction=generator.uniform(0.05, 0.9),
+        friction_slope=generator.uniform(-0.3, 0.1),
+        contact_pressure=spread(50.0, 40e3) / contact_area,
+        contact_stiffness=STIFFNESS * spread(0.1, 3.0))
+
+
+def near(start: OperatingPoint, step: float, generator: np.random.Generator) -> OperatingPoint:
+    """Return a point up to a relative step away; a tenth of it in the slope [s/m]."""
+    shares = generator.uniform(-1.0, 1.0, 5)
+    names = ('rotor_speed', 'friction', 'contact_pressure', 'contact_stiffness')
+    return OperatingPoint(
+        **{name: getattr(start, name) * float(1.0 + step * share)
+           for name, share in zip(names, shares, strict=False)},
+        friction_slope=start.friction_slope + 0.1 * step * float(shares[4]))
+
+
+def between(start: OperatingPoint, end: OperatingPoint, part: float) -> OperatingPoint:
+    """Return a point on the straight way between two."""
+    return OperatingPoint(**{name: value + part * (getattr(end, name) - value)
+                             for name, value in start.__dict__.items()})
+
+
+def companion_roots(model: BrakeModel, at: OperatingPoint) -> ComplexArray:
+    """All roots (2N,) of the whole first-order form, coordinates without stiffness included."""
+    eye = np.eye(model.size)
+    return np.asarray(np.linalg.eigvals(np.block(
+        [[np.zeros_like(eye), eye], [-model.stiffness(at), -model.damping(at)]])))

@@ -1,0 +1,368 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A vehicle for node tests: real publishers and subscribers around a real node, no launch."""
+
+import os
+
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+
+from collections.abc import Callable, Iterator  # noqa: E402, I100
+from contextlib import contextmanager  # noqa: E402
+import gc  # noqa: E402
+import math  # noqa: E402
+from time import monotonic  # noqa: E402
+from typing import Any  # noqa: E402
+
+import pytest  # noqa: E402
+
+pytest.importorskip('rclpy', reason='needs rclpy')
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100
+import rclpy  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.duration import Duration  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from rclpy.time import Time  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from sensor_msgs.msg import FluidPressure, JointState, Temperature  # noqa: E402
+from squeal_ros.node.executor import SturdyExecutor  # noqa: E402
+from squeal_ros.node.lifecycle_node import SquealMonitor  # noqa: E402
+from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
+from support.domains import free_domain  # noqa: E402
+
+TIMEOUT = 600.0  # s of the machine's time: only what hangs takes so long
+SECOND = 1_000_000_000  # ns
+BEGIN = 1000 * SECOND  # where simulated time begins
+STEP = SECOND // 20  # longest step of it
+# of simulated time, by when a condition must hold; on a slow machine things outside it may last
+LONGEST, LEAST = 100 * SECOND, 60.0
+# settings for a test that runs on the system's clock: a busy machine may pause for long
+PATIENT = {f'fl__{name}__max_age': 600.0 for name in ('rotor_speed', 'pressure', 'friction')}
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_GREETING = 0.5  # s
+_SPIN = 0.002  # s; always the same: another one makes rclpy begin again with its first entity
+
+
+class Vehicle:
+    """
+    One brake's signals, the node under test, and what the node last said.
+
+    Simulated time goes on only when the node has taken what was published and has spoken at each
+    tick, so no test depends on the machine's speed. Without a `monitor` the node under test is
+    another process, which takes what it is sent on the system's clock (`simulated` is None) or,
+    once `simulated` is set, with diagnostics at each tick.
+    """
+
+    def __init__(self, context: Context, monitor: Any, brake: str, namespace: str = '', *,
+                 simulated: bool = False, rate: float = 20.0) -> None:
+        self.context, self.monitor, self.brake = context, monitor, brake
+        self._namespace, self._rate = namespace, rate
+        self.node = rclpy.create_node('vehicle', context=context, namespace=namespace,
+                                      parameter_overrides=parameters(use_sim_time=simulated))
+        self.executor = SturdyExecutor(
+            context=context, report=monitor.report if monitor else self._fail)
+        if monitor:
+            self.executor.add_node(monitor)
+        self.executor.add_node(self.node)
+        self.rotor_speed, self.pressure, self.friction = 20.0, 7.84e5, 0.42
+        self.temperature = math.nan
+        self.silent: set[str] = set()
+        # time of /clock and of all stamps [ns]
+        self.simulated: int | None = BEGIN if simulated else None
+        self.behind = 0  # of stamps [ns]
+        self._begun = False
+        self._heard = False  # all that a node in another process says at a tick
+        self._clock = self.node.create_publisher(Clock, '/clock', 10)
+        self.said: dict[str, Any] = {}
+        self._fresh: set[str] = set()  # heard of since time went on
+        self.count = 0
+        self._clients: dict[str, Any] = {}
+        self._publishers = {
+            'rotor_speed': self.node.create_publisher(JointState, 'joint_states', 10),
+            'pressure': self.node.create_publisher(
+                FluidPressure, f'{brake}/brake_pressure', 10),
+            'friction': self.node.create_publisher(Float64, f'{brake}/friction', 10),
+            'temperature': self.node.create_publisher(
+                Temperature, f'{brake}/rotor_temperature', 10)}
+        outputs = f'{namespace}/squeal_monitor/{brake}'
+        for name in ('squeal_risk', 'growth_rate', 'friction_margin'):
+            self._listen(Float64, f'{outputs}/{name}', name)
+        self._listen(Float64MultiArray, f'{outputs}/unstable_frequencies', 'unstable', LATCHED)
+        self._listen(DiagnosticArray, '/diagnostics', 'diagnostics')
+        self._listeners = {s.topic_name: s for s in self.node.subscriptions}
+
+    def _listen(self, kind: Any, topic: str, name: str, qos: Any = 10) -> None:
+        def hear(message: Any) -> None:
+            self.said[name] = message
+            self._fresh.add(name)
+            self.count += 1
+
+        self.node.create_subscription(kind, topic, hear, qos)
+
+    @staticmethod
+    def _fail(error: Exception) -> None:
+        raise error
+
+    @property
+    def now(self) -> Any:
+        """Return the present time, for a stamp."""
+        if self.simulated is None:
+            return self.node.get_clock().now().to_msg()
+        return Time(nanoseconds=self.simulated).to_msg()
+
+    def publish(self) -> None:
+        """Publish all signals that are not silent, stamped now."""
+        joints, pressure, heat = JointState(), FluidPressure(), Temperature()
+        for message in (joints, pressure, heat):
+            message.header.stamp = (Time.from_msg(self.now)
+                                    - Duration(nanoseconds=self.behind)).to_msg()
+        joints.name = ['spare', f'{self.brake}_wheel_joint']
+        joints.velocity = [math.nan, self.rotor_speed]
+        pressure.fluid_pressure, heat.temperature = self.pressure, self.temperature
+        messages = {'rotor_speed': joints, 'pressure': pressure,
+                    'friction': Float64(data=self.friction), 'temperature': heat}
+        for name, message in messages.items():
+            if name not in self.silent:
+                self._publishers[name].publish(message)
+
+    # -- time
+
+    def set_time(self, time: int) -> None:
+        """Let simulated time be another [ns]; return when the node has spoken at every tick."""
+        before, self.simulated = self.simulated or 0, time
+        self._begun = True
+        self._fresh.clear()
+        begin = again = monotonic()
+        while not (self._told() and self._answered(before)):
+            if not (self.monitor or self._heard) and monotonic() > begin + _GREETING:
+                return  # a node in another process may not know of the listeners yet
+            assert monotonic() < begin + TIMEOUT, f'no answer at {time} ns; said: {self.said}'
+            if monotonic() >= again:  # best effort: what gets lost under way is sent again
+                self._clock.publish(Clock(clock=self.now))
+                again = monotonic() + 1.0
+            self.executor.spin_once(timeout_sec=_SPIN)
+        self.hear()
+
+    def _told(self) -> bool:
+        """Whether the vehicle's own node knows the present time."""
+        clock = self.node.get_clock()
+        return not clock.ros_time_is_active or clock.now().nanoseconds == self.simulated
+
+    def _answered(self, before: int) -> bool:
+        """Whether the node was told of the present time, and has spoken at each tick up to it."""
+        assert self.simulated is not None
+        if self.monitor:
+            ticker = self.monitor._ticker
+            return (self.monitor.get_clock().now().nanoseconds == self.simulated
+                    and (ticker._timer is None or not ticker._grid.due(self.simulated)))
+        tick = int(self.simulated * self._rate / SECOND)
+        if tick == int(before * self._rate / SECOND):
+            return True
+        whole = len(self._fresh) == len(self._listeners)
+        self._heard = self._heard or whole
+        return whole and self.stamp * self._rate >= tick * SECOND
+
+    @property
+    def stamp(self) -> int:
+        """Time of the last diagnostics [ns]; zero before the first."""
+        if 'diagnostics' not in self.said:
+            return 0
+        stamp = self.said['diagnostics'].header.stamp
+        return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+    def hear(self) -> None:
+        """Take all that came on this vehicle's subscriptions."""
+        for subscription in list(self.node.subscriptions):
+            if not subscription.raw:
+                with subscription.handle:
+                    while (taken := subscription.handle.take_message(
+                            subscription.msg_type, subscription.raw)) is not None:
+                        subscription.callback(taken[0])
+
+    def meet(self) -> None:
+        """
+        Wait until the node's topics and this vehicle's are connected, and begin to tell time.
+
+        What was published before would be lost.
+        """
+        inputs = {p.topic_name: p for p in (*self._publishers.values(), self._clock)}
+        if self.monitor:
+            taken = {topic.topic_name for topic in self.monitor.subscriptions}
+            outputs = {topic.topic_name: topic for topic in self.monitor.publishers}
+        else:
+            taken = set(inputs) - {self._publishers['temperature'].topic_name}
+            outputs = {}
+        for topic in taken & set(inputs):
+            self.wait(inputs[topic].get_subscription_count, f'subscriber of {topic}')
+        for topic, listener in self._listeners.items():
+            if not self.monitor or topic in outputs:
+                self.wait(listener.get_publisher_count, f'publisher of {topic}')
+            if topic in outputs:
+                self.wait(outputs[topic].get_subscription_count, f'subscriber of {topic}')
+        if self.simulated is not None and not self._begun:
+            self.set_time(self.simulated)
+
+    def step(self, longest: int = STEP) -> None:
+        """Publish all signals and let time go on, to the node's next tick at most."""
+        self.meet()
+        self.publish()
+        assert self.simulated is not None
+        period = self.monitor.settings.period if self.monitor else round(SECOND / self._rate)
+        self.set_time(min((self.simulated // period + 1) * period, self.simulated + longest))
+
+    def advance(self, seconds: float, step: float = STEP / SECOND) -> None:
+        """Let simulated time go on by so much, with all signals in equal steps."""
+        for _ in range(round(seconds / step)):
+            self.meet()
+            self.publish()
+            assert self.simulated is not None
+            self.set_time(self.simulated + round(step * SECOND))
+
+    def until(self, condition: Callable[[], Any], what: str = 'condition') -> None:
+        """Publish and let time go on until a condition holds."""
+        if self.simulated is None:
+            self._until_on_the_systems_clock(condition, what)
+            return
+        end, last = monotonic() + LEAST, self.simulated + LONGEST
+        while not condition():
+            assert self.simulated < last or monotonic() < end, (
+                f'{what} did not come true; said: {self.said}')
+            self.step()
+
+    def _until_on_the_systems_clock(self, condition: Callable[[], Any], what: str) -> None:
+        end = monotonic() + TIMEOUT
+        while not condition():
+            assert monotonic() < end, f'{what} did not come true; said: {self.said}'
+            self.publish()
+            self.spin(0.02)
+        self.spin(0.02)  # what else the node said at that tick
+
+    def wait(self, condition: Callable[[], Any], what: str = 'condition') -> None:
+        """Wait for something that needs no signals; simulated time stands still."""
+        end = monotonic() + TIMEOUT
+        while not condition():
+            assert monotonic() < end, f'{what} did not come true; said: {self.said}'
+            self.executor.spin_once(timeout_sec=_SPIN)
+
+    def spin(self, seconds: float) -> None:
+        """Serve the node for some of the machine's time: only to leave others time, too."""
+        end = monotonic() + seconds
+        while monotonic() < end:
+            self.executor.spin_once(timeout_sec=_SPIN)
+
+    # -- services
+
+    def ask(self, kind: Any, name: str, request: Any) -> Any:
+        """
+        Call a service of the monitor, and return its response.
+
+        Of a node in another process only what may be asked twice: a first response can be lost.
+        """
+        if name not in self._clients:
+            self._clients[name] = client = self.node.create_client(
+                kind, f'{self._namespace}/squeal_monitor/{name}')
+            self.wait(client.service_is_ready, f'service {name}')
+            if self.monitor:  # ready is known of the request's way only
+                self.wait(lambda: self.monitor.count_clients(client.service_name),
+                          f'client of {name}')
+        end = monotonic() + TIMEOUT
+        while monotonic() < end:
+            future = self._clients[name].call_async(request)
+            again = end if self.monitor else monotonic() + 5.0
+            while not future.done() and monotonic() < again:
+                self.executor.spin_once(timeout_sec=_SPIN)
+            if future.done():
+                return future.result()
+        raise AssertionError(f'no answer of {name} to {request}')
+
+    @property
+    def risk(self) -> float:
+        """Return the risk last heard; minus one before the first."""
+        return float(self.said['squeal_risk'].data) if 'squeal_risk' in self.said else -1.0
+
+    @property
+    def unstable(self) -> list[float]:
+        return list(self.said['unstable'].data) if 'unstable' in self.said else [-1.0]
+
+    @property
+    def status(self) -> Any:
+        """Return this brake's diagnostic status, or None."""
+        found = [s for s in getattr(self.said.get('diagnostics'), 'status', ())
+                 if s.hardware_id == self.brake]
+        return found[0] if found else None
+
+    @property
+    def node_status(self) -> Any:
+        """Return the node's own diagnostic status, or None."""
+        statuses = getattr(self.said.get('diagnostics'), 'status', ())
+        return statuses[-1] if statuses else None
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """Return the values of the node's own status."""
+        return {item.key: item.value for item in getattr(self.node_status, 'values', ())}
+
+
+def parameters(**values: Any) -> list[Parameter]:
+    """Return parameters; dots in names are written as two underscores."""
+    return [Parameter(name.replace('__', '.'), value=value) for name, value in values.items()]
+
+
+@contextmanager
+def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
+            alone: bool = False, **values: Any) -> Iterator[Vehicle]:
+    """
+    Run a node for one brake in a domain of its own, with settings that suit a test.
+
+    Time is simulated and stands still while the node is waited for: no clock has stopped. With
+    `use_sim_time=False` it is the system's, and `PATIENT` what keeps samples of a busy machine.
+    """
+    chosen = {'brakes': [brake], 'rate': 20.0, 'diagnostics_rate': 20.0, 'use_sim_time': True,
+              'clock_timeout': 600.0, **values}
+    with free_domain() as domain:
+        context = Context()
+        rclpy.init(context=context, domain_id=domain)
+        try:
+            monitor = SquealMonitor(alone=alone, context=context, namespace=namespace,
+                                    parameter_overrides=parameters(**chosen))
+            car = Vehicle(context, monitor, brake, namespace,
+                          simulated=bool(chosen['use_sim_time']))
+            if bring_up:
+                monitor.bring_up()
+            yield car
+            car.executor.shutdown()
+            monitor.destroy_node()
+            car.node.destroy_node()
+        finally:
+            context.try_shutdown()
+            gc.collect()  # what the garbage holds of a node stays in the graph
+
+
+@contextmanager
+def outside(domain: int, *, brake: str = 'fl', namespace: str = '', simulated: bool = False,
+            rate: float = 20.0) -> Iterator[Vehicle]:
+    """Give signals to a node of another process in a domain, and hear what it says."""
+    context = Context()
+    rclpy.init(context=context, domain_id=domain)
+    try:
+        car = Vehicle(context, None, brake, namespace, simulated=simulated, rate=rate)
+        yield car
+        car.executor.shutdown()
+        car.node.destroy_node()
+    finally:
+        context.try_shutdown()
+        gc.collect()
