@@ -23,8 +23,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
-from squeal_core.modes.modal_basis import modal_assurance, ModalBasis, Quadrature
-from squeal_core.modes.nodal_modes import NodalModes
+from squeal_core.modes.modal_basis import ModalBasis, Quadrature
 from squeal_core.stability.eigensolution import complex_modes
 from squeal_core.stability.eigenvectors import mode_vectors
 
@@ -127,20 +126,6 @@ def _doublets(disc: ModalBasis, circle: Quadrature) -> Check:
                 alone += 1
     return Check('doublets without partner', float(alone), 0.0, 'a cut doublet would let results '
                  'depend on its orientation')
-
-
-def interpolation(basis: ModalBasis, nodal: NodalModes, *, most: int = 400) -> float:
-    """Return the least MAC of a basis, sampled at nodes, with the shapes given there."""
-    nodes = np.linspace(0, len(nodal.coordinates) - 1, most).round().astype(int)
-    x, y, z = nodal.coordinates[np.unique(nodes)].T
-    given = nodal.shapes[:, np.unique(nodes)]
-    radius, angle = np.hypot(x, y), np.arctan2(y, x)
-    s = basis.sample(Quadrature(radius, angle, z, np.ones_like(x)))
-    c, d = np.cos(angle), np.sin(angle)
-    found = np.stack([s.radial * c - s.tangential * d, s.radial * d + s.tangential * c, s.normal],
-                     axis=2)
-    flat = [part.reshape(len(given), -1) for part in (found, given)]
-    return float(np.diag(modal_assurance(*flat)).min())
 
 
 def _quadrature(model: BrakeModel, refined: dict[str, FloatArray]) -> Check:

@@ -20,14 +20,9 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.brake.friction import (
-    check_number,
-    check_rising,
-    column,
-    FrictionLaw,
-    FrictionTable,
-)
+from squeal_core.brake.friction import FrictionLaw, FrictionTable
 from squeal_core.common.arrays import FloatArray
+from squeal_core.common.checks import check_number, check_rising, column
 from squeal_core.common.errors import SquealError
 
 

@@ -15,50 +15,10 @@
 """Friction laws: the coefficient, its slope over sliding speed, and its table over temperature."""
 
 from dataclasses import dataclass
-import math
-from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import quoted, SquealError
-
-
-def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf,
-                 most: float = math.inf) -> None:
-    """Raise SquealError unless a value is a finite number in its range."""
-    try:
-        finite = not isinstance(value, bool) and math.isfinite(value)
-    except (TypeError, OverflowError):
-        finite = False
-    if not finite:
-        raise SquealError(f'{name} is {quoted(value)}; give a finite number')
-    if not (value > above and least <= value <= most):
-        raise SquealError(f'{name} is {value:g}; give a number above {max(above, least):g}, '
-                          f'at most {most:g}')
-
-
-def column(table: str, name: str, values: Any, *, above: float = 0.0,
-           least: float = -math.inf) -> tuple[float, ...]:
-    """Return the column of a table as plain numbers, checked one by one."""
-    try:
-        numbers = tuple(value.item() if isinstance(value, np.generic) else value
-                        for value in values)
-    except TypeError:
-        raise SquealError(
-            f'{table}: {name} is {quoted(values)}; give a list of numbers') from None
-    for i, value in enumerate(numbers):
-        check_number(f'{table}: {name}[{i}]', value, above=above, least=least)
-    return numbers
-
-
-def check_rising(table: str, names: tuple[str, str], places: tuple[float, ...],
-                 values: tuple[float, ...]) -> None:
-    """Raise SquealError unless a table has a value for each place and its places rise."""
-    if len(places) != len(values):
-        raise SquealError(f'{table}: {len(places)} {names[0]} and {len(values)} {names[1]}; give '
-                          'as many of one as of the other')
-    if not places or np.any(np.diff(places) <= 0):
-        raise SquealError(f'{table}: {names[0]} {quoted(list(places))} do not rise; sort them')
+from squeal_core.common.checks import check_number, check_rising, column
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,13 @@ def quoted(value: Any) -> str:
         return f'a {type(value).__name__} of great length'
 
 
+def printable(value: object, most: int = 99) -> str:
+    """Return a value in one short line without control characters."""
+    text = value if isinstance(value, str) and len(value) <= most else quoted(value)
+    return ''.join(letter if letter.isprintable() else
+                   letter.encode('unicode_escape').decode('ascii') for letter in text)
+
+
 def in_one_line(text: object, most: int | None = None) -> str:
     """Return a text, as of a foreign error, in one line of at most so many characters."""
     return ' '.join(str(text).split())[:most]

@@ -23,9 +23,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.brake.dimensions import Caliper, Contact, StiffnessTable
-from squeal_core.brake.friction import check_number, FrictionLaw, FrictionTable
+from squeal_core.brake.friction import FrictionLaw, FrictionTable
 from squeal_core.brake.operating_point import Coefficients, OperatingPoint
 from squeal_core.common.arrays import FloatArray, readonly
+from squeal_core.common.checks import check_number
 from squeal_core.common.errors import ModelError
 from squeal_core.model.surface_shapes import SurfaceShapes
 

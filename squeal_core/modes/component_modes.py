@@ -20,9 +20,13 @@ from typing import Any
 
 import numpy as np
 from scipy.sparse import identity
-from squeal_core.assembly.checks import interpolation
 from squeal_core.brake.dimensions import Contact, ModalResults
-from squeal_core.modes.modal_basis import keep_whole_doublets, ModalBasis, Quadrature
+from squeal_core.modes.modal_basis import (
+    keep_whole_doublets,
+    modal_assurance,
+    ModalBasis,
+    Quadrature,
+)
 from squeal_core.modes.nodal_modes import NodalModes
 
 # neighbours this close in frequency are a doublet; a mesh without symmetry splits it a little
@@ -103,7 +107,21 @@ def read_component(results: ModalResults, count: int, contact: Contact,
         _check_masses(basis, results, volume=is_disc)
     if is_disc:
         _check_axes(basis, results, contact, faces[0])
-    return Component(basis, results.density, interpolation(basis, nodal))
+    return Component(basis, results.density, _interpolation(basis, nodal))
+
+
+def _interpolation(basis: ModalBasis, nodal: NodalModes, *, most: int = 400) -> float:
+    """Return the least MAC of a basis, sampled at nodes, with the shapes given there."""
+    nodes = np.linspace(0, len(nodal.coordinates) - 1, most).round().astype(int)
+    x, y, z = nodal.coordinates[np.unique(nodes)].T
+    given = nodal.shapes[:, np.unique(nodes)]
+    radius, angle = np.hypot(x, y), np.arctan2(y, x)
+    s = basis.sample(Quadrature(radius, angle, z, np.ones_like(x)))
+    c, d = np.cos(angle), np.sin(angle)
+    found = np.stack([s.radial * c - s.tangential * d, s.radial * d + s.tangential * c, s.normal],
+                     axis=2)
+    flat = [part.reshape(len(given), -1) for part in (found, given)]
+    return float(np.diag(modal_assurance(*flat)).min())
 
 
 def _check_place(nodal: NodalModes, results: ModalResults, contact: Contact,

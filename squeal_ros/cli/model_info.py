@@ -20,7 +20,7 @@ import textwrap
 from typing import Any
 
 import numpy as np
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel, OPERATORS
 
 _MOST_LINES = 50  # of one group; a description of our own has a dozen
@@ -52,13 +52,6 @@ def model_lines(header: Mapping[str, Any], model: BrakeModel, name: str) -> Iter
     frequencies = model.angular_frequencies / 2.0 / np.pi
     for mode, frequency in zip(model.names, frequencies, strict=False):
         yield f'  {printable(mode):22} {frequency:10.2f}'
-
-
-def printable(value: object) -> str:
-    """Return a value in one short line without control characters."""
-    text = value if isinstance(value, str) and len(value) <= _WIDTH else quoted(value)
-    return ''.join(letter if letter.isprintable() else
-                   letter.encode('unicode_escape').decode('ascii') for letter in text)
 
 
 def _check_line(check: object) -> str:

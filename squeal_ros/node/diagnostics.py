@@ -18,10 +18,10 @@ from collections.abc import Callable, Mapping, Sequence
 import time
 from typing import Any
 
+from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
-from squeal_ros.cli.model_info import printable
 from squeal_ros.node import messages
 from squeal_ros.node.node_statistics import Growth, Health
 from squeal_ros.node.publishers import OutputTopics
