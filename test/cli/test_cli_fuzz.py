@@ -126,8 +126,8 @@ class Files:
                     self.table)
         self.settings = self._yaml('settings.yaml', self._parameters())
         self.bag = folder / 'in.mcap'
-        from test_replay import messages, write
-        write(self.bag, messages(2.0))
+        from support.bags import float_messages, write_floats
+        write_floats(self.bag, float_messages(2.0))
 
     def _parameters(self, **changes: Any) -> Any:
         return {'/**': {'ros__parameters': {**SETTINGS, 'model': str(self.model), **changes}}}

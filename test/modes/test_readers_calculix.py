@@ -14,19 +14,17 @@
 
 """CalculiX solves the pad of Kang (2009) on a mesh of its own; its modes are those found here."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-import shutil
-import subprocess
 from typing import Any
 
 import numpy as np
 import pytest
-from squeal_core.brake.dimensions import Brake, Material
+from squeal_core.brake.dimensions import Brake
 from squeal_core.modes.fe.mass import EDGES
 from squeal_core.modes.modal_basis import modal_assurance, Quadrature
 from squeal_core.modes.readers import read_modes, ReaderError
+from support.calculix import deck, solved
 
 MODES, ELEMENTS = 20, (8, 16, 2)
 
@@ -45,36 +43,6 @@ def mesh_of(brake: Brake) -> tuple[np.ndarray, np.ndarray]:
     t = (part[:, 1] - 0.5) * contact.angle
     where = np.stack([r * np.cos(t), r * np.sin(t), part[:, 2] * brake.pad.thickness], axis=1)
     return 1e3 * where, nodes.reshape(-1, 20)
-
-
-def deck(where: np.ndarray, elements: np.ndarray, material: Material, modes: int,
-         held: Sequence[int] = ()) -> str:
-    """Input in mm, t, s (MPa and t/mm^3) of C3D20 elements by place of their nodes [mm]."""
-    lines = ['*NODE, NSET=ALL']
-    lines += [f'{k + 1}, ' + ', '.join(f'{c:.9e}' for c in p) for k, p in enumerate(where)]
-    lines.append('*ELEMENT, TYPE=C3D20, ELSET=SOLID')
-    for k, nodes in enumerate((elements + 1).tolist()):
-        words = [str(n) for n in (k + 1, *nodes)]
-        lines += [', '.join(words[:11]) + ',', ', '.join(words[11:])]
-    if len(held):
-        lines += ['*BOUNDARY', *(f'{node + 1}, 1, 3' for node in held)]
-    return '\n'.join([
-        *lines, '*MATERIAL, NAME=ONE', '*ELASTIC',
-        f'{1e-6 * material.young_modulus:.9e}, {material.poisson_ratio}', '*DENSITY',
-        f'{1e-12 * material.density:.9e}', '*SOLID SECTION, ELSET=SOLID, MATERIAL=ONE', '*STEP',
-        '*FREQUENCY', str(modes), '*NODE FILE', 'U', '*END STEP', ''])
-
-
-def solved(folder: Path, text: str) -> Path:
-    """Return the .frd file that CalculiX writes for a deck."""
-    ccx = shutil.which('ccx')
-    if ccx is None:
-        pytest.skip('CalculiX is not installed (Debian, Ubuntu: apt install calculix-ccx)')
-    (folder / 'solid.inp').write_text(text)
-    run = subprocess.run([ccx, '-i', 'solid'], cwd=folder, capture_output=True, text=True,
-                         timeout=600, env={'OMP_NUM_THREADS': '1', 'PATH': '/usr/bin:/bin'})
-    assert (folder / 'solid.frd').exists(), run.stdout[-500:]
-    return folder / 'solid.frd'
 
 
 @pytest.fixture(scope='module')

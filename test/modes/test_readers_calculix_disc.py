@@ -39,7 +39,7 @@ from squeal_core.modes.modal_basis import Quadrature
 from squeal_core.modes.nodal_modes import NodalModes
 from squeal_core.modes.readers import read_modes
 from squeal_core.stability.eigensolution import complex_modes
-from test_readers_calculix import deck, solved
+from support.calculix import deck, solved
 
 MODES = 42  # two more than the brake keeps, so that a doublet that would be cut is seen
 KEPT = 40

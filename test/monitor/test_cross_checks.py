@@ -27,6 +27,7 @@ from squeal_core.monitor.cross_checks import CrossChecks
 from squeal_core.monitor.input_channel import Reading, Sample
 from squeal_core.monitor.settings import read_settings, Signal
 from squeal_core.monitor.vehicle_monitor import VehicleMonitor
+from support.brake_monitors import CERTAIN, MODEL
 from support.vehicle_streams import (
     BAR,
     BEGIN,
@@ -56,7 +57,6 @@ from support.vehicle_streams import (
     turning,
     with_abs,
 )
-from test_monitor import CERTAIN, MODEL
 
 SENSORS: Mapping[str, Sensor] = dict.fromkeys(SIGNALS, Sensor(25.0))
 Told = dict[tuple[int, Signal], list[tuple[float, str]]]

@@ -25,20 +25,22 @@ import numpy as np
 import pytest
 from squeal_core.monitor.settings import read_settings, Signal
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor
+from support.brake_monitors import MODEL
+from support.fault_times import (
+    bad,
+    BEGIN,
+    BOTH,
+    BY_TABLE,
+    END,
+    FAIR,
+    MAX_AGE,
+    MEASURED,
+    START,
+    STEP,
+    STREAMS,
+    STUCK,
+)
 from support.faults import braking, clock_back, Fault, FAULTS, SECOND, Stream
-from test_monitor import MODEL
-
-# a fault from 2 s on for 3.9 s, seen at 10 Hz; inputs at 20 Hz are stale after 0.5 s
-BEGIN = 1000 * SECOND
-START, END = BEGIN + 2 * SECOND, BEGIN + 59 * SECOND // 10
-STEP, MAX_AGE, STUCK = SECOND // 10, SECOND // 2, SECOND
-MEASURED: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
-BY_TABLE: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'temperature')
-BOTH: tuple[Signal, ...] = (*MEASURED, 'temperature')
-STREAMS = {signals: braking(8.0, rate=20.0, signals=signals) for signals in (
-    MEASURED, BY_TABLE, BOTH)}
-# a disc may turn backwards: a speed of the other sign is a number like any other
-FAIR = {('negative', 'rotor_speed')}
 
 
 def car(signals: tuple[Signal, ...], **changes: Any) -> VehicleMonitor:
@@ -57,21 +59,6 @@ def play(stream: Stream, ticks: list[int], vehicle: VehicleMonitor) -> Iterator[
             vehicle.receive('a', event.signal, event.sample)
             waiting += 1
         yield vehicle.assess(tick)[0]
-
-
-def bad(fault: Fault, signal: Signal, stream: Stream, tick: int) -> bool:
-    """Tell whether a fault has lasted past its limit; `stream` is what it left."""
-    if fault.kind == 'harmless' or (fault.name, signal) in FAIR:
-        return False
-    if fault.kind == 'value':
-        # bar given as Pa takes half a second to tell from a release
-        slow = (fault.name, signal) == ('wrong unit', 'pressure')
-        return tick >= START + (3 * SECOND // 5 if slow else 0)
-    if fault.kind == 'stuck':
-        return tick > START + STUCK
-    fresh = [e for e in stream if e.signal == signal and e.time <= tick
-             and tick - MAX_AGE <= e.sample.stamp <= tick]
-    return not fresh
 
 
 def check(found: Assessment, causes: list[tuple[Signal, Fault]]) -> None:

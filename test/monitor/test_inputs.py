@@ -38,7 +38,17 @@ from squeal_core.monitor.stuck_signal import SignalStep, StuckGuard
 from squeal_core.monitor.vehicle_monitor import BrakeMonitor, Sample, Unreadable
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, read_vehicle
-from test_monitor import assess, feed, GOOD, monitor, NAN, SECOND, small_model, TABLE_ONLY, TICK
+from support.brake_monitors import (
+    assess,
+    feed,
+    GOOD,
+    monitor,
+    NAN,
+    SECOND,
+    small_model,
+    TABLE_ONLY,
+    TICK,
+)
 
 BAR, TO_RPM, LEAPS = 'bar', 'rpm', 'leaps'  # in what they say
 CYCLES = ('us06', 'wltc_3b', 'chicago_trip')

@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 from squeal_core.monitor.settings import Signal
 from squeal_core.monitor.vehicle_monitor import Reading, Sample
-from test_monitor import GOOD, monitor, SECOND, TICK
+from support.brake_monitors import GOOD, monitor, SECOND, TICK
 
 RATE, LENGTH, BEGIN = 50, 12, 4  # Hz, s, s
 MAX_AGE = 0.5  # s

@@ -19,25 +19,17 @@ Simulated time goes on in step with what the node has taken, so nothing hangs on
 speed. `test_faults.py` plays every fault on every input of the monitor without a node.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 import math
 import re
-from typing import Any
 
 import pytest
-from support.faults import braking, Event, FAULTS, NODE_FAULTS, SECOND
+from support.faults import FAULTS, NODE_FAULTS, SECOND
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from rclpy.time import Time  # noqa: E402
-from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
 from squeal_core.monitor.settings import Signal  # noqa: E402
-from squeal_core.monitor.vehicle_monitor import Sample  # noqa: E402
-from squeal_ros.node import subscriptions as input_topics  # noqa: E402
-from std_msgs.msg import Float32, Float64, Header  # noqa: E402
-from support.harness import Vehicle, vehicle  # noqa: E402, I100
-from test_faults import (  # noqa: E402
+from std_msgs.msg import Float32, Float64  # noqa: E402
+from support.fault_times import (  # noqa: E402
     bad,
     BEGIN,
     END,
@@ -45,89 +37,9 @@ from test_faults import (  # noqa: E402
     MAX_AGE,
     MEASURED,
     START,
-    STEP,
-    STUCK,
 )
-from test_node_inputs import stranger  # noqa: E402
-
-TOPICS: dict[Signal, str] = {'rotor_speed': 'joint_states', 'pressure': 'fl/brake_pressure',
-                             'friction': 'fl/friction'}
-TYPES: dict[Signal, Any] = {'rotor_speed': JointState, 'pressure': FluidPressure,
-                            'friction': Float64}
-# samples fall between ticks, so that it is plain which tick sees them
-STREAM = [event for event in braking(8.0, rate=20.0, signals=MEASURED,
-                                     start=BEGIN + SECOND // 1000)
-          if START - SECOND < event.time < END + MAX_AGE + SECOND // 2]
-
-
-class Stage:
-    """A node whose time goes on only when it has taken what was published."""
-
-    def __init__(self, car: Vehicle) -> None:
-        self._car = car
-        car.set_time(BEGIN)
-        car.meet()
-        self.publishers: dict[Signal, Any] = {s: car._publishers[s] for s in TOPICS}
-        self.wait = car.wait
-
-    def send(self, signal: Signal, sample: Sample) -> None:
-        """Publish a value, and wait until the node has taken it."""
-        header = Header(stamp=Time(nanoseconds=sample.stamp).to_msg())
-        message = Float64(data=sample.value)
-        if signal == 'rotor_speed':
-            message = JointState(header=header, name=['fl_wheel_joint'], velocity=[sample.value])
-        elif signal == 'pressure':
-            message = FluidPressure(header=header, fluid_pressure=sample.value)
-        before = self._taken(signal)
-        self.publishers[signal].publish(message)
-        self.wait(lambda: self._taken(signal) > before, signal)
-
-    def connected(self, publisher: Any, count: int) -> None:
-        """Wait until a publisher and the node know of each other, of so many on its topic."""
-        self.wait(publisher.get_subscription_count, 'the subscription')
-        self.wait(lambda: [topic.get_publisher_count() for topic in self._car.monitor.subscriptions
-                           if topic.topic_name == publisher.topic_name] == [count],
-                  'the new publisher')
-
-    def _taken(self, signal: Signal) -> int:
-        figures = self._car.monitor._configured.inputs.values(0)
-        return int(str(figures[f'{TOPICS[signal]} received']))
-
-    @property
-    def now(self) -> int:
-        assert self._car.simulated is not None
-        return self._car.simulated
-
-    def until(self, now: int) -> None:
-        """Let time pass [ns]; hear what the node says at each tick on the way."""
-        for instant in (*range((self.now // STEP + 1) * STEP, now + 1, STEP), now):
-            self._car.set_time(instant)
-            assert self._car.stamp == instant // STEP * STEP
-
-    @property
-    def risk(self) -> float:
-        """Return the risk in the last diagnostics."""
-        values = {item.key: item.value for item in self._car.status.values}
-        assert math.isnan(float(values['squeal_risk'])) == (values['state'] != 'steady')
-        assert str(self._car.risk) == values['squeal_risk']
-        return self._car.risk
-
-    def play(self, events: list[Event]) -> Iterator[int]:
-        """Publish events at their times; yield each tick, after the node spoke."""
-        for event in events:
-            for tick in range((self.now // STEP + 1) * STEP, event.time, STEP):
-                self.until(tick)
-                yield tick
-            self.until(event.time)
-            self.send(event.signal, event.sample)
-
-
-@contextmanager
-def stage(**values: Any) -> Iterator[tuple[Stage, Vehicle]]:
-    stuck = {f'fl__{signal}__stuck_after': STUCK / SECOND for signal in TOPICS}
-    with vehicle(rate=SECOND / STEP, stuck_changes=10.0, **stuck, **values) as car:
-        yield Stage(car), car
-
+from support.harness import stranger  # noqa: E402
+from support.stages import drive, stage, STREAM, TOPICS, TYPES
 
 SHORT = [('off', 'friction'), ('stuck', 'rotor_speed'), ('NaN', 'friction'),
          ('wrong unit', 'pressure'), ('delayed', 'pressure'), ('out of order', 'rotor_speed')]
@@ -159,21 +71,6 @@ def test_fault(name: str, signal: Signal) -> None:
         assert car.figures['errors'] == '0'
     assert (wrong > 3) == (fault.kind != 'harmless')
     assert known >= 8  # half a second before it, nearly as long after
-
-
-def drive(acted: Stage, seconds: float, *, without: tuple[Signal, ...] = ()) -> None:
-    """Go on with all inputs but some, to just after the last samples."""
-    start = acted.now
-    for event in braking(seconds, rate=20.0, signals=MEASURED, start=start + SECOND // 1000):
-        acted.until(event.time)
-        if event.signal not in without:
-            acted.send(event.signal, event.sample)
-
-
-@pytest.fixture
-def often(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the node look at the graph whenever it speaks, not once a second."""
-    monkeypatch.setattr(input_topics, '_LOOK_PERIOD', 0)
 
 
 @pytest.mark.usefixtures('often')

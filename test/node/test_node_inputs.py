@@ -14,8 +14,6 @@
 
 """Inputs on real DDS: any publisher, any type, any bytes; what cannot be used is named."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import product
 import math
 from typing import Any
@@ -25,8 +23,6 @@ import pytest
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 from geometry_msgs.msg import TwistStamped  # noqa: E402, I100
-import rclpy  # noqa: E402
-from rclpy.context import Context  # noqa: E402
 from rclpy.qos import (  # noqa: E402
     DurabilityPolicy,
     HistoryPolicy,
@@ -40,7 +36,7 @@ from squeal_ros.node.executor import Aside  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from squeal_ros.node.subscriptions import InputTopics  # noqa: E402
 from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
-from support.harness import Vehicle, vehicle  # noqa: E402
+from support.harness import stranger, vehicle  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 
@@ -118,19 +114,6 @@ def test_the_time_of_receipt_for_stamps_that_cannot_be_trusted() -> None:
                 assert '600.' in car.status.message
                 assert car.status.level == STALE
                 assert math.isnan(car.risk)
-
-
-@contextmanager
-def stranger(car: Vehicle) -> Iterator[Any]:
-    """Yield a node of another process, as far as the middleware can tell."""
-    context = Context()
-    rclpy.init(context=context, domain_id=car.context.get_domain_id())
-    node = rclpy.create_node('stranger', context=context)
-    try:
-        yield node
-        node.destroy_node()
-    finally:
-        context.try_shutdown()
 
 
 def test_a_publisher_of_another_type_is_named() -> None:

@@ -41,6 +41,7 @@ from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
+from support.bags import float_messages, write_floats  # noqa: E402, I100
 
 SECOND = 1_000_000_000
 FLOAT = 'std_msgs/msg/Float64'
@@ -63,29 +64,10 @@ def replay(path: Path, settings: MonitorSettings, model: BrakeModel
     return list(Replay(Bag(path), settings, model))
 
 
-def messages(seconds: float, step: float = 0.1) -> list[tuple[str, int, float]]:
-    """Braking from 1 s to 3 s at a constant rotor speed."""
-    found = []
-    for time in np.arange(0.0, seconds, step):
-        stamp = 100 * SECOND + round(time * SECOND)
-        for topic, value in (('/speed', 20.0), ('/fl/friction', 0.42),
-                             ('/pressure', 7.84e5 if 1.0 <= time < 3.0 else 0.0)):
-            found.append((topic, stamp, value))
-    return found
-
-
-def write(path: Path, entries: list[tuple[str, int, float]]) -> Path:
-    library = BagMessages()
-    with BagWriter(path) as bag:
-        for topic, time, value in entries:
-            bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
-    return path
-
-
 @pytest.mark.parametrize('name', ['in.mcap', 'in'])
 def test_bag_round_trip(name: str, tmp_path: Path) -> None:
-    entries = messages(1.0)
-    path = write(tmp_path / name, entries)
+    entries = float_messages(1.0)
+    path = write_floats(tmp_path / name, entries)
     assert path.is_file() == name.endswith('.mcap')
     wanted = {topic: FLOAT for topic, _, _ in entries}
     assert sorted((t, s, m.data) for t, s, m, _ in Bag(path).messages(wanted)) == sorted(entries)
@@ -99,7 +81,7 @@ def test_sqlite_bag_of_another_writer(tmp_path: Path, settings: MonitorSettings,
     path = tmp_path / 'other'
     with Writer(path, version=9, storage_plugin=StoragePlugin.SQLITE3) as bag:
         connections = {}
-        for topic, time, value in messages(4.0):
+        for topic, time, value in float_messages(4.0):
             if topic not in connections:
                 connections[topic] = bag.add_connection(topic, FLOAT, typestore=STORE)
             data = STORE.serialize_cdr(BagMessages().type(FLOAT)(data=value), FLOAT)
@@ -112,7 +94,7 @@ def test_sqlite_bag_of_another_writer(tmp_path: Path, settings: MonitorSettings,
 
 def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
                                   kang: BrakeModel) -> None:
-    bag = write(tmp_path / 'in.mcap', messages(4.0))
+    bag = write_floats(tmp_path / 'in.mcap', float_messages(4.0))
     outputs = Outputs(tmp_path / 'out.mcap', settings)
     ticks = replay(bag, settings, kang)
     outputs.write(iter(ticks))
@@ -131,16 +113,17 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
 
 def test_replay_is_the_same_every_time(tmp_path: Path, settings: MonitorSettings,
                                        kang: BrakeModel) -> None:
-    bag = write(tmp_path / 'in.mcap', messages(3.0))
+    bag = write_floats(tmp_path / 'in.mcap', float_messages(3.0))
     first, second = (repr(replay(bag, settings, kang)) for _ in range(2))
     assert first == second
 
 
 def test_clock_back_and_long_silence(tmp_path: Path, settings: MonitorSettings,
                                      kang: BrakeModel) -> None:
-    entries = messages(2.0)
+    entries = float_messages(2.0)
     later = [(topic, time + 3600 * SECOND, value) for topic, time, value in entries]
-    ticks = [t[0] for t in replay(write(tmp_path / 'a.mcap', entries + later), settings, kang)]
+    bag = write_floats(tmp_path / 'a.mcap', entries + later)
+    ticks = [t[0] for t in replay(bag, settings, kang)]
     assert len(ticks) < 40  # not one tick for each half second of the silent hour
     assert ticks[8].state == 'stale'
     assert ticks[-1].state == 'steady'
@@ -161,7 +144,7 @@ def fail(kind: str, path: Path) -> None:
 @pytest.mark.parametrize('kind', ['truncated', 'empty', 'text', 'missing'])
 def test_damaged_bag_is_one_clear_error_and_leaves_nothing(
         kind: str, tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
-    bag = write(tmp_path / 'in.mcap', messages(1.0))
+    bag = write_floats(tmp_path / 'in.mcap', float_messages(1.0))
     fail(kind, bag)
     outputs = Outputs(tmp_path / 'out.mcap', settings)
     with pytest.raises(BagError, match=r'in\.mcap: .*; ') as error:
@@ -172,7 +155,7 @@ def test_damaged_bag_is_one_clear_error_and_leaves_nothing(
 
 def test_bag_without_the_topics_names_them(tmp_path: Path, settings: MonitorSettings,
                                            kang: BrakeModel) -> None:
-    bag = write(tmp_path / 'in.mcap', [('/other', SECOND, 1.0)])
+    bag = write_floats(tmp_path / 'in.mcap', [('/other', SECOND, 1.0)])
     with pytest.raises(BagError, match='/speed.*/other'):
         replay(bag, settings, kang)
 
@@ -204,7 +187,7 @@ def test_two_connections_of_one_topic_that_contradict_each_other(
                        for topic in ('/speed', '/fl/friction', '/pressure')}
         connections['second'] = bag.add_connection(
             '/pressure', FLOAT, typestore=STORE, offered_qos_profiles=[QOS])
-        for topic, time, value in messages(4.0, step=0.02):
+        for topic, time, value in float_messages(4.0, step=0.02):
             for name, number in ((topic, value), *([('second', 0.0)] * (topic == '/pressure'))):
                 data = STORE.serialize_cdr(library.type(FLOAT)(data=number), FLOAT)
                 bag.write(connections[name], time + (name == 'second'), data)
@@ -224,7 +207,7 @@ def test_a_second_publisher_of_other_joints_is_no_finding(tmp_path: Path,
     pressure = {'fl.pressure.topic': 'pressure', 'fl.pressure.type': FLOAT,
                 'fl.pressure.field': 'data'}
     with BagWriter(tmp_path / 'in.mcap') as bag:
-        for topic, time, value in messages(4.0):
+        for topic, time, value in float_messages(4.0):
             if topic != '/speed':
                 bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
                 continue
@@ -241,9 +224,9 @@ def test_a_second_publisher_of_other_joints_is_no_finding(tmp_path: Path,
 def test_a_friction_that_is_no_number_while_the_brake_is_released(
         tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
     """As torque over pressure gives it; a made-up stop."""
-    entries = messages(4.0)
+    entries = float_messages(4.0)
     braked = {time for topic, time, value in entries if topic == '/pressure' and value}
-    path = write(tmp_path / 'in.mcap', [
+    path = write_floats(tmp_path / 'in.mcap', [
         (topic, time, math.nan if topic == '/fl/friction' and time not in braked else value)
         for topic, time, value in entries])
     risks = [tick[0].risk for tick in replay(path, settings, kang)]
@@ -260,7 +243,8 @@ def test_a_long_drag_in_coarse_steps_is_not_stuck(tmp_path: Path, settings: Moni
         entries += [('/speed', time, 25.0 + 0.02 * round(random.normal(0.0, 3.0))),
                     ('/fl/friction', time, 0.42 + random.normal(0.0, 0.003)),
                     ('/pressure', time, 1e5 * round(pressure))]
-    ticks = [tick[0] for tick in replay(write(tmp_path / 'in.mcap', entries), settings, kang)]
+    bag = write_floats(tmp_path / 'in.mcap', entries)
+    ticks = [tick[0] for tick in replay(bag, settings, kang)]
     assert len(ticks) == 91
     assert {found.state for found in ticks} == {'steady', 'released'}
     assert {found.state for found in ticks[22:]} == {'steady'}

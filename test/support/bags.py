@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
 import yaml
 
 SECOND = 1_000_000_000
@@ -138,3 +139,22 @@ def write_bag(folder: Path, entries: list[Entry], *, storage: StoragePlugin = St
 def storage_file(folder: Path) -> Path:
     (file,) = [path for path in folder.iterdir() if path.suffix in ('.mcap', '.db3')]
     return file
+
+
+def float_messages(seconds: float, step: float = 0.1) -> list[tuple[str, int, float]]:
+    """Braking from 1 s to 3 s at a constant rotor speed."""
+    found = []
+    for time in np.arange(0.0, seconds, step):
+        stamp = 100 * SECOND + round(time * SECOND)
+        for topic, value in (('/speed', 20.0), ('/fl/friction', 0.42),
+                             ('/pressure', 7.84e5 if 1.0 <= time < 3.0 else 0.0)):
+            found.append((topic, stamp, value))
+    return found
+
+
+def write_floats(path: Path, entries: list[tuple[str, int, float]]) -> Path:
+    library = BagMessages()
+    with BagWriter(path) as bag:
+        for topic, time, value in entries:
+            bag.write(topic, FLOAT, time, library.type(FLOAT)(data=value))
+    return path

@@ -366,3 +366,16 @@ def outside(domain: int, *, brake: str = 'fl', namespace: str = '', simulated: b
     finally:
         context.try_shutdown()
         gc.collect()
+
+
+@contextmanager
+def stranger(car: Vehicle) -> Iterator[Any]:
+    """Yield a node of another process, as far as the middleware can tell."""
+    context = Context()
+    rclpy.init(context=context, domain_id=car.context.get_domain_id())
+    node = rclpy.create_node('stranger', context=context)
+    try:
+        yield node
+        node.destroy_node()
+    finally:
+        context.try_shutdown()
