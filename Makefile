@@ -16,28 +16,21 @@ PYTHON_NEWEST ?= $(call interpreter,3.14 3.13 3.12 3.11)
 PARALLEL := -n 2 --dist loadfile
 PYTEST := -m pytest $(PARALLEL)
 SOURCES := squeal_core squeal_ros test launch benchmark examples setup.py
-PIP := -m pip install --quiet --disable-pip-version-check
+# byte code is compiled at first use: most of it never is
+PIP := -m pip install --quiet --no-compile --disable-pip-version-check
 # $(call found,INTERPRETER,WHAT IT IS,VARIABLE)
 found = @test -n "$(1)" || { echo 'make: no $(2) found; install one, or say which:' \
 	'make $(3)=/path/to/python' >&2; exit 1; }
-# most of the time goes into these: physics at length, faults in pairs, damaged files, floods,
-# tables; what they call of Python, numpy and scipy others call too, so BRIEF=1 spares them
-LONG_TESTS := $(patsubst %,test/%.py, \
-	cli/test_cli_fuzz model/test_model_file modes/test_readers_calculix_disc \
-	modes/test_readers_errors modes/test_solid monitor/test_cross_checks monitor/test_faults \
-	monitor/test_recovery monitor/test_together node/test_flood node/test_node_faults \
-	node/test_restart node/test_soak node/test_storms stability/test_critical \
-	stability/test_mechanism surrogate/test_envelope surrogate/test_tabulation \
-	surrogate/test_workers test_mutations verification/test_contact_force \
-	verification/test_convergence verification/test_uniform_planar_mesh \
-	verification/test_verify)
-FEWER := $(if $(BRIEF),$(LONG_TESTS:%=--ignore=%))
+# QUICK=1: of all tests those of what a Python, numpy or scipy may do otherwise
+QUICK_TESTS := $(addprefix test/,common brake vehicle risk stability surrogate \
+	model/test_model_file.py modes/test_readers_formats.py modes/test_readers_systems.py \
+	monitor/test_monitor.py node/test_launch.py node/test_process.py recordings/test_replay.py)
+CHOSEN := $(if $(QUICK),$(QUICK_TESTS))
 # what an installation can break: processes, shipped files, the node on DDS
-COLCON_TESTS := $(patsubst %,test/%.py, \
-	model/test_model_file monitor/test_settings node/test_launch node/test_layouts \
-	node/test_node node/test_process node/test_security_policy recordings/test_replay)
+COLCON_TESTS := $(addprefix test/,model/test_model_file.py monitor/test_settings.py \
+	node/test_launch.py node/test_layouts.py node/test_process.py node/test_security_policy.py)
 
-.PHONY: demo test soak test-ubuntu24 test-newest colcon nastran lint benchmark clean help
+.PHONY: demo test soak test-ubuntu24 test-newest colcon lint benchmark clean help
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -48,12 +41,11 @@ demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot
 test: $(VENV)/installed  ## all tests
 	$(BIN)/python $(PYTEST)
 
-# BRIEF=1: but the longest
 test-ubuntu24: .venv-ubuntu24/installed  ## all tests on Ubuntu 24.04's Python, numpy and scipy
-	.venv-ubuntu24/bin/python $(PYTEST) $(FEWER)
+	.venv-ubuntu24/bin/python $(PYTEST) $(CHOSEN)
 
 test-newest: .venv-newest/installed  ## all tests on the newest Python found, newest numpy and scipy
-	.venv-newest/bin/python $(PYTEST) $(FEWER)
+	.venv-newest/bin/python $(PYTEST) $(CHOSEN)
 
 colcon: .venv-colcon/installed  ## colcon build and colcon test in a clean workspace
 	@set -o pipefail; space=$$(mktemp -d) && trap 'rm -rf "$$space"' EXIT && mkdir -p $$space/src/squeal_ros && \
@@ -67,10 +59,6 @@ colcon: .venv-colcon/installed  ## colcon build and colcon test in a clean works
 
 soak: $(VENV)/installed  ## the long forms of tests: storms, floods, an hour of driving; half an hour
 	$(BIN)/python -m pytest -m soak -s -q test
-
-nastran: .venv-nastran/installed  ## tests of OP2 files, with pyNastran and numpy below 2
-	.venv-nastran/bin/python -c 'import pyNastran.op2.op2_geom'  # else its tests would skip
-	.venv-nastran/bin/python -m pytest -q -p no:cacheprovider -k op2 test/modes/test_readers_*.py
 
 lint: $(VENV)/installed  ## ruff, mypy, and flake8 and pep257 as ament has them
 	$(BIN)/ruff check .
@@ -92,7 +80,7 @@ $(VENV)/installed: setup.py pyproject.toml
 	$(BIN)/python $(PIP) -e '.[all,test,lint]'
 	@touch $@
 
-# numpy 1.26 lets pyNastran in, too
+# numpy 1.26 lets pyNastran in, too: here OP2 files are tested
 .venv-ubuntu24/installed: setup.py pyproject.toml
 	$(call found,$(PYTHON_UBUNTU24),Python 3.12,PYTHON_UBUNTU24)
 	$(PYTHON_UBUNTU24) -m venv --clear $(@D)
@@ -110,10 +98,4 @@ $(VENV)/installed: setup.py pyproject.toml
 	$(PYTHON) -m venv --clear $(@D)
 	$(@D)/bin/python $(PIP) -e '.[all,test,colcon]'
 	$(@D)/bin/python -m pip uninstall --quiet --yes squeal_ros
-	@touch $@
-
-.venv-nastran/installed: setup.py pyproject.toml
-	$(PYTHON) -m venv --clear $(@D)
-	$(@D)/bin/python $(PIP) --only-binary=numpy -e '.[nastran]' pytest pytest-timeout \
-		hypothesis
 	@touch $@
