@@ -23,6 +23,7 @@ from typing import Any, Literal, TypeAlias
 from squeal_core.common.errors import ConfigurationError, did_you_mean, quoted
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.monitor.axles import axle_partners
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
 NODE_NAME = 'squeal_monitor'
@@ -89,8 +90,10 @@ MONITOR_KEYS = (
     Key('release_pressure', 0.5e5, 'Pa', 'below it a brake counts as released: risk 0', 0.0, 1e7),
     Key('minimum_rotor_speed', 0.5, 'rad/s',
         'below it the disc counts as not sliding: no number', 1e-3, 100.0),
-    Key('squeal_band_low_hz', 1250.0, 'Hz', 'least frequency that counts as squeal', 0.0, 1e5),
-    Key('squeal_band_high_hz', 16000.0, 'Hz', 'largest frequency that counts as squeal', 1.0, 1e5),
+    Key('squeal_band_low_hz', SQUEAL_BAND[0], 'Hz', 'least frequency that counts as squeal', 0.0,
+        1e5),
+    Key('squeal_band_high_hz', SQUEAL_BAND[1], 'Hz', 'largest frequency that counts as squeal',
+        1.0, 1e5),
     Key('growth_threshold', 0.01, '1/s', 'growth rate above which a mode counts as unstable', 1e-6,
         1000.0, change='configure'),
     Key('risk_warning', 0.5, '-', 'risk from which the diagnostic says WARN', 0.0, 1.0),

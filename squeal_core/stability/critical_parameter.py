@@ -12,58 +12,24 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-How far it is to the edge: where along a ray a mode starts to grow, and where two modes merge.
-
-Both are found by solves and bracketed or verified by solves, never extrapolated.
-"""
+"""Critical values: where a parameter takes the brake across the stability boundary."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 import math
 from typing import TypeAlias
 
+import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
+from squeal_core.stability.boundaries import Crossing, NO_MODE
+from squeal_core.stability.boundary_search import BoundarySearch, linear_walk
+from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
 from squeal_core.stability.mode_tracking import between, follow, identify, moved, Tracked
 
-SQUEAL_BAND = (1250.0, 16000.0)  # Hz, SAE J2521
 Ray: TypeAlias = Callable[[float], OperatingPoint]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Crossing:
-    """
-    Where a growth rate passes through zero, or that it does not.
-
-    Parameters
-    ----------
-    value : float
-        Of the parameter, the middle of the bracket; NaN where there is no crossing.
-    bracket : (2,) floats
-        On either side of it, first the one nearer to the start; without a crossing, the start
-        and the end of the search.
-    growth_rates : (2,) floats
-        By a solve at each [1/s]; -inf where no mode is in the band.
-    frequency_hz : float
-        Of the mode that grows at one end of the bracket; NaN without a crossing.
-    converged : bool
-        Whether the bracket is as narrow as asked for and the growth rate goes through zero in it.
-    reason : str
-        The result in words.
-    solves : int
-
-    """
-
-    value: float
-    bracket: tuple[float, float]
-    growth_rates: tuple[float, float]
-    frequency_hz: float
-    converged: bool
-    reason: str
-    solves: int
 
 
 @dataclass(frozen=True)
@@ -78,7 +44,7 @@ class CriticalValue:
 
     @property
     def nearest(self) -> Crossing:
-        """Return the nearer one; where there is none, the one above."""
+        """The nearer crossing; `above` where there is none."""
         found = [c for c in (self.above, self.below) if not math.isnan(c.value)]
         return min(found, key=lambda c: abs(c.value - self.start), default=self.above)
 
@@ -89,7 +55,7 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
                    samples: int = 40, tolerance: float = 1e-6,
                    tolerances: Tolerances | None = None) -> CriticalValue:
     """
-    Return where along a ray through a point a mode starts or ceases to grow.
+    Return the stability boundaries along a ray through a point, by full solutions.
 
     Parameters
     ----------
@@ -113,13 +79,34 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
     samples : int
         Steps of the search over the bounds. Two crossings within a step pass unseen.
     tolerance : float
-        Width of the bracket, as a part of the bounds' distance.
+        Width of the bracket, relative to the distance of the bounds.
     tolerances : Tolerances, optional
-        Of them, `growth` is what counts as growing.
+        Of them, `growth` is what counts as unstable.
+
+    Returns
+    -------
+    CriticalValue
+        The nearest boundary on either side of the point.
+
+    Raises
+    ------
+    OperatingPointError
+        For a parameter that does not exist, bounds that leave the point out, or numbers that are
+        no mode's.
+
+    Examples
+    --------
+    >>> from squeal_core import BrakeModel, OperatingPoint
+    >>> model = BrakeModel(angular_frequencies=[1e4, 1.02e4], damping_ratios=0.002,
+    ...                    friction_couple=[[0.0, 1e-3], [-1e-3, 0.0]])
+    >>> point = OperatingPoint(rotor_speed=7.0, friction=0.1, contact_pressure=5e5,
+    ...                        contact_stiffness=1e10)
+    >>> print(critical_value(model, point, 'friction', (0.0, 1.0)).above.reason)
+    stability boundary mu = 0.2061 (1607 Hz), stable below
 
     """
     low, high = bounds
-    moved(model, point, parameter, high)  # says what the parameters are
+    moved(model, point, parameter, high)  # says which parameters there are
     start = float(getattr(point, parameter))
     if not low <= start <= high or not low < high:
         raise OperatingPointError(f'bounds are {low:g} and {high:g}, {parameter} is {start:g}; '
@@ -128,15 +115,19 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
         raise OperatingPointError(f'numbers are {sorted(numbers)}; give numbers of modes, 1 to '
                                   f'{model.size}')
     limits = tolerances or Tolerances.of(model, point)
-    at = ray or (lambda value: moved(model, point, parameter, value))
-    search = _Search(_Growth(model, at, start, high - low, frozenset(numbers), band_hz, limits),
-                     limits.growth, (high - low) / samples, tolerance * (high - low))
-    return CriticalValue(parameter, start, search.growth(start).growth_rate,
-                         below=search.towards(start, low), above=search.towards(start, high))
+    solver = _FullSolver(
+        model, ray or (lambda value: moved(model, point, parameter, value)), start, high - low,
+        frozenset(numbers), band_hz, limits)
+    search = BoundarySearch(parameter=parameter, level=limits.growth,
+                            width=tolerance * (high - low))
+    here = solver(start)
+    below, above = (search(np.array([start]), np.array([here]), linear_walk(
+        start, end, (high - low) / samples), solver.evaluate).crossing(0) for end in (low, high))
+    return CriticalValue(parameter, start, here.real, below=below, above=above)
 
 
-class _Growth:
-    """The least stable of the modes that are meant, at a value of the parameter; counts solves."""
+class _FullSolver:
+    """The least stable of the modes that are meant, by full solutions along a ray."""
 
     def __init__(self, model: BrakeModel, at: Ray, start: float, span: float,
                  numbers: frozenset[int], band_hz: tuple[float, float],
@@ -146,19 +137,17 @@ class _Growth:
         self._known: dict[float, Tracked] = {}
         if numbers:
             self._known[start] = identify(model, at(start), tolerances=limits)
-        self.solves = 0
 
-    def __call__(self, value: float) -> Mode:
-        self.solves += 1
+    def evaluate(self, _: IndexArray, values: FloatArray) -> ComplexArray:
+        return np.array([[self(value) for value in row] for row in values.tolist()])
+
+    def __call__(self, value: float) -> complex:
         if self._numbers:
             found = self._tracked(value).of(self._numbers)
         else:
-            found = tuple(
-                mode for mode in complex_modes(self._model, self._at(value),
-                                               tolerances=self._limits).modes
-                if mode.kind in ('flutter', 'stable')
-                and self._band[0] <= mode.frequency_hz <= self._band[1])
-        return max(found, key=lambda mode: mode.growth_rate, default=_NONE)
+            found = complex_modes(self._model, self._at(value),
+                                  tolerances=self._limits).least_stable(*self._band)
+        return found[0].eigenvalue if found else NO_MODE
 
     def _tracked(self, value: float) -> Tracked:
         nearest = min(self._known, key=lambda known: abs(known - value))
@@ -168,67 +157,3 @@ class _Growth:
                                         parts=self._span / abs(value - nearest),
                                         tolerances=self._limits)
         return self._known[value]
-
-
-_NONE = Mode(0, complex(-math.inf, math.nan), 'stable')
-
-
-@dataclass(frozen=True)
-class _Search:
-    """Steps away from a start until the sign changes, then halves the bracket."""
-
-    growth: _Growth
-    level: float
-    step: float
-    width: float
-
-    def towards(self, start: float, end: float) -> Crossing:
-        solved, near = self.growth.solves, (start, self.growth(start))
-        grows = near[1].growth_rate > self.level
-        count = max(math.ceil(abs(end - start) / self.step - 1e-9), 0)
-        for i in range(1, count + 1):
-            value = end if i == count else start + math.copysign(i * self.step, end - start)
-            far = (value, self.growth(value))
-            if (far[1].growth_rate > self.level) != grows:
-                return self._halved(near, far, solved)
-            near = far
-        word = 'grows' if grows else 'is stable'
-        return self._crossing(
-            (start, self.growth(start)), near, math.nan, False, solved,
-            f'{word} from {start:g} to {end:g}, by {count} steps of {self.step:g} at most')
-
-    def _halved(self, near: tuple[float, Mode], far: tuple[float, Mode], solved: int) -> Crossing:
-        grows, wide = near[1].growth_rate > self.level, _gap(near, far)
-        while abs(far[0] - near[0]) > self.width:
-            value = 0.5 * (near[0] + far[0])
-            if value in (near[0], far[0]):
-                break
-            middle = (value, self.growth(value))
-            if (middle[1].growth_rate > self.level) == grows:
-                near = middle
-            else:
-                far = middle
-            wide = wide if math.isfinite(wide) else _gap(near, far)
-        # a growth rate that passes through zero differs little over a small bracket
-        gap = _gap(near, far)
-        through = math.isfinite(gap) and gap <= max(0.1 * wide, self.level)
-        verb = 'ceases' if grows else 'starts'
-        reason = f'{verb} to grow; bracket {abs(far[0] - near[0]):.3g} wide' if through else (
-            f'{verb} to grow by a jump: the mode that grows does not pass through zero here, but '
-            'leaves or enters the band or the group')
-        return self._crossing(near, far, 0.5 * (near[0] + far[0]), through, solved, reason)
-
-    def _crossing(self, near: tuple[float, Mode], far: tuple[float, Mode], value: float,
-                  converged: bool, solved: int, reason: str) -> Crossing:
-        growing = max(near[1], far[1], key=lambda mode: mode.growth_rate)
-        return Crossing(
-            value=value, bracket=(near[0], far[0]),
-            growth_rates=(near[1].growth_rate, far[1].growth_rate), converged=converged,
-            frequency_hz=math.nan if math.isnan(value) else growing.frequency_hz,
-            reason=reason, solves=self.growth.solves - solved)
-
-
-def _gap(near: tuple[float, Mode], far: tuple[float, Mode]) -> float:
-    """Difference of growth rates [1/s]; infinite where there is no mode on one side."""
-    gap = abs(far[1].growth_rate - near[1].growth_rate)
-    return math.inf if math.isnan(gap) else gap

@@ -27,6 +27,7 @@ from squeal_core.stability.lapack import eigvals
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
 Source: TypeAlias = Literal['full', 'table', 'refined']
+SQUEAL_BAND = (1250.0, 16000.0)  # Hz, SAE J2521
 
 # Relative to the largest frequency w of the model. Rounding splits a double eigenvalue by up to
 # sqrt(eps) w = 1.5e-8 w and a triple one, as at zero, by eps^(1/3) w = 6e-6 w. For K09's model,

@@ -24,12 +24,11 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import Mode, state_matrix, Tolerances
+from squeal_core.stability.eigensolution import Mode, SQUEAL_BAND, state_matrix, Tolerances
 from squeal_core.stability.mode_tracking import matrices, moved, numbered
 
 AFFINE = ('friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
 """Parameters that D and K are linear in; in the rotor speed they are not."""
-SQUEAL_BAND = (1250.0, 16000.0)  # Hz, SAE J2521
 _CANDIDATES = 3
 _STEPS = 40
 

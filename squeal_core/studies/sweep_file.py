@@ -39,7 +39,7 @@ from squeal_core.common.npz_archive import (
     write_archive,
 )
 from squeal_core.common.output import output_file
-from squeal_core.stability.eigensolution import Kind
+from squeal_core.stability.eigensolution import Kind, SQUEAL_BAND
 from squeal_core.stability.mode_tracking import PARAMETERS
 
 FORMAT = 'squeal_ros sweep'
@@ -124,7 +124,8 @@ class Sweep:
         """Return a parameter at each point, (M,)."""
         return np.asarray(self.points[:, PARAMETERS.index(parameter)])
 
-    def largest_growth(self, low_hz: float = 1250.0, high_hz: float = 16000.0) -> FloatArray:
+    def largest_growth(self, low_hz: float = SQUEAL_BAND[0],
+                       high_hz: float = SQUEAL_BAND[1]) -> FloatArray:
         """
         Return the largest growth rate [1/s] of the oscillating modes in a band, as the grid.
 

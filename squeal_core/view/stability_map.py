@@ -25,6 +25,7 @@ except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from squeal_core.common.arrays import FloatArray
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.studies.sweep_file import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
 
@@ -143,7 +144,7 @@ def axis_ends(x: FloatArray) -> tuple[float, float]:
 
 
 def plot_growth_map(record: Sweep, path: FigureTarget, *, title: str = '', overwrite: bool = True,
-                    band_hz: tuple[float, float] = (1250.0, 16000.0)) -> None:
+                    band_hz: tuple[float, float] = SQUEAL_BAND) -> None:
     """
     Draw the largest growth rate in a band over two parameters; the black line is its zero.
 

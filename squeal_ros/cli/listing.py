@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from squeal_core.stability.critical_parameter import SQUEAL_BAND
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.studies.sweep_file import Sweep, UNITS
 
 _SHOWN = 3  # unstable modes in a line; the record holds all

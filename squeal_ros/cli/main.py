@@ -27,7 +27,7 @@ from typing import Any, NoReturn
 
 from squeal_core import __version__
 from squeal_core.common.errors import did_you_mean, in_one_line, SquealError
-from squeal_core.stability.critical_parameter import SQUEAL_BAND
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_ros.cli import point_commands as commands
 
 GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -201,7 +201,7 @@ def _critical(p: argparse.ArgumentParser) -> None:
     p.add_argument('--modes', type=_numbers, default=[], metavar='13,14',
                    help="the modes that are meant (K09's numbering); default: any in the band")
     p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
-                   help='Hz, default 1250 16000')
+                   help='Hz, default {:g} {:g}'.format(*SQUEAL_BAND))
     _without_rotation(p)
     p.add_argument('--json', action='store_true')
 

@@ -119,9 +119,7 @@ def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law) -> No
         law, f'friction {point.friction:.4g}, slope {point.friction_slope:.4g} s/m')
     print(f'{found.parameter} {found.start:g}: growth rate {found.growth_rate:+.3f} 1/s ({slope})')
     for way, crossing in (('below', found.below), ('above', found.above)):
-        at = '' if math.isnan(crossing.value) else (
-            f'{crossing.value:.6g}, {crossing.frequency_hz:.1f} Hz: ')
-        print(f'{way}: {at}{crossing.reason}')
+        print(f'{way}: {crossing.reason}')
 
 
 def _bounds(point: OperatingPoint, parameter: str) -> tuple[float, float]:

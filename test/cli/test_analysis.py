@@ -268,7 +268,8 @@ def test_critical_in_words(capsys: pytest.CaptureFixture[str]) -> None:
                           '0.42', '--modes', '26', '--bounds', '0.3', '0.6')
     assert code == 0
     assert out.splitlines()[0].endswith('1/s (friction 0.42, slope 0 s/m)')
-    assert out.splitlines()[1].startswith('below: grows from 0.42 to 0.3')
+    assert out.splitlines()[1].startswith(
+        'below: no stability boundary from mu = 0.42 to 0.3, unstable')
 
 
 # ---------------------------------------------------------------- sweeps

@@ -1,0 +1,180 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Stability boundaries along a parameter: of one search in words, of several as arrays."""
+
+from dataclasses import dataclass
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+
+NO_MODE = complex(-math.inf, math.nan)  # 1/s
+_UNITS = {'friction': '', 'rotor_speed': ' rad/s', 'pressure': ' Pa', 'contact_pressure': ' Pa',
+          'contact_stiffness': ' N/m^3', 'friction_slope': ' s/m'}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing:
+    """
+    A stability boundary along a parameter, or that there is none.
+
+    Parameters
+    ----------
+    value : float
+        Critical value of the parameter; NaN without a boundary.
+    bracket : (2,) floats
+        On either side of it, first the one nearer to the start; without a boundary, the start
+        and the end of the search.
+    growth_rates : (2,) floats
+        Evaluated at both ends of the bracket [1/s]; -inf where no mode is in the band.
+    frequency_hz : float
+        Of the mode that is unstable at one end of the bracket; NaN without a boundary.
+    converged : bool
+        Whether the bracket is as narrow as asked for and the growth rate goes through zero in it.
+    reason : str
+        The result in words.
+    solves : int
+        Values evaluated.
+
+    """
+
+    value: float
+    bracket: tuple[float, float]
+    growth_rates: tuple[float, float]
+    frequency_hz: float
+    converged: bool
+    reason: str
+    solves: int
+
+
+@dataclass(frozen=True, eq=False)
+class Boundaries:
+    """
+    Results of B searches, and their brackets meanwhile.
+
+    Parameters
+    ----------
+    parameter : str
+    level : float
+        Growth rate above which a mode is unstable [1/s].
+    start : (B,) array
+        Where each search began.
+    ends : (B, 2) array
+        The bracket, first the end nearer to the start; without a boundary that one is the last
+        value of the start's verdict.
+    eigenvalues : (B, 2) array
+        At both ends [1/s].
+    values : (B,) array
+        Critical values; NaN without a boundary.
+    status : (B,) array of str
+        'none': the verdict did not change; 'found'; 'jump': the growth rate does not go through
+        zero in the bracket; 'unknown': the table does not answer.
+    solves : (B,) array
+        Values evaluated.
+    steps : (B,) array
+        Largest step of each walk.
+
+    """
+
+    parameter: str
+    level: float
+    start: FloatArray
+    ends: FloatArray
+    eigenvalues: ComplexArray
+    values: FloatArray
+    status: Any
+    solves: IndexArray
+    steps: FloatArray
+
+    @classmethod
+    def begun(cls, parameter: str, level: float, start: FloatArray,
+              eigenvalues: ComplexArray) -> 'Boundaries':
+        count = start.size
+        return cls(parameter, level, start, np.stack([start, start], axis=1),
+                   np.stack([eigenvalues, eigenvalues], axis=1), np.full(count, np.nan),
+                   np.full(count, 'none', dtype='U7'), np.zeros(count, np.intp), np.zeros(count))
+
+    @property
+    def widths(self) -> FloatArray:
+        return np.abs(self.ends[:, 1] - self.ends[:, 0])
+
+    @property
+    def changes(self) -> FloatArray:
+        """Changes of the growth rate over the brackets [1/s]; not finite where no mode is."""
+        with np.errstate(invalid='ignore'):
+            return np.abs(self.eigenvalues.real[:, 1] - self.eigenvalues.real[:, 0])
+
+    @property
+    def unstable(self) -> Any:
+        """Whether the brake is unstable at the start, (B,)."""
+        return self.eigenvalues.real[:, 0] > self.level
+
+    @property
+    def zeros(self) -> FloatArray:
+        """Where the chord through both ends is at the level, as fractions of the bracket."""
+        growth = self.eigenvalues.real
+        with np.errstate(invalid='ignore', divide='ignore'):
+            return np.asarray((growth[:, 0] - self.level) / (growth[:, 0] - growth[:, 1]))
+
+    def take(self, rows: IndexArray, trials: FloatArray, eigenvalues: ComplexArray, *,
+             past_unknown: bool) -> Any:
+        """
+        Move the ends of brackets to trials (R, n), in order from the start; tell which changed.
+
+        The far end goes to the first trial of the other verdict, the near end to the last one
+        before it. Unless they are passed over, trials that are not known end a search.
+        """
+        missing = np.isnan(eigenvalues.real)
+        other = (eigenvalues.real > self.level) != self.unstable[rows, None]
+        hits = np.where(missing, not past_unknown, other)
+        first = np.where(hits.any(axis=1), hits.argmax(axis=1), trials.shape[1])
+        before = ~missing & (np.arange(trials.shape[1]) < first[:, None])
+        last = trials.shape[1] - 1 - before[:, ::-1].argmax(axis=1)
+        for end, picked, chosen in ((0, before.any(axis=1), last),
+                                    (1, first < trials.shape[1], first)):
+            places = np.flatnonzero(picked)
+            self.ends[rows[places], end] = trials[places, chosen[places]]
+            self.eigenvalues[rows[places], end] = eigenvalues[places, chosen[places]]
+        self.solves[rows] += trials.shape[1]
+        return first < trials.shape[1]
+
+    def crossing(self, row: int) -> Crossing:
+        """Return the result of one search, in words, too."""
+        near, far = self.ends[row].tolist()
+        rates, status = self.eigenvalues[row].real.tolist(), str(self.status[row])
+        unstable = bool(self.unstable[row])
+        if status in ('none', 'unknown'):
+            start = float(self.start[row])
+            remark = ('outside the table beyond it' if status == 'unknown'
+                      else f'in steps of {self.steps[row]:.4g} at most')
+            return Crossing(
+                value=math.nan, bracket=(start, near), growth_rates=(rates[0], rates[0]),
+                frequency_hz=math.nan, converged=False, solves=int(self.solves[row]),
+                reason=f'no stability boundary from {self._quoted(start)} to {near:.4g}, '
+                       f'{"unstable" if unstable else "stable"} ({remark})')
+        value = float(self.values[row])
+        hertz = abs(complex(self.eigenvalues[row, 0 if unstable else 1]).imag) / (2.0 * math.pi)
+        side = 'above' if unstable == (far > near) else 'below'
+        reason = f'stability boundary {self._quoted(value)} ({hertz:.0f} Hz), stable {side}'
+        if status == 'jump':
+            reason += ', by a jump: a mode leaves or enters the band or the group'
+        return Crossing(value=value, bracket=(near, far), growth_rates=(rates[0], rates[1]),
+                        frequency_hz=hertz, converged=status == 'found', reason=reason,
+                        solves=int(self.solves[row]))
+
+    def _quoted(self, value: float) -> str:
+        name = 'mu' if self.parameter == 'friction' else self.parameter.replace('_', ' ')
+        return f'{name} = {value:.4g}{_UNITS[self.parameter]}'

@@ -1,0 +1,165 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Search for stability boundaries along a parameter: walk away from a start, narrow the bracket.
+
+The same search runs offline, by full solutions one at a time, and online, by the table of local
+expansions for all brakes and several values at once. Both ends of a bracket are evaluated, never
+extrapolated.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+from squeal_core.stability.boundaries import Boundaries
+
+Evaluate: TypeAlias = Callable[[IndexArray, FloatArray], ComplexArray]
+"""
+Eigenvalues [1/s] of the least stable mode, given which of the searches ask (R,) and for which
+values (R, n): `NO_MODE` where no mode is in the band, NaN where it is not known.
+"""
+
+_ASIDE = 0.1  # of the first bracket: about the error of its first chord
+_RUNG = 4.0  # ratio of distances from the chord's zero, from one trial to the next
+_EDGE = 1e-3  # of the bracket, from its ends to the nearest trial
+# A bracket w of the first one leaves this power of w of the change of growth over it, at most:
+# 1 where growth is smooth, 1/2 at the square root of two modes that merge, 0 at a jump.
+_SMOOTH = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoundarySearch:
+    """
+    Walks away from starts until the verdict changes, then narrows the brackets.
+
+    Parameters
+    ----------
+    parameter : str
+        For the words of the results.
+    level : float
+        Growth rate above which a mode is unstable [1/s].
+    width : float
+        Of a bracket at the end, in units of the parameter.
+    batch : int
+        Values of a walk evaluated at once.
+    trials : int
+        Values at once that narrow a bracket: 1, or an even number.
+
+    Notes
+    -----
+    Brackets are narrowed by regula falsi: trials lie close to either side of the chord's zero
+    (a single one towards the middle, so that both ends come near). Trials that do not halve the
+    bracket are followed by an even division of it, so that the search takes at most twice as many
+    of them as bisection; where growth is smooth it takes a third.
+
+    """
+
+    parameter: str
+    level: float
+    width: float
+    batch: int = 1
+    trials: int = 1
+
+    def __call__(self, start: FloatArray, eigenvalues: ComplexArray, walks: FloatArray,
+                 evaluate: Evaluate) -> Boundaries:
+        """
+        Return the nearest boundary of each of B searches.
+
+        Parameters
+        ----------
+        start : (B,) array
+            Where each search begins.
+        eigenvalues : (B,) array
+            Of the least stable mode there [1/s].
+        walks : (B, n) array
+            Values to try, in order from the start; two boundaries between two of them pass
+            unseen.
+        evaluate : callable
+            See `Evaluate`.
+
+        """
+        found = Boundaries.begun(self.parameter, self.level, start, eigenvalues)
+        found.steps[:] = np.abs(np.diff(walks, axis=1, prepend=start[:, None])).max(
+            axis=1, initial=0.0)
+        rows = np.arange(start.size)
+        for i in range(0, walks.shape[1], self.batch):
+            trials = walks[rows, i:i + self.batch]
+            changed = found.take(rows, trials, evaluate(rows, trials), past_unknown=False)
+            found.status[rows[changed]] = 'found'
+            rows = rows[~changed]
+            if not rows.size:
+                break
+        found.status[np.isnan(found.eigenvalues.real[:, 1])] = 'unknown'
+        self._narrow(found, evaluate)
+        return found
+
+    def _narrow(self, found: Boundaries, evaluate: Evaluate) -> None:
+        first, even = found.widths, np.zeros(found.start.size, bool)
+        reference, change = found.widths, found.changes
+        while True:
+            widths = found.widths
+            rows = np.flatnonzero((found.status == 'found') & (widths > self.width))
+            if not rows.size:
+                break
+            trials = self._trials(found, rows, first, even)
+            found.take(rows, trials, evaluate(rows, trials), past_unknown=True)
+            narrowed = found.widths[rows]
+            found.status[rows[narrowed == widths[rows]]] = 'unknown'
+            even[rows] = narrowed > 0.5 * widths[rows]
+            lacking = ~np.isfinite(change)
+            reference = np.where(lacking, found.widths, reference)
+            change = np.where(lacking, found.changes, change)
+        self._conclude(found, reference, change)
+
+    def _trials(self, found: Boundaries, rows: IndexArray, first: FloatArray,
+                even: Any) -> FloatArray:
+        """Return values (R, n) strictly between both ends, from the near one to the far one."""
+        spans = (found.ends[:, 1] - found.ends[:, 0])[rows]
+        zeros = found.zeros[rows, None]
+        aside = np.maximum(_ASIDE * np.abs(spans) / first[rows],
+                           0.4 * self.width / np.abs(spans))[:, None]
+        if self.trials == 1:
+            parts = zeros + np.copysign(np.minimum(aside, np.abs(0.5 - zeros)), 0.5 - zeros)
+        else:
+            rungs = _RUNG ** np.arange(self.trials // 2)
+            parts = zeros + aside * np.concatenate([-rungs[::-1], rungs])
+        division = np.arange(1, self.trials + 1) / (self.trials + 1)
+        evenly = even[rows] | ~np.isfinite(found.changes[rows])
+        parts = np.where(evenly[:, None], division, np.clip(parts, _EDGE, 1.0 - _EDGE))
+        return np.asarray(found.ends[rows, :1] + spans[:, None] * parts)
+
+    def _conclude(self, found: Boundaries, reference: FloatArray, change: FloatArray) -> None:
+        """Say which boundaries are jumps; put the critical values into the brackets."""
+        done = found.status == 'found'
+        with np.errstate(invalid='ignore', divide='ignore'):
+            most = np.maximum(change * (found.widths / reference) ** _SMOOTH, self.level)
+            through = np.isfinite(found.changes) & (found.changes <= most)
+        found.status[done & ~through] = 'jump'
+        fraction = np.where(through, found.zeros, 0.5)
+        values = found.ends[:, 0] + fraction * (found.ends[:, 1] - found.ends[:, 0])
+        found.values[done] = values[done]
+
+
+def linear_walk(start: float, end: float, step: float) -> FloatArray:
+    """Return the values (1, n) after a start to an end, in equal steps but for the last one."""
+    count = max(math.ceil(abs(end - start) / step - 1e-9), 0)
+    values = start + math.copysign(step, end - start) * np.arange(
+        1.0, count + 1.0, dtype=np.float64)
+    values[-1:] = end
+    return values[None]
