@@ -16,6 +16,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 import math
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -89,7 +90,7 @@ class Assessment:
         """Whether the risk is a number."""
         return self.state in ('steady', 'released')
 
-    @property
+    @cached_property
     def flutter(self) -> tuple[Mode, ...]:
         """Oscillating unstable modes, worst first."""
         return tuple(m for m in self.modes if m.kind == 'flutter')

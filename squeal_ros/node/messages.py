@@ -18,7 +18,7 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 import math
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from squeal_core.monitor.alarm import Alarm
 from squeal_core.monitor.settings import MonitorSettings
@@ -51,17 +51,25 @@ def brake_messages(library: MessageLibrary,
                    assessment: Assessment) -> Iterator[tuple[str, Any]]:
     """Yield (name, message) for each name of `NAMES`; what is not known is NaN."""
     float64 = library.type('std_msgs/msg/Float64')
-    for name, value in (('squeal_risk', assessment.risk), ('growth_rate', assessment.growth_rate),
-                        ('friction_margin', assessment.friction_margin)):
-        yield name, float64(data=float(value))
-    yield 'unstable_frequencies', _frequencies(library, assessment)
+    for name, value in brake_values(assessment):
+        yield name, float64(data=value)
+    yield 'unstable_frequencies', frequency_list(library, frequencies_hz(assessment))
 
 
-def _frequencies(library: MessageLibrary, assessment: Assessment) -> Any:
-    """All flutter modes [Hz], worst first; empty: none; one NaN: not known."""
-    frequencies = [m.frequency_hz for m in assessment.flutter]
-    if not assessment.known:
-        frequencies = [math.nan]
+def brake_values(assessment: Assessment) -> tuple[tuple[str, float], ...]:
+    """Return (name, value) for each Float64 of `TYPES`."""
+    return (('squeal_risk', float(assessment.risk)),
+            ('growth_rate', float(assessment.growth_rate)),
+            ('friction_margin', float(assessment.friction_margin)))
+
+
+def frequencies_hz(assessment: Assessment) -> list[float]:
+    """Return those of all flutter modes [Hz], worst first; empty: none; one NaN: not known."""
+    return [m.frequency_hz for m in assessment.flutter] if assessment.known else [math.nan]
+
+
+def frequency_list(library: MessageLibrary, frequencies: Sequence[float]) -> Any:
+    """Return the message of some frequencies [Hz]."""
     return library.type('std_msgs/msg/Float64MultiArray')(
         layout=_layout(library, len(frequencies)), data=library.floats(frequencies))
 
@@ -110,27 +118,42 @@ class NodeStatus:
     message: str = 'running'
 
 
+class BrakeStatus(NamedTuple):
+    """A DiagnosticStatus in plain values."""
+
+    level: int
+    name: str
+    message: str
+    hardware_id: str
+    values: Mapping[str, object]
+
+
+def statuses(node: str, assessments: Sequence[Assessment], levels: Sequence[int],
+             status: NodeStatus) -> list[BrakeStatus]:
+    """Return the diagnostics of one tick: a status for each brake, then one for the node."""
+    return [
+        *(BrakeStatus(level, f'{node}: {a.brake}', a.reason, a.brake,
+                      {'state': a.state, **_figures(a)})
+          for a, level in zip(assessments, levels, strict=True)),
+        BrakeStatus(status.level, f'{node}: node', status.message, node, status.values)]
+
+
 def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assessment],
                 levels: Sequence[int], status: NodeStatus) -> Any:
     """Return the DiagnosticArray of one tick: a status for each brake, then one for the node."""
-    statuses = [
-        _status(library, level, f'{node}: {a.brake}', a.reason, a.brake,
-                {'state': a.state, **_figures(a)})
-        for a, level in zip(assessments, levels, strict=True)]
-    statuses.append(_status(library, status.level, f'{node}: node', status.message, node,
-                            status.values))
     seconds, nanoseconds = divmod(assessments[0].time, 1_000_000_000)
     stamp = library.type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
     header = library.type('std_msgs/msg/Header')(stamp=stamp, frame_id='')
-    return library.type(DIAGNOSTICS_TYPE)(header=header, status=statuses)
+    return library.type(DIAGNOSTICS_TYPE)(header=header, status=[
+        _status(library, one) for one in statuses(node, assessments, levels, status)])
 
 
-def _status(library: MessageLibrary, level: int, name: str, message: str, hardware: str,
-            values: Mapping[str, object]) -> Any:
+def _status(library: MessageLibrary, status: BrakeStatus) -> Any:
     key_value = library.type('diagnostic_msgs/msg/KeyValue')
     return library.type('diagnostic_msgs/msg/DiagnosticStatus')(
-        level=library.byte(level), name=name, message=message, hardware_id=hardware,
-        values=[key_value(key=key, value=str(value)) for key, value in values.items()])
+        level=library.byte(status.level), name=status.name, message=status.message,
+        hardware_id=status.hardware_id,
+        values=[key_value(key=key, value=str(value)) for key, value in status.values.items()])
 
 
 def _figures(assessment: Assessment) -> dict[str, object]:

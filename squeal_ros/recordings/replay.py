@@ -28,8 +28,9 @@ from squeal_core.monitor.vehicle_monitor import Assessment, VehicleMonitor
 from squeal_ros.node import messages
 from squeal_ros.node.field_paths import Router
 from squeal_ros.recordings.bag_reader import Bag, BagError
-from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
+from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.findings import absolute, Finding, InputFindings
+from squeal_ros.recordings.serialised_outputs import serialised_outputs
 
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
 _LONGEST_SILENCE = 10_000_000_000
@@ -181,15 +182,11 @@ class Outputs:
 
     def _write_tick(self, bag: BagWriter, table: CsvWriter,
                     assessments: tuple[Assessment, ...]) -> None:
-        library, levels = BagMessages(), self._levels.of(assessments)
         self.summary.add(assessments)
         for assessment in assessments:
             row = row_of(assessment)
             self._detector.update(row, assessment.time)
             table.write(row)
-            for name, message in messages.brake_messages(library, assessment):
-                bag.write(f'{self.node}/{assessment.brake}/{name}', messages.TYPES[name],
-                          assessment.time, message)
-        bag.write('/diagnostics', messages.DIAGNOSTICS_TYPE, assessments[0].time,
-                  messages.diagnostics(library, self.node.lstrip('/'), assessments, levels,
-                                       messages.NodeStatus({'ticks_done': self.summary.ticks})))
+        bag.write_serialised(assessments[0].time, serialised_outputs(
+            self.node, assessments, self._levels.of(assessments),
+            messages.NodeStatus({'ticks_done': self.summary.ticks})))

@@ -1,0 +1,120 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+CDR bytes of the output messages, the same that the type store makes of message objects.
+
+A replay writes 17 messages a tick, and objects of rosbags take it longer than the assessments.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
+import struct
+from typing import Any
+
+from squeal_core.monitor.vehicle_monitor import Assessment
+from squeal_ros.node import messages
+from squeal_ros.recordings.typestore import BagMessages, JAZZY
+
+_DOUBLE = struct.Struct('<d')
+_TIME = struct.Struct('<iI')
+_COUNT = struct.Struct('<I')
+_ENDS = [bytes(1 + -(size + 1) % 4) for size in range(4)]  # a zero, and then on to a multiple of 4
+
+
+def serialised_outputs(node: str, assessments: Sequence[Assessment], levels: Sequence[int],
+                       status: messages.NodeStatus) -> Iterator[tuple[str, str, bytes]]:
+    """
+    Yield topic, type and bytes of each message of one tick.
+
+    Parameters
+    ----------
+    node : str
+        Whose topics they are, in full.
+    assessments, levels : sequences
+        Of all brakes.
+    status : NodeStatus
+
+    """
+    for assessment in assessments:
+        topics = _topics(node, assessment.brake)
+        for name, value in messages.brake_values(assessment):
+            yield *topics[name], _before_double() + _DOUBLE.pack(value)
+        frequencies = messages.frequencies_hz(assessment)
+        yield *topics['unstable_frequencies'], _before_doubles(len(frequencies)) + struct.pack(
+            f'<{len(frequencies)}d', *frequencies)
+    yield '/diagnostics', messages.DIAGNOSTICS_TYPE, _diagnostics(
+        assessments[0].time, messages.statuses(node.lstrip('/'), assessments, levels, status))
+
+
+@lru_cache(maxsize=1024)
+def _topics(node: str, brake: str) -> dict[str, tuple[str, str]]:
+    return {name: (f'{node}/{brake}/{name}', kind) for name, kind in messages.TYPES.items()}
+
+
+@lru_cache(maxsize=1)
+def _before_double() -> bytes:
+    """Return what stands before the value of a Float64."""
+    kind = messages.TYPES['squeal_risk']
+    return _serialised(JAZZY.types[kind](data=0.0), kind)[:-8]
+
+
+@lru_cache(maxsize=256)
+def _before_doubles(count: int) -> bytes:
+    """Return what stands before so many frequencies."""
+    whole = _serialised(messages.frequency_list(BagMessages(), [0.0] * count),
+                        messages.TYPES['unstable_frequencies'])
+    return whole[:len(whole) - 8 * count]
+
+
+def _serialised(message: Any, kind: str) -> bytes:
+    return bytes(JAZZY.serialize_cdr(message, kind, little_endian=True))
+
+
+def _diagnostics(time: int, statuses: Iterable[messages.BrakeStatus]) -> bytes:
+    """Return a DiagnosticArray at a time [ns]: every text begins at a multiple of 4."""
+    every = list(statuses)
+    done = b''.join((b'\0\1\0\0', _TIME.pack(*divmod(time, 1_000_000_000)), _text(''),
+                     _COUNT.pack(len(every))))
+    parts, size = [done], len(done)
+    for status in every:
+        level = bytes((status.level,)).ljust(4 - size % 4, b'\0')  # it stands at any place
+        body = _status(status)
+        parts += (level, body)
+        size += len(level) + len(body)
+    return b''.join(parts)
+
+
+def _status(status: messages.BrakeStatus) -> bytes:
+    """Return a DiagnosticStatus without its level."""
+    parts = [_key(status.name), _text(status.message), _key(status.hardware_id),
+             _COUNT.pack(len(status.values))]
+    count, ends = _COUNT.pack, _ENDS
+    for key, value in status.values.items():
+        data = str(value).encode()
+        size = len(data)
+        parts += (_key(key), count(size + 1), data, ends[size & 3])
+    if status.values:  # the next level stands right behind the last text
+        parts[-1] = parts[-1][:1]
+    return b''.join(parts)
+
+
+def _text(text: str) -> bytes:
+    """Return a text with its length before it and zeros up to a multiple of 4 behind it."""
+    data = text.encode()
+    size = len(data)
+    return _COUNT.pack(size + 1) + data + _ENDS[size & 3]
+
+
+_key = lru_cache(maxsize=1024)(_text)  # the same in every tick

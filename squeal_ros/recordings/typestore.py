@@ -1,0 +1,39 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The message classes of rosbags."""
+
+from collections.abc import Sequence
+from typing import Any
+
+try:
+    from rosbags.typesys import get_typestore, Stores
+except ImportError as error:
+    raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
+import numpy as np
+
+JAZZY = get_typestore(Stores.ROS2_JAZZY)
+
+
+class BagMessages:
+    """Message classes as rosbags provides them."""
+
+    def type(self, name: str) -> Any:  # noqa: A003
+        return JAZZY.types[name]
+
+    def floats(self, values: Sequence[float]) -> Any:
+        return np.array(values, dtype=np.float64)
+
+    def byte(self, value: int) -> Any:
+        return value
