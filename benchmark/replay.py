@@ -143,7 +143,7 @@ def main() -> None:
                 passed = lengths[1] - lengths[0]
                 print(f'{words}: a second of bag takes {1e3 * cpu / passed:.0f} ms of processor '
                       f'time and {1e3 * elapsed / passed:.0f} ms in all, '
-                      f'processor time per brake and tick {cpu / passed / RATE / 4 / solve:.4f} of '
+                      f'for a brake and tick {cpu / passed / RATE / 4 / solve:.4f} times '
                       f'a full solution ({1e3 * solve:.1f} ms); {lengths[1]:.0f} s took '
                       f'{long.elapsed:.1f} s; peak memory {short.memory:.0f} and '
                       f'{long.memory:.0f} MB', flush=True)

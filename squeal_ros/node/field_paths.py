@@ -102,6 +102,20 @@ class FieldPath:
         except OverflowError:
             return math.copysign(math.inf, value)
 
+    def key(self, message: Any) -> tuple[str | int, ...]:
+        """Return names and indices that lead to the number in a message that holds it."""
+        key: list[str | int] = []
+        owner, value = message, message
+        for kind, name, text in self.steps:
+            if kind == 'attribute':
+                owner, value = value, getattr(value, str(name))
+                key.append(name)
+                continue
+            index = int(name) if kind == 'index' else list(getattr(owner, str(name))).index(text)
+            value = value[index]
+            key.append(index)
+        return tuple(key)
+
     def _index(self, values: Any, names: Any, where: str, key: str) -> int:
         """Return the index of a name; raise FieldError where there is none, or not one."""
         names = list(names)
@@ -158,7 +172,9 @@ class _Sight:
 
 
 @dataclass(frozen=True)
-class _Input:
+class Source:
+    """One input of one brake, and where messages of its topic hold it."""
+
     brake: str
     signal: Signal
     settings: InputSettings
@@ -167,10 +183,15 @@ class _Input:
     sight: _Sight = field(default_factory=_Sight, compare=False)
 
     def sample(self, message: Any, received: int, number: int, connection: int) -> Sample:
-        value = self.settings.scale * self.path.read(message) + self.settings.offset - self.zero
-        stamped = self.settings.stamp == 'header'
-        return Sample(stamp_of(message, received) if stamped else received, value,
-                      number, connection)
+        return self.sample_of(self.path.read(message), stamp_of(message, received), received,
+                              number, connection)
+
+    def sample_of(self, value: float, stamp: int, received: int, number: int,
+                  connection: int) -> Sample:
+        """Return the sample of a value as the message has it, and of its header's stamp."""
+        settings = self.settings
+        return Sample(stamp if settings.stamp == 'header' else received,
+                      settings.scale * value + settings.offset - self.zero, number, connection)
 
 
 @dataclass
@@ -186,7 +207,7 @@ class Router:
     """
 
     types: dict[str, str]
-    _inputs: Mapping[str, list[_Input]]
+    _inputs: Mapping[str, list[Source]]
     problems: Counter[str] = field(default_factory=Counter)
 
     @classmethod
@@ -201,7 +222,7 @@ class Router:
 
         """
         types: dict[str, str] = {}
-        inputs: defaultdict[str, list[_Input]] = defaultdict(list)
+        inputs: defaultdict[str, list[Source]] = defaultdict(list)
         for brake in settings.brakes:
             for signal, source in brake.inputs.items():
                 where = f'{brake.name}.{signal}'
@@ -214,8 +235,12 @@ class Router:
                 except ConfigurationError as error:
                     raise ConfigurationError(where, *str(error).split('; ', 1)) from None
                 zero = settings.ambient_pressure if source.reference == 'absolute' else 0.0
-                inputs[source.topic].append(_Input(brake.name, signal, source, path, zero))
+                inputs[source.topic].append(Source(brake.name, signal, source, path, zero))
         return cls(types, inputs, Counter() if problems is None else problems)
+
+    def sources(self, topic: str) -> list[Source]:
+        """Return the inputs that a topic feeds."""
+        return self._inputs[topic]
 
     def samples(self, topic: str, message: Any, received: int, number: int = 0,
                 connection: int = 0) -> Iterator[tuple[str, Signal, Sample | Unreadable]]:

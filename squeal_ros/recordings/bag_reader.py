@@ -18,7 +18,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 try:
     from rosbags.interfaces import Connection
@@ -51,6 +51,17 @@ class BagError(SquealError):
 
     def __init__(self, path: object, what: str, remedy: str) -> None:
         super().__init__(f'{path}: {what}; {remedy}')
+
+
+class Record(NamedTuple):
+    """A message as it was recorded."""
+
+    topic: str
+    time: int  # of recording [ns]
+    data: bytes
+    publisher: int
+    type_name: str
+    store: Typestore
 
 
 class Bag:
@@ -121,37 +132,61 @@ class Bag:
             For a type that no definition is found for.
 
         """
+        for record in self.records(wanted):
+            message = self.decode(record)
+            if message is not None:
+                yield record.topic, record.time, message[0], record.publisher
+
+    def records(self, wanted: Mapping[str, str]) -> Iterator['Record']:
+        """
+        Yield the messages in order of recording, not decoded; parameters as of `messages`.
+
+        Raises
+        ------
+        BagError, DefinitionError
+            As `messages`.
+
+        """
         count: Counter[str] = Counter()
         for file in self._files:
             with _opened(file) as reader:
                 chosen = [c for c in reader.connections
                           if same_type_name(wanted.get(c.topic, ''), c.msgtype)]
-                stores = {c.id: self._store(c) for c in chosen if c.msgcount}
+                kinds = {c.id: self._kind(c) for c in chosen if c.msgcount}
                 self.notes.extend(text for text in self._definitions.notes.values()
                                   if text not in self.notes)
                 if not chosen:
                     continue
                 publishers = Counter(c.topic for c in chosen)
                 for connection, time, data in _read(reader, chosen, file):
-                    if connection.id not in stores:  # one that the file's own counts leave out
-                        stores[connection.id] = self._store(connection)
-                    count[connection.topic] += 1
-                    try:
-                        message = decode(stores[connection.id], self._unpack(data),
-                                         full_type_name(connection.msgtype))[0]
-                    except Exception as error:  # whatever bytes can do to a decoder
-                        self._count_undecodable(connection.topic, data, error)
-                        continue
-                    several = publishers[connection.topic] > 1
-                    yield connection.topic, time, message, several * (connection.id + 1)
+                    number, topic = connection.id, connection.topic
+                    if number not in kinds:  # one that the file's own counts leave out
+                        kinds[number] = self._kind(connection)
+                    count[topic] += 1
+                    yield Record(topic, time, data, (publishers[topic] > 1) * (number + 1),
+                                 *kinds[number])
         self._compare(wanted, count)
 
-    def _store(self, connection: Connection) -> Typestore:
+    def decode(self, record: 'Record') -> tuple[Any, int, bytes] | None:
+        """
+        Return a message, its length in bytes, and its bytes.
+
+        None where it cannot be decoded, which is counted.
+        """
+        try:
+            data = self._unpack(record.data)
+            return *decode(record.store, data, record.type_name), data
+        except Exception as error:  # whatever bytes can do to a decoder
+            self._count_undecodable(record.topic, record.data, error)
+            return None
+
+    def _kind(self, connection: Connection) -> tuple[str, Typestore]:
+        """Return the full name of the type of a connection's messages, and what decodes it."""
         key = connection.msgtype, connection.msgdef.data
         if key not in self._stores:
             self._stores[key] = self._definitions.store_for(
                 connection, self._hashes.get(connection.msgtype, connection.digest), self.path)
-        return self._stores[key]
+        return full_type_name(connection.msgtype), self._stores[key]
 
     def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
         packed = bytes(data[:4]) == _ZSTD

@@ -19,7 +19,7 @@ Each finding names the inputs it is of, what is wrong and the remedy, so that a 
 nothing was assessed tells why.
 """
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 import difflib
@@ -73,6 +73,12 @@ class _Evidence:
     hint: str = ''
     nearest: int | None = None  # smallest distance of a stamp from the time of recording [ns]
 
+    def take(self, sample: Sample, received: int) -> None:
+        self.messages += 1
+        offset = sample.stamp - received
+        if self.nearest is None or abs(offset) < abs(self.nearest):
+            self.nearest = offset
+
 
 @dataclass
 class InputFindings:
@@ -90,7 +96,7 @@ class InputFindings:
     settings: MonitorSettings
     namespace: str = '/'
     _seen: dict[tuple[str, Signal], _Evidence] = field(default_factory=dict)
-    _ids: dict[str, Counter[object]] = field(default_factory=dict)
+    _ids: defaultdict[str, Counter[object]] = field(default_factory=lambda: defaultdict(Counter))
 
     def __post_init__(self) -> None:
         for brake in self.settings.brakes:
@@ -113,13 +119,8 @@ class InputFindings:
             For raw frames of several ids on one topic, which a field path would mix.
 
         """
-        ids = self._ids.setdefault(topic, Counter())
-        if len(ids) > _MOST_IDS:
-            return
         value, raw = _id_of(message)
-        if value is None:
-            return
-        ids[value] += 1
+        ids = self.message_of(topic, value)
         if raw and len(ids) > 1:
             names = [f'{brake}.{signal}' for (brake, signal), seen in self._seen.items()
                      if seen.topic == topic]
@@ -128,20 +129,29 @@ class InputFindings:
                 f'{", ".join(names)} would mix them; a field path cannot choose an id, so decode '
                 'the bus into one topic a signal first and name that')
 
+    def message_of(self, topic: str, identity: object) -> Counter[object]:
+        """Take note of a message about something, None where it does not say of what."""
+        ids = self._ids[topic]
+        if identity is not None and len(ids) <= _MOST_IDS:
+            ids[identity] += 1
+        return ids
+
+    def evidence(self, brake: str, signal: Signal) -> '_Evidence':
+        """Return what was seen of an input, to be told of its samples."""
+        return self._seen[brake, signal]
+
     def value(self, brake: str, signal: Signal, sample: Sample | Unreadable, message: Any,
               received: int) -> None:
         """Take note of what an input got of a message received at a time [ns]."""
         seen = self._seen[brake, signal]
-        seen.messages += 1
         if isinstance(sample, Unreadable):
+            seen.messages += 1
             if seen.unreadable == seen.of_others and not (sample.is_other and seen.unreadable):
                 seen.reason, seen.hint = sample.reason, hint(seen.path, message)
             seen.unreadable += 1
             seen.of_others += sample.is_other
             return
-        offset = sample.stamp - received
-        if seen.nearest is None or abs(offset) < abs(seen.nearest):
-            seen.nearest = offset
+        seen.take(sample, received)
 
     def listed(self, types: Mapping[str, Counter[str]], undecodable: Mapping[str, tuple[int, str]]
                ) -> list[Finding]:
@@ -282,11 +292,17 @@ def _fields(value: Any) -> list[str]:
 
 def _id_of(message: Any) -> tuple[object, bool]:
     """Return what tells messages on one topic apart, and whether they are raw frames."""
+    identity, varies = identity_of(message)
+    data = getattr(message, 'data', None)
+    return identity, varies and getattr(data, 'dtype', None) == np.uint8
+
+
+def identity_of(message: Any) -> tuple[object, bool]:
+    """Return what tells messages on one topic apart, None for nothing; whether it is a number."""
     for name in _ID_FIELDS:
         value = getattr(message, name, None)
         if isinstance(value, int) and not isinstance(value, bool):
-            data = getattr(message, 'data', None)
-            return value, getattr(data, 'dtype', None) == np.uint8
+            return value, True
     frame = getattr(getattr(message, 'header', None), 'frame_id', None)
     return (frame or None), False
 

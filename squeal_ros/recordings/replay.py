@@ -14,7 +14,6 @@
 
 """Bag in, assessments out: the monitor of the node, on the bag's time."""
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,10 +25,10 @@ from squeal_core.monitor.history import CsvWriter, EventDetector, row_of, Squeal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment, VehicleMonitor
 from squeal_ros.node import messages
-from squeal_ros.node.field_paths import Router
 from squeal_ros.recordings.bag_reader import Bag, BagError
 from squeal_ros.recordings.bag_writer import BagWriter
-from squeal_ros.recordings.findings import absolute, Finding, InputFindings
+from squeal_ros.recordings.findings import Finding, InputFindings
+from squeal_ros.recordings.sample_reader import SampleReader
 from squeal_ros.recordings.serialised_outputs import serialised_outputs
 
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
@@ -53,11 +52,8 @@ class Replay:
     def __init__(self, bag: Bag, settings: MonitorSettings, model: BrakeModel, *,
                  namespace: str = '/') -> None:
         self._bag, self._settings, self._model = bag, settings, model
-        self._router = Router.of(settings)
         self._found = InputFindings(settings, namespace)
-        self._topics: defaultdict[str, list[str]] = defaultdict(list)  # of the settings, by bag's
-        for topic in self._router.types:
-            self._topics[absolute(topic, namespace)].append(topic)
+        self._reader = SampleReader(bag, settings, self._found, namespace)
 
     @property
     def findings(self) -> list[Finding]:
@@ -81,8 +77,8 @@ class Replay:
             raise self._nothing('has none of the topics')
         monitor, tick = VehicleMonitor(self._settings, self._model), 0
         try:
-            for topic, time, message, publisher in self._bag.messages(wanted):
-                first = -(-time // self._settings.period)
+            for record in self._bag.records(wanted):
+                time, first = record.time, -(-record.time // self._settings.period)
                 if tick == 0:
                     tick = first
                 if time < (tick - 1) * self._settings.period:  # the bag's clock went back
@@ -90,7 +86,8 @@ class Replay:
                     tick = first
                 yield from self._silence(monitor, tick, first)
                 tick = max(tick, first)
-                self._receive(monitor, topic, message, time, publisher)
+                for sample in self._reader.samples(record):
+                    monitor.receive(*sample)
             if not tick:
                 raise self._nothing('has no message to read on the topics')
             yield monitor.assess(tick * self._settings.period)
@@ -102,15 +99,6 @@ class Replay:
         """Yield the ticks up to the next message."""
         for number in range(tick, min(until, tick + _LONGEST_SILENCE // self._settings.period)):
             yield monitor.assess(number * self._settings.period)
-
-    def _receive(self, monitor: VehicleMonitor, topic: str, message: object, time: int,
-                 publisher: int) -> None:
-        self._found.message(topic, message)
-        for name in self._topics[topic]:
-            for brake, signal, sample in self._router.samples(
-                    name, message, time, connection=publisher):
-                self._found.value(brake, signal, sample, message, time)
-                monitor.receive(brake, signal, sample)
 
     def _nothing(self, what: str) -> BagError:
         findings = self.findings
