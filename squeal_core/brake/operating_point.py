@@ -110,3 +110,27 @@ class OperatingPoint:
             contact_stiffness=self.contact_stiffness,
             friction_couple=self.friction * self.contact_stiffness,
             follower=load)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlidingConditions:
+    """
+    Inputs of a sliding brake.
+
+    Parameters
+    ----------
+    rotor_speed : float
+        [rad/s]; negative for a disc turning backwards.
+    pressure : float
+        Brake pressure [Pa].
+    friction : float
+        mu [-], positive.
+    contact_stiffness : float, optional
+        k_c [N/m^3]; the model's at this pressure where None.
+
+    """
+
+    rotor_speed: float
+    pressure: float
+    friction: float
+    contact_stiffness: float | None = None

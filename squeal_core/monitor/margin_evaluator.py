@@ -1,0 +1,236 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Evaluation of margins by look-up along friction, speed and pressure."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+import math
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from squeal_core.brake.operating_point import SlidingConditions
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.margins import (
+    Kind,
+    least_stable,
+    Margin,
+    MarginSettings,
+    MarginStatistics,
+    Parameter,
+)
+from squeal_core.stability.boundaries import Boundaries
+from squeal_core.stability.boundary_search import BoundarySearch
+from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
+
+Growth: TypeAlias = Callable[[FloatArray, Kind], ComplexArray]
+"""
+Eigenvalues [1/s] (P,) of the least stable mode of a kind at rows (P, 3) of rotor speed [rad/s],
+brake pressure [Pa] and friction: `NO_MODE` where there is none, NaN where it is not known.
+"""
+NO_TABLE = 'no table; compute one by `squeal tabulate` and name it in the setting table'
+
+_COLUMNS: dict[Parameter, int] = {'rotor_speed': 0, 'pressure': 1, 'friction': 2}
+_STEP = 0.02  # of friction, from one value of a walk to the next
+_RATIO = 1.2  # of speed and pressure, likewise
+_WIDTH = 1e-3  # of a bracket: of friction [-], of speed and pressure as a fraction
+_TRIALS = 4
+_BATCH = 16  # values of a walk evaluated at once
+_ABOUT = np.array([-1.0, -0.2, -0.05, 0.05, 0.2, 1.0])  # trials about an estimate, in map steps
+
+
+class GrowthMap(Protocol):
+    """Largest growth rates of the squeal band, precomputed and interpolated."""
+
+    def growth_along(self, parameter: str,
+                     conditions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return rising frictions (F,), and growth rates there (P, F) through rows (P, 3)."""
+
+
+class MarginEvaluator:
+    """
+    Margins of brakes of one model, by look-up along the parameters; no memory but counts.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        With a caliper.
+    settings : MarginSettings
+    tolerances : Tolerances
+        What counts as oscillation and as unstable.
+    growth : callable, optional
+        Look-up in the table, see `Growth`; None: no table.
+    growth_map : GrowthMap, optional
+        Where to look first along friction.
+
+    """
+
+    def __init__(self, model: BrakeModel, settings: MarginSettings, tolerances: Tolerances, *,
+                 growth: Growth | None = None, growth_map: GrowthMap | None = None) -> None:
+        self.model, self.settings, self.tolerances = model, settings, tolerances
+        self.statistics = MarginStatistics()
+        self._growth, self._map = growth, growth_map
+
+    def friction_margins(self, conditions: Sequence[SlidingConditions],
+                         modes: Sequence[ComplexModes]) -> list[Margin]:
+        """
+        Return the friction margins of brakes, of one tick or of many.
+
+        Towards less friction where the brake is unstable, towards more where it is stable.
+
+        Parameters
+        ----------
+        conditions : sequence of SlidingConditions
+        modes : sequence of ComplexModes
+            At these conditions.
+
+        """
+        if self._growth is None or not conditions:
+            return [Margin(parameter='friction', kind='squeal', present=at.friction,
+                           reason=NO_TABLE) for at in conditions]
+        here = np.array([least_stable(one, 'squeal', self.settings.band_hz) for one in modes])
+        return self._along_friction(_rows(conditions), here, 'squeal')
+
+    def other_margins(self, conditions: SlidingConditions) -> dict[str, Margin]:
+        """
+        Return the margins along 'rotor_speed' and 'pressure', of 'groan' and 'divergence'.
+
+        Groan and divergence are those along friction. They cost some milliseconds.
+        """
+        if self._growth is None:
+            return {}
+        row = _rows([conditions])
+        found = {name: self._along(row, name) for name in ('rotor_speed', 'pressure')}
+        for kind in ('groan', 'divergence'):
+            found[kind], = self._along_friction(row, self._growth(row, kind), kind)
+        return found
+
+    def confirm(self, margin: Margin, conditions: SlidingConditions) -> Margin:
+        """
+        Compare a friction margin with a full solution at its critical value.
+
+        Returns
+        -------
+        Margin
+            Confirmed; or without a critical value, saying why.
+
+        """
+        point = self.model.operating_point(rotor_speed=conditions.rotor_speed,
+                                           pressure=conditions.pressure, friction=margin.critical)
+        full = least_stable(complex_modes(self.model, point, tolerances=self.tolerances),
+                            margin.kind, self.settings.band_hz)
+        if abs(full.real - margin.growth_rate) <= self.settings.error:
+            self.statistics.confirmed += 1
+            return replace(margin, confirmed=True)
+        self.statistics.not_confirmed += 1
+        return replace(margin, critical=math.nan, reason=(
+            f'{margin.reason}: not confirmed, a full solution has a growth rate of '
+            f'{full.real:+.3g} 1/s there, not {margin.growth_rate:+.3g} 1/s'))
+
+    def _along_friction(self, rows: FloatArray, here: ComplexArray, kind: Kind) -> list[Margin]:
+        low, high = self.settings.friction
+        unstable = here.real > self.tolerances.growth
+        start = rows[:, 2]
+        walks, batch = _walks(start, np.where(unstable, low, high)), _BATCH
+        if self._map is not None and kind == 'squeal':
+            walks = np.concatenate([self._estimated(rows, unstable, walks), walks], axis=1)
+            batch = _ABOUT.size
+        found = self._search(rows, here, walks, 'friction', kind, batch)
+        return [_margin(found, row, 'friction', kind, present)
+                for row, present in enumerate(start.tolist())]
+
+    def _along(self, row: FloatArray, parameter: Parameter) -> Margin:
+        """Return the nearer one of the margins of squeal towards less and towards more."""
+        assert self._growth is not None
+        present = float(row[0, _COLUMNS[parameter]])
+        walks = [_geometric(present, end) for end in getattr(self.settings, parameter)]
+        length = max(walk.size for walk in walks)
+        padded = np.array([np.pad(walk, (0, length - walk.size), 'edge') for walk in walks])
+        rows, here = np.repeat(row, 2, axis=0), np.repeat(self._growth(row, 'squeal'), 2)
+        found = self._search(rows, here, padded, parameter, 'squeal', _BATCH)
+        both = [_margin(found, way, parameter, 'squeal', present) for way in (0, 1)]
+        known = [margin for margin in both if not math.isnan(margin.critical)]
+        return min(known, key=lambda margin: abs(margin.value), default=replace(
+            both[0], reason='; '.join(margin.reason for margin in both)))
+
+    def _search(self, rows: FloatArray, here: ComplexArray, walks: FloatArray,
+                parameter: Parameter, kind: Kind, batch: int) -> Boundaries:
+        growth, column = self._growth, _COLUMNS[parameter]
+        assert growth is not None
+        scale = 1.0 if parameter == 'friction' else float(rows[0, column])
+
+        def evaluate(asking: IndexArray, values: FloatArray) -> ComplexArray:
+            conditions = np.repeat(rows[asking], values.shape[1], axis=0)
+            conditions[:, column] = values.ravel()
+            return growth(conditions, kind).reshape(values.shape)
+
+        search = BoundarySearch(parameter=parameter, level=self.tolerances.growth,
+                                width=_WIDTH * scale, batch=batch, trials=_TRIALS)
+        return search(rows[:, column], here, walks, evaluate)
+
+    def _estimated(self, rows: FloatArray, unstable: Any, walks: FloatArray) -> FloatArray:
+        """Return values (P, n) about where the map has the boundary; else where walks begin."""
+        assert self._map is not None
+        frictions, growth = self._map.growth_along('friction', rows)
+        start, down = rows[:, 2:], unstable[:, None]
+        other = (growth > self.tolerances.growth) != down
+        other &= np.where(down, frictions < start, frictions > start)
+        count = frictions.size
+        far = np.where(unstable, count - 1 - other[:, ::-1].argmax(axis=1), other.argmax(axis=1))
+        near = np.clip(far + np.where(unstable, 1, -1), 0, count - 1)
+        each = np.arange(len(rows))
+        rates = growth[each, near] - self.tolerances.growth, (
+            growth[each, far] - self.tolerances.growth)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            fraction = np.clip(np.nan_to_num(rates[0] / (rates[0] - rates[1]), nan=0.5), 0.0, 1.0)
+        span = frictions[far] - frictions[near]
+        zero = frictions[near] + fraction * span
+        trials = zero[:, None] + span[:, None] * _ABOUT
+        bounded = np.where(down, np.clip(trials, walks[:, -1:], start),
+                           np.clip(trials, start, walks[:, -1:]))
+        return np.where(other.any(axis=1)[:, None], bounded, start)
+
+
+def _margin(found: Boundaries, row: int, parameter: Parameter, kind: Kind,
+            present: float) -> Margin:
+    crossing = found.crossing(row)
+    critical, growth_rate = crossing.value, found.level
+    if math.isnan(critical):
+        growth_rate = math.nan
+    elif not crossing.converged:  # by a jump: the unstable end of the bracket
+        growth_rate, critical = max(zip(crossing.growth_rates, crossing.bracket, strict=True))
+    return Margin(
+        parameter=parameter, kind=kind, present=present, critical=critical,
+        growth_rate=growth_rate, frequency_hz=crossing.frequency_hz, reason=crossing.reason,
+        solves=crossing.solves)
+
+
+def _rows(conditions: Sequence[SlidingConditions]) -> FloatArray:
+    return np.array([(abs(at.rotor_speed), at.pressure, at.friction) for at in conditions])
+
+
+def _walks(start: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return values (P, n) in steps of friction from starts to ends, which are repeated."""
+    far = ends - start
+    count = max(math.ceil(float(np.abs(far).max()) / _STEP - 1e-9), 1)
+    ways = np.minimum(_STEP * np.arange(1.0, count + 1.0), np.abs(far)[:, None])
+    return np.asarray(np.where(ways == np.abs(far)[:, None], ends[:, None],
+                               start[:, None] + np.sign(far)[:, None] * ways))
+
+
+def _geometric(start: float, end: float) -> FloatArray:
+    """Return values after a start to an end, in equal ratios; none where it is beyond the end."""
+    count = max(math.ceil(abs(math.log(end / start)) / math.log(_RATIO)), 1)
+    return np.geomspace(start, end, count + 1)[1:]

@@ -1,0 +1,157 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Margins of a sliding brake: how far its friction, speed and pressure are from critical ones."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+import math
+from typing import Literal, TypeAlias
+
+from squeal_core.stability.boundaries import NO_MODE
+from squeal_core.stability.eigensolution import ComplexModes
+
+Parameter: TypeAlias = Literal['friction', 'rotor_speed', 'pressure']
+Kind: TypeAlias = Literal['squeal', 'groan', 'divergence']
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginSettings:
+    """
+    Where critical values are looked for, and what confirms them.
+
+    Parameters
+    ----------
+    band_hz : (2,) floats
+        The squeal band.
+    friction, rotor_speed, pressure : (2,) floats
+        Bounds [-], [rad/s], [Pa].
+    error : float
+        Of the table's growth rates, the largest [1/s]: a full solution that differs by more does
+        not confirm a margin.
+
+    """
+
+    band_hz: tuple[float, float]
+    friction: tuple[float, float]
+    rotor_speed: tuple[float, float]
+    pressure: tuple[float, float]
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margin:
+    """
+    Distance of one parameter from a stability boundary.
+
+    Parameters
+    ----------
+    parameter : str
+        'friction', 'rotor_speed' or 'pressure'.
+    kind : str
+        'squeal': modes in the squeal band; 'groan': below it; 'divergence': modes that do not
+        oscillate.
+    present : float
+        Present value of the parameter.
+    critical : float
+        Value at the boundary; NaN where there is none, or none is known.
+    growth_rate : float
+        At the critical value [1/s]; where a mode jumps into the band, of that mode there.
+    frequency_hz : float
+        Of the mode that is unstable on one side of the boundary.
+    confirmed : bool
+        Whether a full solution at the critical value, at this tick, has this growth rate, too.
+    reason : str
+        The result in words.
+    solves : int
+        Values evaluated.
+
+    """
+
+    parameter: Parameter
+    kind: Kind
+    present: float
+    critical: float = math.nan
+    growth_rate: float = math.nan
+    frequency_hz: float = math.nan
+    confirmed: bool = False
+    reason: str
+    solves: int = 0
+
+    @property
+    def value(self) -> float:
+        """Critical minus present value; NaN where there is none."""
+        return self.critical - self.present
+
+
+@dataclass
+class MarginStatistics:
+    """Counts of full solutions at critical values since the start."""
+
+    confirmed: int = 0
+    not_confirmed: int = 0
+
+
+def confirmation_due(time: int, period: int, interval: int, place: int, brakes: int) -> bool:
+    """
+    Tell whether a tick is a brake's first one in an interval of absolute time.
+
+    Whatever the ticks before, so that a replay of any part of a drive confirms the same margins.
+
+    Parameters
+    ----------
+    time : int
+        The tick [ns].
+    period : int
+        Between ticks [ns].
+    interval : int
+        Between confirmations of a brake [ns]; 0: none.
+    place, brakes : int
+        Which of the brakes it is: their intervals begin one after the other.
+
+    """
+    if not interval:
+        return False
+    shifted = time + place * interval // brakes
+    return shifted // interval != (shifted - period) // interval
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """
+    Margins of a brake: that of friction, and the others where somebody asks for them.
+
+    Parameters
+    ----------
+    friction : Margin
+    compute_others : callable
+        Returns margins by name, as `MarginEvaluator.other_margins`.
+
+    """
+
+    friction: Margin
+    compute_others: Callable[[], Mapping[str, Margin]] = dict
+
+    def all(self) -> dict[str, Margin]:
+        """Return all margins by name; that of friction first."""
+        return {'friction': self.friction, **self.compute_others()}
+
+
+def least_stable(modes: ComplexModes, kind: Kind, band_hz: tuple[float, float]) -> complex:
+    """Return the eigenvalue [1/s] of the least stable mode of a kind; `NO_MODE` without one."""
+    if kind == 'divergence':
+        return complex(modes.quiet[0]) if modes.quiet.size else NO_MODE
+    ends = band_hz if kind == 'squeal' else (0.0, math.nextafter(band_hz[0], 0.0))
+    found = modes.least_stable(*ends)
+    return found[0].eigenvalue if found else NO_MODE
