@@ -31,9 +31,9 @@ from squeal_core.monitor.margins import (
     MarginStatistics,
     Parameter,
 )
-from squeal_core.stability.boundaries import Boundaries
+from squeal_core.stability.boundaries import Boundaries, NO_MODE
 from squeal_core.stability.boundary_search import BoundarySearch
-from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
+from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
 
 Growth: TypeAlias = Callable[[FloatArray, Kind], ComplexArray]
 """
@@ -52,11 +52,15 @@ _ABOUT = np.array([-1.0, -0.2, -0.05, 0.05, 0.2, 1.0])  # trials about an estima
 
 
 class GrowthMap(Protocol):
-    """Largest growth rates of the squeal band, precomputed and interpolated."""
+    """Largest growth rates of the squeal band, interpolated, as of `risk.OperatingMap`."""
 
-    def growth_along(self, parameter: str,
-                     conditions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return rising frictions (F,), and growth rates there (P, F) through rows (P, 3)."""
+    @property
+    def friction(self) -> FloatArray:
+        """Rising frictions (F,) of the map."""
+
+    def growth_at(self, rotor_speed: FloatArray, contact_pressure: FloatArray,
+                  friction: FloatArray) -> FloatArray:
+        """Return growth rates [1/s] at points, broadcast together; NaN outside."""
 
 
 class MarginEvaluator:
@@ -82,9 +86,10 @@ class MarginEvaluator:
         self.model, self.settings, self.tolerances = model, settings, tolerances
         self.statistics = MarginStatistics()
         self._growth, self._map = growth, growth_map
+        self._per_pressure = model.contact_pressure(1.0)
 
     def friction_margins(self, conditions: Sequence[SlidingConditions],
-                         modes: Sequence[ComplexModes]) -> list[Margin]:
+                         worst: Sequence[Mode | None]) -> list[Margin]:
         """
         Return the friction margins of brakes, of one tick or of many.
 
@@ -93,14 +98,14 @@ class MarginEvaluator:
         Parameters
         ----------
         conditions : sequence of SlidingConditions
-        modes : sequence of ComplexModes
-            At these conditions.
+        worst : sequence of Mode or None
+            Least stable mode of the band at these conditions.
 
         """
         if self._growth is None or not conditions:
             return [Margin(parameter='friction', kind='squeal', present=at.friction,
                            reason=NO_TABLE) for at in conditions]
-        here = np.array([least_stable(one, 'squeal', self.settings.band_hz) for one in modes])
+        here = np.array([mode.eigenvalue if mode else NO_MODE for mode in worst])
         return self._along_friction(_rows(conditions), here, 'squeal')
 
     def other_margins(self, conditions: SlidingConditions) -> dict[str, Margin]:
@@ -127,10 +132,13 @@ class MarginEvaluator:
             Confirmed; or without a critical value, saying why.
 
         """
+        if math.isnan(margin.critical):
+            return margin
         point = self.model.operating_point(rotor_speed=conditions.rotor_speed,
                                            pressure=conditions.pressure, friction=margin.critical)
-        full = least_stable(complex_modes(self.model, point, tolerances=self.tolerances),
-                            margin.kind, self.settings.band_hz)
+        modes = complex_modes(self.model, point, tolerances=self.tolerances)
+        full = least_stable(modes.roots[None], margin.kind, self.settings.band_hz,
+                            self.tolerances)[0]
         if abs(full.real - margin.growth_rate) <= self.settings.error:
             self.statistics.confirmed += 1
             return replace(margin, confirmed=True)
@@ -183,9 +191,10 @@ class MarginEvaluator:
     def _estimated(self, rows: FloatArray, unstable: Any, walks: FloatArray) -> FloatArray:
         """Return values (P, n) about where the map has the boundary; else where walks begin."""
         assert self._map is not None
-        frictions, growth = self._map.growth_along('friction', rows)
-        start, down = rows[:, 2:], unstable[:, None]
-        other = (growth > self.tolerances.growth) != down
+        frictions, start, down = self._map.friction, rows[:, 2:], unstable[:, None]
+        growth = self._map.growth_at(rows[:, :1], self._per_pressure * rows[:, 1:2],
+                                     frictions[None])
+        other = ((growth > self.tolerances.growth) != down) & ~np.isnan(growth)
         other &= np.where(down, frictions < start, frictions > start)
         count = frictions.size
         far = np.where(unstable, count - 1 - other[:, ::-1].argmax(axis=1), other.argmax(axis=1))

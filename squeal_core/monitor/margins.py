@@ -19,8 +19,10 @@ from dataclasses import dataclass
 import math
 from typing import Literal, TypeAlias
 
+import numpy as np
+from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.boundaries import NO_MODE
-from squeal_core.stability.eigensolution import ComplexModes
+from squeal_core.stability.eigensolution import Tolerances
 
 Parameter: TypeAlias = Literal['friction', 'rotor_speed', 'pressure']
 Kind: TypeAlias = Literal['squeal', 'groan', 'divergence']
@@ -148,10 +150,28 @@ class Margins:
         return {'friction': self.friction, **self.compute_others()}
 
 
-def least_stable(modes: ComplexModes, kind: Kind, band_hz: tuple[float, float]) -> complex:
-    """Return the eigenvalue [1/s] of the least stable mode of a kind; `NO_MODE` without one."""
-    if kind == 'divergence':
-        return complex(modes.quiet[0]) if modes.quiet.size else NO_MODE
-    ends = band_hz if kind == 'squeal' else (0.0, math.nextafter(band_hz[0], 0.0))
-    found = modes.least_stable(*ends)
-    return found[0].eigenvalue if found else NO_MODE
+def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],
+                 tolerances: Tolerances) -> ComplexArray:
+    """
+    Return the least stable eigenvalue of a kind in each row (P,) [1/s].
+
+    Parameters
+    ----------
+    roots : (P, n) array
+        One eigenvalue of each mode, Im >= 0; NaN: none.
+    kind : str
+        See `Margin`.
+    band_hz : (2,) floats
+        The squeal band.
+    tolerances : Tolerances
+        What counts as oscillation.
+
+    """
+    low, high = 2.0 * np.pi * np.array(band_hz)
+    oscillates = roots.imag > tolerances.oscillation
+    meant = {'squeal': oscillates & (roots.imag >= low) & (roots.imag <= high),
+             'groan': oscillates & (roots.imag < low), 'divergence': ~oscillates}[kind]
+    growth = np.where(meant & ~np.isnan(roots.real), roots.real, -np.inf)
+    places = growth.argmax(axis=1)
+    each = np.arange(len(roots))
+    return np.where(np.isneginf(growth[each, places]), NO_MODE, roots[each, places])

@@ -84,8 +84,6 @@ class Boundaries:
         zero in the bracket; 'unknown': the table does not answer.
     solves : (B,) array
         Values evaluated.
-    steps : (B,) array
-        Largest step of each walk.
 
     """
 
@@ -97,7 +95,6 @@ class Boundaries:
     values: FloatArray
     status: Any
     solves: IndexArray
-    steps: FloatArray
 
     @classmethod
     def begun(cls, parameter: str, level: float, start: FloatArray,
@@ -105,7 +102,7 @@ class Boundaries:
         count = start.size
         return cls(parameter, level, start, np.stack([start, start], axis=1),
                    np.stack([eigenvalues, eigenvalues], axis=1), np.full(count, np.nan),
-                   np.full(count, 'none', dtype='U7'), np.zeros(count, np.intp), np.zeros(count))
+                   np.full(count, 'none', dtype='U7'), np.zeros(count, np.intp))
 
     @property
     def widths(self) -> FloatArray:
@@ -158,13 +155,12 @@ class Boundaries:
         unstable = bool(self.unstable[row])
         if status in ('none', 'unknown'):
             start = float(self.start[row])
-            remark = ('outside the table beyond it' if status == 'unknown'
-                      else f'in steps of {self.steps[row]:.4g} at most')
+            remark = '; outside the table beyond it' if status == 'unknown' else ''
             return Crossing(
                 value=math.nan, bracket=(start, near), growth_rates=(rates[0], rates[0]),
                 frequency_hz=math.nan, converged=False, solves=int(self.solves[row]),
                 reason=f'no stability boundary from {self._quoted(start)} to {near:.4g}, '
-                       f'{"unstable" if unstable else "stable"} ({remark})')
+                       f'{"unstable" if unstable else "stable"}{remark}')
         value = float(self.values[row])
         hertz = abs(complex(self.eigenvalues[row, 0 if unstable else 1]).imag) / (2.0 * math.pi)
         side = 'above' if unstable == (far > near) else 'below'

@@ -95,8 +95,6 @@ class BoundarySearch:
 
         """
         found = Boundaries.begun(self.parameter, self.level, start, eigenvalues)
-        found.steps[:] = np.abs(np.diff(walks, axis=1, prepend=start[:, None])).max(
-            axis=1, initial=0.0)
         rows = np.arange(start.size)
         for i in range(0, walks.shape[1], self.batch):
             trials = walks[rows, i:i + self.batch]
