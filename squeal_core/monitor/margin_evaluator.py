@@ -51,6 +51,14 @@ _BATCH = 16  # values of a walk evaluated at once
 _ABOUT = np.array([-1.0, -0.2, -0.05, 0.05, 0.2, 1.0])  # trials about an estimate, in map steps
 
 
+class GrowthTable(Protocol):
+    """Eigenvalues that matter at many points at once, as of `surrogate.ExpansionTable`."""
+
+    def evaluate(self, rotor_speeds: FloatArray, contact_pressures: FloatArray,
+                 frictions: FloatArray, tolerances: Tolerances, *, undecided: bool) -> Any:
+        """Return `roots` (P, n) [1/s], NaN: none, and which points are `answered` (P,)."""
+
+
 class GrowthMap(Protocol):
     """Largest growth rates of the squeal band, interpolated, as of `risk.OperatingMap`."""
 
@@ -210,6 +218,20 @@ class MarginEvaluator:
         bounded = np.where(down, np.clip(trials, walks[:, -1:], start),
                            np.clip(trials, start, walks[:, -1:]))
         return np.where(other.any(axis=1)[:, None], bounded, start)
+
+
+def table_growth(table: GrowthTable, model: BrakeModel, tolerances: Tolerances,
+                 band_hz: tuple[float, float]) -> Growth:
+    """Return the look-up in a table; it answers where a verdict hangs on an error, too."""
+    per_pressure = model.contact_pressure(1.0)
+
+    def growth(rows: FloatArray, kind: Kind) -> ComplexArray:
+        found = table.evaluate(rows[:, 0], per_pressure * rows[:, 1], rows[:, 2], tolerances,
+                               undecided=True)
+        eigenvalues = least_stable(found.roots, kind, band_hz, tolerances)
+        return np.where(found.answered, eigenvalues, complex(math.nan, math.nan))
+
+    return growth
 
 
 def _margin(found: Boundaries, row: int, parameter: Parameter, kind: Kind,
