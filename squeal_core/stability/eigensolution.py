@@ -21,7 +21,13 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, short_repr
+from squeal_core.common.arrays import (
+    ComplexArray,
+    FloatArray,
+    IndexArray,
+    readonly,
+    short_repr,
+)
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.lapack import eigvals
 
@@ -138,6 +144,10 @@ class ComplexModes:
         these with the roots next to the verdict solved for in the full problem.
     series : squeal_core.surrogate.spectral_expansion.Anchor or None
         That series; of a full solve one that has these roots too, though not as closely.
+    mode_numbers : (n,) index array, optional
+        Mode number of each root where only some of the modes are listed; None: 1 to N.
+    omitted_below : float
+        Growth rate that every oscillating mode not listed stays below [1/s]; -inf: all are listed.
 
     """
 
@@ -148,8 +158,16 @@ class ComplexModes:
     tolerances: Tolerances
     source: Source = 'full'
     series: Any = None
+    mode_numbers: IndexArray | None = None
+    omitted_below: float = -math.inf
 
     __repr__ = short_repr
+
+    @property
+    def numbers(self) -> IndexArray:
+        """Mode number of each root, in order of frequency among all N modes."""
+        return np.arange(1, self.roots.size + 1) if self.mode_numbers is None else (
+            self.mode_numbers)
 
     @cached_property
     def eigenvalues(self) -> ComplexArray:
@@ -169,8 +187,9 @@ class ComplexModes:
         return tuple(sorted(self._at(growing), key=lambda mode: -mode.eigenvalue.real))
 
     def _at(self, places: Any) -> list[Mode]:
-        return [Mode(place + 1, root, kind_of(root, self.tolerances))
-                for place, root in zip(places.tolist(), self.roots[places].tolist(), strict=True)]
+        numbers = places + 1 if self.mode_numbers is None else self.mode_numbers[places]
+        return [Mode(number, root, kind_of(root, self.tolerances)) for number, root in zip(
+            numbers.tolist(), self.roots[places].tolist(), strict=True)]
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""

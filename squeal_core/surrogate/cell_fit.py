@@ -1,0 +1,203 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+One cell of a table: the eigenvalues that matter in a region, fitted to full solutions.
+
+A power series around the centre of the cell tells which eigenvalue of a full solution elsewhere in
+the cell is which, and which of them meet. The invariants of each block are then fitted by least
+squares to full solutions at points spread over the cell, and the residuals, at points of the fit
+and at others, bound the error.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.optimize import linear_sum_assignment
+from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.eigensolution import eigenvalues, Tolerances
+from squeal_core.surrogate.block_invariants import BlockInvariants
+from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
+from squeal_core.surrogate.table_domain import TableDomain
+
+_CORNERS = 8
+_HELD_OUT = 8  # points that are not fitted
+_SPREAD = np.array([0.2, 0.25, 0.03])  # ln speed, ln pressure, friction: the usual reach
+_MARGIN = 1 / 15  # of that decay rate, between omitted modes at the samples and their bound
+_QUIET = 1 / 30  # of that decay rate: up to it eigenvalues that do not oscillate matter
+_DAMPED = 1e4  # times that decay rate: bound where no mode is omitted
+_SAFETY = 2.0  # on the residuals, for between the samples
+_ASTRAY = 40.0  # times the tolerance that a series is off at a corner, beyond which no fit helps
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A cell that is too large, and the axis along which to halve it."""
+
+    axis: int
+
+
+@lru_cache
+def samples() -> FloatArray:
+    """
+    Return the points of full solutions (S, 3) in cell coordinates: corners, others, held out.
+
+    Those of the fit are approximate Fekete points of the polynomials of one degree more
+    (Sommariva and Vianello, Comput. Math. Appl. 57 (2009) 1324-1336).
+    """
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    lines = np.cos(np.pi * np.arange(7) / 6)
+    grid = np.array([p for p in product(lines, repeat=3) if np.abs(p).min() < 0.999])
+    every = np.vstack([corners, grid])
+    values = fit_terms(DEGREE + 1).at(every)
+    values[:_CORNERS] *= 1e3  # they come first
+    _, _, order = qr(values.T, mode='economic', pivoting=True)
+    chosen = order[:values.shape[1]]
+    inside = every[np.concatenate([np.arange(_CORNERS), chosen[chosen >= _CORNERS]])]
+    steps = np.array([0.8191725134, 0.6710436067, 0.5497004779])  # R3 sequence
+    held_out = 2.0 * ((0.5 + np.arange(1, _HELD_OUT + 1)[:, None] * steps) % 1.0) - 1.0
+    return np.vstack([inside, held_out])
+
+
+@lru_cache
+def _fitting(degree: int) -> FloatArray:
+    """Return the least-squares operator (terms, fitted samples)."""
+    return np.asarray(np.linalg.pinv(fit_terms(degree).at(samples()[:-_HELD_OUT])))
+
+
+def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: FloatArray,
+             tolerances: TableTolerances, limits: Tolerances) -> TableCell | Rejection:
+    """
+    Return the modes that matter in a cell, or along which axis to halve it.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    domain : TableDomain
+        Envelope that the cell is part of.
+    centre, half : (3,) arrays
+        Centre and half the edges of the cell in the domain's coordinates.
+    tolerances : TableTolerances
+        Errors to keep to.
+    limits : Tolerances
+        What counts as oscillation.
+
+    """
+    points = domain.points(model, np.vstack([centre, centre + half * samples()]))
+    try:
+        expansion = anchor_at(model, points[0])
+    except np.linalg.LinAlgError:
+        return Rejection(int(np.argmax(half / _SPREAD)))
+    fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
+    axis = fit.axis(domain.points(model, centre + half * _lines()).coefficients().T)
+    free = int(np.count_nonzero(model.free_coordinates))
+    for place in range(len(samples())):
+        fit.add(eigenvalues(model, points[1 + place])[free:])
+        if place == _CORNERS - 1 and fit.astray() > _ASTRAY:
+            return Rejection(axis)
+    return fit.cell(axis)
+
+
+@lru_cache
+def _lines() -> FloatArray:
+    """Return points (12, 3) on the axes, from which third differences are taken."""
+    return np.concatenate([np.outer((-1.0, -1 / 3, 1 / 3, 1.0), axis) for axis in np.eye(3)])
+
+
+class _Fit:
+    """The full solutions at the samples of a cell, sorted as the series has its eigenvalues."""
+
+    def __init__(self, expansion: Anchor, coefficients: FloatArray, tolerances: TableTolerances,
+                 limits: Tolerances) -> None:
+        self._expansion, self._tolerances, self._limits = expansion, tolerances, limits
+        self._predicted = expansion.roots_alone(coefficients)
+        self._own = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
+        self._roots = np.zeros((0, self._own.size), complex)
+
+    def axis(self, coefficients: FloatArray) -> int:
+        """Return the axis to halve the cell along: that of the largest third difference."""
+        roots = self._expansion.roots_alone(coefficients).reshape(3, 4, -1)
+        means = np.add.reduceat(roots, np.searchsorted(
+            self._own, np.arange(self._expansion.sizes.size)), axis=-1)
+        third = np.abs(means[:, 3] - 3 * means[:, 2] + 3 * means[:, 1] - means[:, 0])
+        matters = means.real.max(axis=(0, 1)) > self._tolerances.matters * self._expansion.sizes
+        return int(np.argmax((third * matters).sum(axis=-1)))
+
+    def add(self, solution: ComplexArray) -> None:
+        """Take the full solution at the next sample."""
+        predicted = self._predicted[len(self._roots)]
+        away = np.abs(predicted[:, None] - solution)
+        nearest = away.argmin(axis=1)
+        if np.unique(nearest).size < nearest.size:
+            nearest = linear_sum_assignment(away)[1]
+        self._roots = np.vstack([self._roots, solution[nearest]])
+
+    def astray(self) -> float:
+        """Return by how much the series is off at the samples so far, in tolerances."""
+        off = np.abs(self._roots - self._predicted[:len(self._roots)])
+        off /= self._tolerances.allowed(self._roots)
+        return float(off[:, self._needed()].max(initial=0.0))
+
+    def _oscillating(self) -> Any:
+        return (self._roots.imag > self._limits.oscillation).any(axis=0)
+
+    def _needed(self) -> Any:
+        """Tell which eigenvalues (n,) matter somewhere in the cell."""
+        top = self._roots.real.max(axis=0)
+        quiet = (np.abs(self._roots.imag) <= self._limits.oscillation).any(axis=0)
+        return (self._oscillating() & (top > self._below())) | (
+            quiet & (top > _QUIET * self._tolerances.matters))
+
+    def _below(self) -> float:
+        """Return the growth rate below which modes are omitted: the band's worst one is kept."""
+        low, high = self._tolerances.band
+        hertz = self._roots.imag / (2.0 * np.pi)
+        inside = (hertz >= low) & (hertz <= high)
+        worst = np.where(inside, self._roots.real, np.inf if not inside.any() else -np.inf)
+        return min(self._tolerances.matters, float(worst.max(axis=1).min())
+                   + 2.0 * _MARGIN * self._tolerances.matters)
+
+    def cell(self, axis: int) -> TableCell | Rejection:
+        """Fit the blocks that matter."""
+        blocks = np.unique(self._own[self._needed()])
+        kept = np.isin(self._own, blocks)
+        layout = BlockInvariants(self._expansion.sizes[blocks])
+        invariants = layout.of(self._roots[:, kept])
+        omitted, matters = ~kept & self._oscillating(), self._tolerances.matters
+        series = _single(_fitting(DEGREE) @ invariants[:-_HELD_OUT].view(float))
+        fitted = (fit_terms(DEGREE).at(samples()) @ series).view(complex)
+        cell = TableCell(
+            layout.sizes, series,
+            _single(_SAFETY * np.abs(fitted - invariants).max(axis=0, initial=0.0)),
+            self._expansion.mirrored[kept],
+            _single(_fitting(2) @ self._roots.imag[:-_HELD_OUT, omitted]),
+            float(np.float32(self._roots.real[:, omitted].max(initial=_DAMPED * matters)
+                             - _MARGIN * matters)))
+        roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
+        if cell.fails(roots, errors, self._tolerances, self._limits).any():
+            return Rejection(axis)
+        return cell
+
+
+def _single(values: FloatArray) -> FloatArray:
+    """Return values as single precision has them, which is what a file keeps."""
+    return np.asarray(values.astype(np.float32), float)

@@ -1,0 +1,154 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Complex modes of one model at sliding points: from its table, or in full."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
+from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.table_cell import TableTolerances
+from squeal_core.surrogate.table_domain import friction_of
+
+AUDIT_EVERY = 3000  # answers: some hundredths of the time of all of them
+
+
+@dataclass
+class LookupStatistics:
+    """Counts since the start; `worst_audit` in units of the tolerance."""
+
+    tabulated: int = 0
+    full: int = 0
+    audits: int = 0
+    mismatches: int = 0
+    worst_audit: float = 0.0
+
+
+class TableLookup:
+    """
+    Complex modes of a model, by look-up in a table or in full.
+
+    Every so many answers of the table one is compared with a full solution. A cell that was wrong
+    is not used again.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    table : ExpansionTable, optional
+        Of this model; None: every point is solved in full.
+    limits : Tolerances, optional
+        What counts as oscillation and growth; None: `Tolerances.of(model)`.
+    band : (2,) floats, optional
+        Band in which the least stable mode is wanted, whatever its growth rate [Hz]; points at
+        which it may be among the omitted modes are solved in full.
+    audit_every : int
+        Answers from one comparison to the next; 0: none.
+
+    """
+
+    def __init__(self, model: BrakeModel, table: ExpansionTable | None = None, *,
+                 limits: Tolerances | None = None, band: tuple[float, float] | None = None,
+                 audit_every: int = AUDIT_EVERY) -> None:
+        self.model, self.table = model, table
+        self.limits = limits or Tolerances.of(model)
+        self.band, self.audit_every = band, audit_every
+        self.statistics = LookupStatistics()
+        self._distrusted: set[int] = set()
+
+    def solve(self, point: OperatingPoint) -> ComplexModes:
+        """Return the complex modes at a point."""
+        if self.table is None or not self.table.domain.follows(self.model, point):
+            return self._full(point)
+        found = self.table.modes_at(abs(point.rotor_speed), point.contact_pressure,
+                                    friction_of(point), self.limits)
+        return self._full(point) if found is None else self._checked(point, *found)
+
+    def solve_all(self, points: Sequence[OperatingPoint]) -> list[ComplexModes]:
+        """
+        Return the complex modes at several points, those of a cell together.
+
+        They are those of `solve`, one after the other, to 1e-9 relative.
+        """
+        if self.table is None or len(points) < 2:
+            return [self.solve(point) for point in points]
+        follows = [self.table.domain.follows(self.model, point) for point in points]
+        tabulated = self.table.evaluate(
+            np.abs([point.rotor_speed for point in points]),
+            [point.contact_pressure for point in points],
+            [friction_of(point) for point in points], self.limits)
+        cells = tabulated.cells.tolist()
+        return [self._checked(point, tabulated.modes(i), cells[i])
+                if follows[i] and cells[i] >= 0 else self._full(point)
+                for i, point in enumerate(points)]
+
+    def figures(self) -> dict[str, float]:
+        """Return the counts, by name, and the size of the table."""
+        cells = len(self.table.cells) if self.table else 0
+        size = 1e-6 * self.table.nbytes if self.table else 0.0
+        return {**asdict(self.statistics), 'cells': cells, 'megabytes': round(size, 3)}
+
+    def _full(self, point: OperatingPoint) -> ComplexModes:
+        self.statistics.full += 1
+        return complex_modes(self.model, point, tolerances=self.limits)
+
+    def _checked(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+        """Return an answer of the table, or a full solution where that will not do."""
+        if cell in self._distrusted or not self._has_worst(found):
+            return self._full(point)
+        self.statistics.tabulated += 1
+        if self.audit_every and self.statistics.tabulated % self.audit_every == 0:
+            return self._audited(point, found, cell)
+        return found
+
+    def _has_worst(self, found: ComplexModes) -> bool:
+        """Tell whether no omitted mode may be the least stable of the band."""
+        if self.band is None:
+            return True
+        worst = found.worst_in(*self.band)
+        return worst is not None and worst.growth_rate > found.omitted_below
+
+    def _audited(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+        """Compare an answer with the full solution, and distrust a cell that is wrong."""
+        assert self.table is not None
+        truth = complex_modes(self.model, point, tolerances=self.limits)
+        off = deviation(found, truth, self.table.tolerances)
+        self.statistics.audits += 1
+        self.statistics.worst_audit = max(self.statistics.worst_audit, off)
+        if off <= 1.0:
+            return found
+        self.statistics.mismatches += 1
+        self._distrusted.add(cell)
+        return truth
+
+
+def deviation(found: ComplexModes, truth: ComplexModes, tolerances: TableTolerances) -> float:
+    """
+    Return the largest distance of table and full solution, in tolerances.
+
+    Of every oscillating mode that the table has or should have: that grows more than its bound on
+    omitted modes.
+    """
+    limit, below = found.tolerances.oscillation, found.omitted_below
+    ours, theirs = (m.roots[(m.roots.imag > limit)] for m in (found, truth))
+    if not ours.size or not theirs.size:
+        return 0.0 if ours.size == theirs.size else np.inf
+    away = np.abs(ours[:, None] - theirs)
+    listed = (away.min(axis=1) / tolerances.allowed(ours))[ours.real > below]
+    due = (away.min(axis=0) / tolerances.allowed(theirs))[theirs.real > below]
+    return float(max(listed.max(initial=0.0), due.max(initial=0.0)))

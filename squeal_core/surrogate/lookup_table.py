@@ -1,0 +1,280 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Table of the eigenvalues that matter, cell by cell of an envelope: look-up and evaluation."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, short_repr
+from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
+from squeal_core.surrogate.table_domain import TableDomain
+
+
+@dataclass(frozen=True, eq=False)
+class TableModes:
+    """
+    Kept modes at P points.
+
+    Parameters
+    ----------
+    roots : (P, K) complex array
+        Kept eigenvalues with Im >= 0 in order of mode number, NaN beyond `counts` [1/s].
+    errors : (P, K) array
+        Bounds of their errors [1/s].
+    numbers : (P, K) index array
+        Mode numbers; 0 beyond `counts`.
+    counts : (P,) index array
+        Number of kept modes.
+    omitted_below : (P,) array
+        Growth rate that all other oscillating modes stay below [1/s].
+    cells : (P,) index array
+        Cell of each point; -1: the table has no answer.
+    tolerances : Tolerances
+
+    """
+
+    roots: ComplexArray
+    errors: FloatArray
+    numbers: IndexArray
+    counts: IndexArray
+    omitted_below: FloatArray
+    cells: IndexArray
+    tolerances: Tolerances
+
+    __repr__ = short_repr
+
+    @property
+    def answered(self) -> Any:
+        """Points that the table answers (P,)."""
+        return self.cells >= 0
+
+    def __len__(self) -> int:
+        return int(self.cells.size)
+
+    def modes(self, place: int) -> ComplexModes:
+        """Return the complex modes at one of the points, which the table answers."""
+        count = int(self.counts[place])
+        roots = self.roots[place, :count]
+        oscillating = roots.imag > self.tolerances.oscillation
+        return ComplexModes(
+            roots[~oscillating], roots[oscillating], roots, self.errors[place, :count],
+            self.tolerances, 'table', mode_numbers=self.numbers[place, :count],
+            omitted_below=float(self.omitted_below[place]))
+
+    def growth_rates(self, low_hz: float, high_hz: float) -> FloatArray:
+        """
+        Return the largest growth rate of an oscillating mode in a band (P,) [1/s].
+
+        NaN without an answer, and where no kept mode in the band is above the omitted ones.
+        """
+        hertz = self.roots.imag / (2.0 * np.pi)
+        inside = ((hertz >= low_hz) & (hertz <= high_hz)
+                  & (self.roots.imag > self.tolerances.oscillation))
+        growth = np.where(inside, self.roots.real, -np.inf).max(axis=1, initial=-np.inf)
+        return np.where(growth > self.omitted_below, growth, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class ExpansionTable:
+    """
+    Polynomials of the eigenvalues that matter, one set for each cell of an envelope.
+
+    Parameters
+    ----------
+    domain : TableDomain
+        The envelope.
+    tolerances : TableTolerances
+        Errors that the table keeps to.
+    modes : int
+        N, modes of the model.
+    grid : (n1, n2, n3) index array
+        Cell at each box of the finest subdivision; -1: none.
+    centres, halves : (cells, 3) arrays
+        Centre of each cell and half its edges, in the domain's coordinates.
+    cells : sequence of TableCell
+    about : mapping
+        How it was built, and its coverage: texts and numbers.
+
+    """
+
+    domain: TableDomain
+    tolerances: TableTolerances
+    modes: int
+    grid: Any
+    centres: FloatArray
+    halves: FloatArray
+    cells: Sequence[TableCell]
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        boxes = np.array(self.grid.shape)
+        object.__setattr__(self, '_low', self.domain.low)
+        object.__setattr__(self, '_per_box', boxes / self.domain.width)
+        object.__setattr__(self, '_last', boxes - 1)
+
+    @property
+    def nbytes(self) -> int:
+        """Size in memory [bytes]."""
+        return int(self.grid.nbytes + self.centres.nbytes + self.halves.nbytes + sum(
+            2 * cell.series.nbytes + 6 * cell.omitted.nbytes for cell in self.cells))
+
+    def locate(self, x: FloatArray) -> IndexArray:
+        """Return the cell of each place x (P, 3); -1: none."""
+        share = (x - self._low) * self._per_box  # type: ignore[attr-defined]
+        last = self._last  # type: ignore[attr-defined]
+        inside = ((share >= 0.0) & (share <= last + 1.0)).all(axis=1)  # NaN is outside
+        box = np.where(inside[:, None], np.minimum(share, last), 0.0).astype(np.intp)
+        return np.where(inside, self.grid[box[:, 0], box[:, 1], box[:, 2]], -1)
+
+    def evaluate(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
+                 frictions: ArrayLike, tolerances: Tolerances) -> TableModes:
+        """
+        Return the modes at P points; numbers and arrays are broadcast together.
+
+        Parameters
+        ----------
+        rotor_speeds, contact_pressures, frictions : (P,) arrays
+            Magnitudes: Omega [rad/s], p0 [Pa], mu [-]; the friction opposes the sliding.
+        tolerances : Tolerances
+            What counts as oscillation and growth. A point at which the sign of a growth rate
+            hangs on its error is not answered.
+
+        Notes
+        -----
+        A point in company and the same point alone give eigenvalues that agree to 1e-9 relative:
+        products of matrices sum in another order.
+
+        """
+        with np.errstate(divide='ignore', invalid='ignore'):
+            x = np.stack(np.broadcast_arrays(
+                np.log(np.atleast_1d(np.asarray(rotor_speeds, float))),
+                np.log(np.atleast_1d(np.asarray(contact_pressures, float))),
+                np.atleast_1d(np.asarray(frictions, float))), axis=1)
+        return self._collected(x, tolerances)
+
+    def modes_at(self, rotor_speed: float, contact_pressure: float, friction: float,
+                 tolerances: Tolerances) -> tuple[ComplexModes, int] | None:
+        """Return the modes at one point and its cell, as `evaluate`; None without an answer."""
+        if not (rotor_speed > 0.0 and contact_pressure > 0.0):
+            return None
+        x = np.array([[math.log(rotor_speed), math.log(contact_pressure), friction]])
+        place = int(self.locate(x)[0])
+        if place < 0:
+            return None
+        found = _Evaluated(self, place, x, tolerances)
+        if not found.valid[0]:
+            return None
+        return found.modes(), place
+
+    def _collected(self, x: FloatArray, tolerances: Tolerances) -> TableModes:
+        cells = self.locate(x)
+        most = max((cell.layout.count for cell in self.cells), default=0)
+        shape = len(x), most
+        roots = np.full(shape, complex(np.nan, np.nan))
+        errors, numbers = np.full(shape, np.nan), np.zeros(shape, np.intp)
+        counts, below = np.zeros(len(x), np.intp), np.full(len(x), np.nan)
+        for place, points in _groups(cells):
+            found = _Evaluated(self, place, x[points], tolerances)
+            width = found.roots.shape[1]
+            roots[points, :width], errors[points, :width] = found.roots, found.errors
+            numbers[points, :width], counts[points] = found.numbers, found.counts
+            below[points] = self.cells[place].omitted_below
+            cells[points[~found.valid]] = -1
+        return TableModes(roots, errors, numbers, counts, below, cells, tolerances)
+
+
+def _groups(cells: IndexArray) -> Iterator[tuple[int, IndexArray]]:
+    """Yield each cell with its points."""
+    order = np.argsort(cells, kind='stable')
+    ends = np.flatnonzero(np.diff(cells[order])) + 1
+    for points in np.split(order, ends):
+        if points.size and cells[points[0]] >= 0:
+            yield int(cells[points[0]]), points
+
+
+class _Evaluated:
+    """The modes of one cell at places x (P, 3), in order of mode number."""
+
+    def __init__(self, table: ExpansionTable, place: int, x: FloatArray,
+                 tolerances: Tolerances) -> None:
+        cell = table.cells[place]
+        u = (x - table.centres[place]) / table.halves[place]
+        roots, errors, omitted = cell.at(fit_terms(DEGREE).at(u))
+        self.tolerances, self.below = tolerances, cell.omitted_below
+        bad = cell.fails(roots, errors, table.tolerances, tolerances)
+        bad |= verdict_within_error(roots, errors, tolerances)
+        self.valid = ~bad.any(axis=1)
+        oscillating = roots.imag > tolerances.oscillation
+        self.quiet = not oscillating.all()
+        key = roots.imag
+        if self.quiet:
+            divergent = (roots.real > tolerances.growth) & (
+                np.abs(roots.imag) <= tolerances.oscillation)
+            key = np.where(oscillating, key, np.where(divergent, -roots.real, np.inf))
+        order = key.argsort(axis=1)
+        flat = order + np.arange(0, order.size, order.shape[1])[:, None]
+        self.roots, self.errors = roots.take(flat), errors.take(flat)
+        self.counts = np.full(len(x), order.shape[1])
+        self._number(oscillating, omitted, table.modes)
+        if self.quiet:
+            self._clear(np.isposinf(key.take(flat)))
+
+    def _number(self, oscillating: Any, omitted: FloatArray, modes: int) -> None:
+        """Count from the highest frequency down, as the non-oscillating modes come first."""
+        size = self.roots.shape[1]
+        above = (omitted[:, None, :] > self.roots.imag[:, :, None]).sum(axis=2)
+        count = oscillating.sum(axis=1, keepdims=True) if self.quiet else size
+        first = np.arange(size)
+        if self.quiet:
+            growing = ((self.roots.imag <= self.tolerances.oscillation)
+                       & (self.roots.real > self.tolerances.growth)).sum(axis=1, keepdims=True)
+            numbers = modes - above - (count - 1 - (first - growing))
+            self.numbers = np.where(first < growing, first + 1, numbers)
+        else:
+            self.numbers = modes - above - (count - 1 - first)
+
+    def _clear(self, unlisted: Any) -> None:
+        """Leave out what neither oscillates nor grows, and conjugates."""
+        self.roots[unlisted] = complex(np.nan, np.nan)
+        self.errors[unlisted] = np.nan
+        self.numbers[unlisted] = 0
+        self.counts = self.counts - unlisted.sum(axis=1)
+
+    def modes(self) -> ComplexModes:
+        """Return the modes at the only point."""
+        roots, errors, numbers = self.roots[0], self.errors[0], self.numbers[0]
+        quiet, upper = roots[:0], roots
+        if self.quiet:
+            count = int(self.counts[0])
+            roots, errors, numbers = roots[:count], errors[:count], numbers[:count]
+            oscillating = roots.imag > self.tolerances.oscillation
+            quiet, upper = roots[~oscillating], roots[oscillating]
+        return ComplexModes(quiet, upper, roots, errors, self.tolerances, 'table',
+                            mode_numbers=numbers, omitted_below=self.below)
+
+
+def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
+    """Tell which verdicts hang on the errors: growth, or oscillation of what grows."""
+    close = np.abs(roots.real - tolerances.growth) <= errors
+    # real eigenvalues near zero are rigid, whatever the error
+    oscillates = np.abs(roots.imag) > tolerances.oscillation
+    return close & (oscillates | (errors > tolerances.growth))

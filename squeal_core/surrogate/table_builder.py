@@ -1,0 +1,181 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Builds a table: the envelope is halved until each cell is known well enough.
+
+Cells cover the envelope without overlap, so what is not answered is the cells given up as they
+could not be halved any further, as at exceptional points, and single points whose verdict hangs on
+the error.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+import time
+from typing import Any
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import FloatArray, IndexArray, readonly
+from squeal_core.common.errors import OperatingPointError
+from squeal_core.common.worker_processes import run_jobs
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.eigensolution import Tolerances
+from squeal_core.surrogate.cell_fit import fit_cell, Rejection
+from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.table_cell import TableCell, TableTolerances
+from squeal_core.surrogate.table_domain import places_of, TableDomain
+
+Triple = tuple[int, int, int]
+Progress = Callable[[int, int], None]
+
+_BOX = np.array([0.8, 0.9, 0.1])  # largest edges of a cell: ln speed, ln pressure, friction
+_HALVINGS = 3  # of one axis
+_DEPTH = 7  # of all axes together
+
+
+@dataclass(frozen=True)
+class _Leaf:
+    """A cell by its level and place along each axis; no contents: it was given up."""
+
+    levels: Triple
+    place: Triple
+    cell: TableCell | None
+
+
+def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
+                tolerances: TableTolerances | None = None,
+                points: Sequence[OperatingPoint] | None = None, workers: int = 0,
+                progress: Progress = lambda *_: None) -> ExpansionTable:
+    """
+    Build the table of a model over an envelope.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    domain : TableDomain, optional
+        The envelope; None: `TableDomain.usual(model)`.
+    tolerances : TableTolerances, optional
+        Errors to keep to; None: `TableTolerances.of(model)`.
+    points : sequence of OperatingPoint, optional
+        Points of drives; only cells that contain one are built. None: all cells.
+    workers : int
+        Processes; 0: this one.
+    progress : callable
+        Called with the boxes that are done and their number.
+
+    Raises
+    ------
+    OperatingPointError
+        Where none of the points lies in the envelope.
+
+    """
+    domain = domain or TableDomain.usual(model)
+    tolerances = tolerances or TableTolerances.of(model)
+    boxes = np.maximum(1, np.ceil(domain.width / _BOX - 1e-9)).astype(int)
+    builder = _Builder(model, domain, tolerances, boxes, Tolerances.of(model))
+    jobs = dict(enumerate(builder.jobs(None if points is None else places_of(points))))
+    if not jobs:
+        raise OperatingPointError(f'no point of {len(points or ())} lies in the envelope '
+                                  f'{domain}; give a wider one')
+    begun, leaves = time.monotonic(), dict[int, list[_Leaf]]()
+    for i, found in run_jobs(_leaves, jobs, workers):
+        leaves[i] = found
+        progress(len(leaves), len(jobs))
+    about = {'build_seconds': round(time.monotonic() - begun, 1), 'workers': workers}
+    return builder.table([leaf for i in sorted(leaves) for leaf in leaves[i]], about)
+
+
+def _leaves(builder: '_Builder', place: Triple, x: FloatArray | None) -> list[_Leaf]:
+    return list(builder.leaves((0, 0, 0), place, x))
+
+
+@dataclass(frozen=True, eq=False)
+class _Builder:
+    """Halves boxes and fits cells."""
+
+    model: BrakeModel
+    domain: TableDomain
+    tolerances: TableTolerances
+    boxes: IndexArray
+    limits: Tolerances
+
+    def jobs(self, x: FloatArray | None) -> Iterator[tuple['_Builder', Triple, Any]]:
+        """Yield the arguments of `_leaves` for each box, or each one with some of places x."""
+        first, second, third = self.boxes.tolist()
+        for place in product(range(first), range(second), range(third)):
+            some = None if x is None else x[self.inside(place, (0, 0, 0), x)]
+            if some is None or len(some):
+                yield self, place, some
+
+    def geometry(self, levels: Triple, place: Triple) -> tuple[FloatArray, FloatArray]:
+        """Return the centre of a cell and half its edges."""
+        half = 0.5 * self.domain.width / (self.boxes * 2.0 ** np.array(levels))
+        return self.domain.low + half * (2.0 * np.array(place) + 1.0), half
+
+    def inside(self, place: Triple, levels: Triple, x: FloatArray) -> Any:
+        """Tell which places x (P, 3) lie in a cell."""
+        centre, half = self.geometry(levels, place)
+        return (np.abs(x - centre) <= half * (1.0 + 1e-9)).all(axis=1)
+
+    def leaves(self, levels: Triple, place: Triple, x: FloatArray | None) -> Iterator[_Leaf]:
+        """Yield the cells that a box is halved into."""
+        found = fit_cell(self.model, self.domain, *self.geometry(levels, place),
+                         self.tolerances, self.limits)
+        if isinstance(found, TableCell):
+            yield _Leaf(levels, place, found)
+            return
+        axis = _axis(found, levels)
+        if axis is None:
+            yield _Leaf(levels, place, None)
+            return
+        deeper = _with(levels, axis, levels[axis] + 1)
+        for side in (0, 1):
+            half = _with(place, axis, 2 * place[axis] + side)
+            some = None if x is None else x[self.inside(half, deeper, x)]
+            if some is None or len(some):
+                yield from self.leaves(deeper, half, some)
+
+    def table(self, leaves: Sequence[_Leaf], about: dict[str, float]) -> ExpansionTable:
+        """Return the table of the cells."""
+        finest = np.max([leaf.levels for leaf in leaves], axis=0)
+        grid = np.full(self.boxes * 2**finest, -1, np.int32)
+        kept = [leaf for leaf in leaves if leaf.cell is not None]
+        for i, leaf in enumerate(kept):
+            size = 2 ** (finest - leaf.levels)
+            start = size * leaf.place
+            grid[tuple(slice(a, a + b) for a, b in zip(start, size, strict=True))] = i
+        geometry = [self.geometry(leaf.levels, leaf.place) for leaf in kept]
+        centres, halves = np.array(geometry).reshape(-1, 2, 3).transpose(1, 0, 2)
+        return ExpansionTable(
+            domain=self.domain, tolerances=self.tolerances, modes=self.model.size,
+            grid=readonly(grid, np.int32), centres=readonly(centres), halves=readonly(halves),
+            cells=tuple(leaf.cell for leaf in kept if leaf.cell is not None),
+            about={**about, 'given_up': len(leaves) - len(kept)})
+
+
+def _axis(rejection: Rejection, levels: Triple) -> int | None:
+    """Return the axis to halve; None where a cell is given up."""
+    if sum(levels) >= _DEPTH:
+        return None
+    if levels[rejection.axis] < _HALVINGS:
+        return rejection.axis
+    return int(np.argmin(levels)) if min(levels) < _HALVINGS else None
+
+
+def _with(values: Triple, axis: int, value: int) -> Triple:
+    first, second, third = (value if i == axis else old for i, old in enumerate(values))
+    return first, second, third

@@ -1,0 +1,127 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The operating points that a table covers: rotor speed, contact pressure and friction."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from typing import TypeAlias
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import OperatingPointError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.surrogate.batch import OperatingPoints
+
+Range: TypeAlias = tuple[float, float]
+
+ROTOR_SPEED: Range = (1.0, 120.0)  # rad/s, of a vehicle from walking pace to 130 km/h and beyond
+PRELOAD: Range = (100.0, 20000.0)  # N
+FRICTION: Range = (0.15, 0.65)
+AXES = ('rotor_speed', 'contact_pressure', 'friction')
+_LAW = 1e-9  # relative difference up to which slope and stiffness are those of the model
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableDomain:
+    """
+    Envelope of a sliding brake, a box in x = (ln rotor speed, ln contact pressure, friction).
+
+    The friction slope follows the model's friction law, the contact stiffness its table.
+
+    Parameters
+    ----------
+    rotor_speed, contact_pressure, friction : (2,) floats
+        Lowest and highest, above zero: rad/s, Pa, -.
+    stiffness_factor : float
+        Factor on the model's contact stiffness everywhere [-].
+
+    Raises
+    ------
+    OperatingPointError
+        For a range that is empty or not above zero.
+
+    """
+
+    rotor_speed: Range
+    contact_pressure: Range
+    friction: Range
+    stiffness_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in AXES:
+            low, high = getattr(self, name)
+            if not 0.0 < low < high < math.inf:
+                raise OperatingPointError(f'{name}: {low:g} to {high:g} is no range; give the '
+                                          'lower end first and both above 0')
+        if not 0.0 < self.stiffness_factor < math.inf:
+            raise OperatingPointError(f'stiffness_factor is {self.stiffness_factor:g}; give a '
+                                      'number above 0')
+
+    @classmethod
+    def usual(cls, model: BrakeModel, *, rotor_speed: Range = ROTOR_SPEED,
+              preload: Range = PRELOAD, friction: Range = FRICTION,
+              stiffness_factor: float = 1.0) -> 'TableDomain':
+        """Return the usual envelope of a vehicle, 1-120 rad/s, 100-20,000 N, 0.15-0.65."""
+        low, high = preload
+        return cls(rotor_speed=rotor_speed, friction=friction, stiffness_factor=stiffness_factor,
+                   contact_pressure=(low / model.contact_area, high / model.contact_area))
+
+    @property
+    def low(self) -> FloatArray:
+        """Lower corner (3,) in x."""
+        return np.array([math.log(self.rotor_speed[0]), math.log(self.contact_pressure[0]),
+                         self.friction[0]])
+
+    @property
+    def width(self) -> FloatArray:
+        """Edges (3,) in x."""
+        return np.array([math.log(self.rotor_speed[1]), math.log(self.contact_pressure[1]),
+                         self.friction[1]]) - self.low
+
+    def points(self, model: BrakeModel, x: FloatArray) -> OperatingPoints:
+        """Return the operating points at places x (P, 3)."""
+        speed, pressure = np.exp(x[:, 0]), np.exp(x[:, 1])
+        slope = 0.0 if model.friction_law is None else x[:, 2] * (
+            model.friction_law.relative_slope(model.contact_radius * speed))
+        stiffness = (model.nominal_contact_stiffness if model.stiffness_table is None
+                     else model.stiffness_table(pressure))
+        return OperatingPoints.of(
+            rotor_speed=speed, friction=x[:, 2], contact_pressure=pressure, friction_slope=slope,
+            contact_stiffness=self.stiffness_factor * np.asarray(stiffness))
+
+    def follows(self, model: BrakeModel, point: OperatingPoint) -> bool:
+        """Tell whether a point's slope and stiffness are those the table was built with."""
+        friction = friction_of(point)
+        slope = 0.0 if model.friction_law is None else model.friction_law.slope_at(
+            model.contact_radius * point.rotor_speed, friction)
+        stiffness = self.stiffness_factor * model.contact_stiffness_at(point.contact_pressure)
+        return (abs(point.friction_slope - slope) <= _LAW * abs(slope)
+                and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness)
+
+
+def places_of(points: Sequence[OperatingPoint]) -> FloatArray:
+    """Return the places x (P, 3) of points; -inf at a pressure of zero."""
+    with np.errstate(divide='ignore'):
+        return np.column_stack([
+            np.log(np.abs([point.rotor_speed for point in points])),
+            np.log([point.contact_pressure for point in points]),
+            [friction_of(point) for point in points]])
+
+
+def friction_of(point: OperatingPoint) -> float:
+    """Return the friction [-], negative where it does not oppose the sliding."""
+    return math.copysign(1.0, point.rotor_speed) * point.friction

@@ -1,0 +1,187 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The table against full solutions: accuracy, tiling, arrays and single points, audit, file."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from squeal_core import BrakeModel
+from squeal_core.brake.friction import FrictionLaw
+from squeal_core.common.errors import OperatingPointError, TableFileError
+from squeal_core.stability.eigensolution import complex_modes, Tolerances
+from squeal_core.surrogate.coverage_report import measure_coverage
+from squeal_core.surrogate.lookup_file import read_table, write_table
+from squeal_core.surrogate.lookup_solver import TableLookup
+from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_cell import TableTolerances
+from squeal_core.surrogate.table_domain import TableDomain
+from support.engine_models import random_model
+
+RANGES: dict[str, Any] = {'rotor_speed': (8.0, 20.0), 'preload': (1000.0, 2000.0),
+                          'friction': (0.3, 0.45)}
+
+
+@pytest.fixture(scope='module')
+def model() -> BrakeModel:
+    return random_model(10, 1, friction_law=FrictionLaw())
+
+
+@pytest.fixture(scope='module')
+def table(model: BrakeModel) -> ExpansionTable:
+    return build_table(model, TableDomain.usual(model, **RANGES), tolerances=TableTolerances())
+
+
+def places(table: ExpansionTable, count: int, seed: int = 5) -> Any:
+    return table.domain.low + table.domain.width * np.random.default_rng(seed).random((count, 3))
+
+
+def test_answers_are_within_their_bounds_of_full_solutions(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    x = places(table, 200)
+    points = table.domain.points(model, x)
+    limits = Tolerances.of(model)
+    found = table.evaluate(points.rotor_speed, points.contact_pressure, points.friction, limits)
+    assert found.answered.mean() > 0.99
+    for place in np.flatnonzero(found.answered).tolist():
+        ours, truth = found.modes(place), complex_modes(model, points[place], tolerances=limits)
+        assert np.all(np.abs(ours.roots - truth.roots[ours.numbers - 1]) <= ours.errors + 1e-6)
+        assert np.all(ours.errors <= table.tolerances.allowed(ours.roots))
+        omitted = np.setdiff1d(np.arange(model.size), ours.numbers - 1)
+        oscillating = truth.roots[omitted].imag > limits.oscillation
+        assert np.all(truth.roots[omitted].real[oscillating] < ours.omitted_below)
+        assert [m.index for m in ours.unstable] == [m.index for m in truth.unstable]
+
+
+def test_cells_tile_the_envelope(model: BrakeModel, table: ExpansionTable) -> None:
+    assert len(table.cells) > 1
+    report = measure_coverage(table, model, points=500, solved=0)
+    assert report.gaps == 0.0
+    assert report.overlap == 0.0
+    x = places(table, 500)
+    cells = table.locate(x)
+    assert np.all(np.abs(x - table.centres[cells]) <= table.halves[cells] * (1.0 + 1e-9))
+    corners = np.array([table.domain.low, table.domain.low + table.domain.width])
+    assert np.all(table.locate(corners + [[1e-9], [-1e-9]]) >= 0)
+    assert np.all(table.locate(corners + [[-1e-6], [1e-6]]) == -1)
+    assert table.locate(np.full((1, 3), np.nan))[0] == -1
+
+
+def test_single_points_and_arrays_agree(model: BrakeModel, table: ExpansionTable) -> None:
+    points = table.domain.points(model, places(table, 60))
+    limits = Tolerances.of(model)
+    found = table.evaluate(points.rotor_speed, points.contact_pressure, points.friction, limits)
+    for place in range(60):
+        point = points[place]
+        alone = table.modes_at(point.rotor_speed, point.contact_pressure, point.friction, limits)
+        assert (alone is not None) == bool(found.answered[place])
+        if alone:
+            ours = found.modes(place)
+            assert alone[1] == found.cells[place]
+            np.testing.assert_allclose(alone[0].roots, ours.roots, rtol=1e-9)
+            np.testing.assert_array_equal(alone[0].numbers, ours.numbers)
+
+
+def test_points_that_hang_on_the_error_are_solved_in_full(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    point = table.domain.points(model, places(table, 1))[0]
+    truth = complex_modes(model, point)
+    worst = max(root.real for root in truth.roots)
+    limits = replace(Tolerances.of(model), growth=worst + 1e-9)
+    solver = TableLookup(model, table, limits=limits)
+    np.testing.assert_array_equal(solver.solve(point).roots,
+                                  complex_modes(model, point, tolerances=limits).roots)
+    assert solver.statistics.full == 1
+
+
+def test_points_that_leave_the_law_are_solved_in_full(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    point = table.domain.points(model, places(table, 1))[0]
+    backwards = replace(point, rotor_speed=-point.rotor_speed, friction=-point.friction)
+    solver = TableLookup(model, table)
+    for off in (replace(point, friction_slope=0.9 * point.friction_slope),
+                replace(point, contact_stiffness=1.01 * point.contact_stiffness),
+                replace(point, rotor_speed=3.0), replace(point, friction=-point.friction)):
+        assert solver.solve(off).source == 'full'
+    assert solver.solve(backwards).source == 'table'
+    np.testing.assert_allclose(solver.solve(backwards).roots, solver.solve(point).roots)
+
+
+def test_the_audit_finds_a_wrong_cell_and_does_not_use_it_again(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    series = [cell.series + 5.0 * np.eye(1, len(cell.series)).T for cell in table.cells]
+    wrong = replace(table, cells=tuple(
+        replace(cell, series=moved) for cell, moved in zip(table.cells, series, strict=True)))
+    points = table.domain.points(model, places(table, 40))
+    for solver in (alone := TableLookup(model, wrong, audit_every=3),
+                   TableLookup(model, wrong, audit_every=3)):
+        found = (solver.solve_all([points[i] for i in range(40)]) if solver is not alone
+                 else [solver.solve(points[i]) for i in range(40)])
+        first = [modes.source for modes in found].index('full', 2)
+        cell = wrong.locate(places(table, 40))
+        assert all(modes.source == 'full' for modes, there in zip(found, cell, strict=True)
+                   if there == cell[first] and modes not in found[:first])
+        assert solver.statistics.mismatches == solver.statistics.audits > 0
+    good = TableLookup(model, table, audit_every=3)
+    good.solve_all([points[i] for i in range(40)])
+    assert good.statistics.audits > 10
+    assert good.statistics.mismatches == 0
+
+
+def test_tables_of_points_have_only_their_cells(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    points = table.domain.points(model, places(table, 40))
+    some = build_table(model, table.domain, tolerances=table.tolerances, points=[points[0]])
+    assert 0 < len(some.cells) < len(table.cells)
+    assert TableLookup(model, some).solve(points[0]).source == 'table'
+    with pytest.raises(OperatingPointError, match='no point of 1'):
+        build_table(model, table.domain, points=[replace(points[0], friction=0.9)])
+
+
+def test_files_come_back_bit_for_bit_and_only_for_their_model(
+        model: BrakeModel, table: ExpansionTable, tmp_path: Path) -> None:
+    path = tmp_path / 'table.npz'
+    write_table(table, model, path)
+    read = read_table(path, model)
+    assert (read.domain, read.tolerances, dict(read.about)) == (
+        table.domain, table.tolerances, dict(table.about))
+    points = table.domain.points(model, places(table, 50))
+    ours, theirs = (one.evaluate(points.rotor_speed, points.contact_pressure, points.friction,
+                                 Tolerances.of(model)) for one in (table, read))
+    np.testing.assert_array_equal(ours.roots, theirs.roots)
+    np.testing.assert_array_equal(ours.errors, theirs.errors)
+    np.testing.assert_array_equal(ours.numbers, theirs.numbers)
+    other = random_model(10, 1, friction_law=FrictionLaw(decay=2.0))
+    with pytest.raises(TableFileError, match='another model.*squeal tabulate'):
+        read_table(path, other)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(TableFileError, match='copy it again or build it'):
+        read_table(path, model)
+
+
+def test_a_stiffness_factor_is_that_of_a_stiffer_model(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    domain = replace(table.domain, stiffness_factor=1.1, rotor_speed=(10.0, 12.0),
+                     friction=(0.3, 0.34))
+    stiff = build_table(model, domain, tolerances=table.tolerances)
+    point = domain.points(model, places(stiff, 1))[0]
+    assert point.contact_stiffness == pytest.approx(1.1 * model.nominal_contact_stiffness)
+    found = TableLookup(model, stiff).solve(point)
+    assert found.source == 'table'
+    truth = complex_modes(model, point)
+    assert np.abs(found.roots - truth.roots[found.numbers - 1]).max() <= 0.1
