@@ -34,6 +34,7 @@ from squeal_core.monitor.margins import (
 from squeal_core.stability.boundaries import Boundaries, NO_MODE
 from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
+from squeal_core.surrogate.lookup_table import ExpansionTable
 
 Growth: TypeAlias = Callable[[FloatArray, Kind], ComplexArray]
 """
@@ -49,14 +50,6 @@ _WIDTH = 1e-3  # of a bracket: of friction [-], of speed and pressure as a fract
 _TRIALS = 4
 _BATCH = 16  # values of a walk evaluated at once
 _ABOUT = np.array([-1.0, -0.2, -0.05, 0.05, 0.2, 1.0])  # trials about an estimate, in map steps
-
-
-class GrowthTable(Protocol):
-    """Eigenvalues that matter at many points at once, as of `surrogate.ExpansionTable`."""
-
-    def evaluate(self, rotor_speeds: FloatArray, contact_pressures: FloatArray,
-                 frictions: FloatArray, tolerances: Tolerances, *, undecided: bool) -> Any:
-        """Return `roots` (P, n) [1/s], NaN: none, and which points are `answered` (P,)."""
 
 
 class GrowthMap(Protocol):
@@ -220,16 +213,15 @@ class MarginEvaluator:
         return np.where(other.any(axis=1)[:, None], bounded, start)
 
 
-def table_growth(table: GrowthTable, model: BrakeModel, tolerances: Tolerances,
+def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerances,
                  band_hz: tuple[float, float]) -> Growth:
     """Return the look-up in a table; it answers where a verdict hangs on an error, too."""
     per_pressure = model.contact_pressure(1.0)
 
     def growth(rows: FloatArray, kind: Kind) -> ComplexArray:
-        found = table.evaluate(rows[:, 0], per_pressure * rows[:, 1], rows[:, 2], tolerances,
-                               undecided=True)
-        eigenvalues = least_stable(found.roots, kind, band_hz, tolerances)
-        return np.where(found.answered, eigenvalues, complex(math.nan, math.nan))
+        roots = table.eigenvalues(rows[:, 0], per_pressure * rows[:, 1], rows[:, 2], tolerances)
+        found = least_stable(roots, kind, band_hz, tolerances)
+        return np.where(np.isnan(roots.real).all(axis=1), complex(math.nan, math.nan), found)
 
     return growth
 

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, short_repr
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
-from squeal_core.surrogate.table_domain import TableDomain
+from squeal_core.surrogate.table_domain import coordinates, TableDomain
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,12 +164,24 @@ class ExpansionTable:
         products of matrices sum in another order.
 
         """
-        with np.errstate(divide='ignore', invalid='ignore'):
-            x = np.stack(np.broadcast_arrays(
-                np.log(np.atleast_1d(np.asarray(rotor_speeds, float))),
-                np.log(np.atleast_1d(np.asarray(contact_pressures, float))),
-                np.atleast_1d(np.asarray(frictions, float))), axis=1)
-        return self._collected(x, tolerances)
+        return self._collected(coordinates(rotor_speeds, contact_pressures, frictions), tolerances)
+
+    def eigenvalues(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
+                    frictions: ArrayLike, tolerances: Tolerances) -> ComplexArray:
+        """
+        Return the kept eigenvalues (P, K) in no order [1/s]; rows of NaN without an answer.
+
+        As `evaluate`, but it answers close to a stability boundary, too.
+        """
+        x = coordinates(rotor_speeds, contact_pressures, frictions)
+        most = max((cell.layout.count for cell in self.cells), default=1)
+        found = np.full((len(x), most), complex(np.nan, np.nan))
+        for place, points in _groups(self.locate(x)):
+            cell, u = self.cells[place], (x[points] - self.centres[place]) / self.halves[place]
+            roots, errors, _ = cell.at(fit_terms(DEGREE).at(u))
+            valid = ~cell.fails(roots, errors, self.tolerances, tolerances).any(axis=1)
+            found[points[valid], :roots.shape[1]] = roots[valid]
+        return found
 
     def modes_at(self, rotor_speed: float, contact_pressure: float, friction: float,
                  tolerances: Tolerances) -> tuple[ComplexModes, int] | None:

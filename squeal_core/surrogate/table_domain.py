@@ -20,6 +20,7 @@ import math
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import OperatingPointError
@@ -111,6 +112,16 @@ class TableDomain:
         stiffness = self.stiffness_factor * model.contact_stiffness_at(point.contact_pressure)
         return (abs(point.friction_slope - slope) <= _LAW * abs(slope)
                 and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness)
+
+
+def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
+                frictions: ArrayLike) -> FloatArray:
+    """Return the places x (P, 3) of magnitudes, which are broadcast together."""
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return np.stack(np.broadcast_arrays(
+            np.log(np.atleast_1d(np.asarray(rotor_speeds, float))),
+            np.log(np.atleast_1d(np.asarray(contact_pressures, float))),
+            np.atleast_1d(np.asarray(frictions, float))), axis=1)
 
 
 def places_of(points: Sequence[OperatingPoint]) -> FloatArray:

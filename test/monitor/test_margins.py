@@ -26,7 +26,7 @@ from squeal_core.brake.dimensions import Caliper
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.monitor.margin_evaluator import MarginEvaluator, NO_TABLE
+from squeal_core.monitor.margin_evaluator import MarginEvaluator, NO_TABLE, table_growth
 from squeal_core.monitor.margins import (
     confirmation_due,
     Kind,
@@ -37,6 +37,8 @@ from squeal_core.monitor.margins import (
 )
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_domain import TableDomain
 
 HERE = SlidingConditions(rotor_speed=10.0, pressure=1e6, friction=0.3)
 W1, W2, DAMPING = 1e4, 1.02e4, 40.0
@@ -218,6 +220,29 @@ def test_as_the_offline_search_of_the_shipped_model(kang: BrakeModel, speed: flo
     assert found.critical == pytest.approx(expected.value, abs=1e-4)
     assert found.frequency_hz == pytest.approx(expected.frequency_hz, abs=1.0)
     assert margins.confirm(found, at).confirmed
+
+
+def test_look_up_in_a_table() -> None:
+    """Random conditions; the boundary is within what the table's error makes of it."""
+    model = flutter(5e-4, negative_slope=np.diag([2e-5, 1e-5]), friction_law=FrictionLaw())
+    limits = Tolerances.of(model)
+    table = build_table(model, TableDomain.usual(
+        model, rotor_speed=(6.0, 12.0), preload=(1000.0, 2200.0), friction=(0.3, 0.5)))
+    growth = table_growth(table, model, limits, SQUEAL_BAND)
+    margins = MarginEvaluator(model, replace(SETTINGS, friction=table.domain.friction), limits,
+                              growth=growth)
+    rng = np.random.default_rng(3)
+    conditions = [SlidingConditions(rotor_speed=rng.uniform(6.0, 12.0), friction=friction,
+                                    pressure=rng.uniform(1000.0, 2200.0) / 2.5e-3)
+                  for friction in rng.uniform(0.31, 0.49, 12).tolist()]
+    for at, found in zip(conditions, friction_margins(margins, conditions), strict=True):
+        exact = critical_value(model, model.operating_point(**vars(at)), 'friction', (0.3, 0.5),
+                               samples=10).nearest
+        assert exact.converged
+        assert found.critical == pytest.approx(exact.value, abs=1e-4)
+        assert margins.confirm(found, at).confirmed
+    outside, = friction_margins(margins, [replace(HERE, rotor_speed=20.0)])
+    assert outside.reason.endswith('outside the table beyond it')
 
 
 def test_without_a_table() -> None:

@@ -68,6 +68,24 @@ def test_answers_are_within_their_bounds_of_full_solutions(
         assert [m.index for m in ours.unstable] == [m.index for m in truth.unstable]
 
 
+def test_eigenvalues_alone_are_those_of_the_modes(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    """Where a verdict hangs on an error, too."""
+    points = table.domain.points(model, places(table, 50))
+    conditions = points.rotor_speed, points.contact_pressure, points.friction
+    limits = Tolerances.of(model)
+    modes = table.evaluate(*conditions, limits)
+    growth = float(modes.roots.real[0, :modes.counts[0]].max())
+    found = table.eigenvalues(*conditions, limits)
+    assert found.shape == (50, modes.roots.shape[1])
+    np.testing.assert_array_equal(*(np.sort(np.nan_to_num(roots[modes.answered], nan=0.0))
+                                    for roots in (found, modes.roots)))
+    level = replace(limits, growth=growth)
+    assert not table.evaluate(*conditions, level).answered[0]
+    np.testing.assert_array_equal(table.eigenvalues(*conditions, level), found)
+    assert np.isnan(table.eigenvalues(25.0, conditions[1], conditions[2], limits)).all()
+
+
 def test_cells_tile_the_envelope(model: BrakeModel, table: ExpansionTable) -> None:
     assert len(table.cells) > 1
     report = measure_coverage(table, model, points=500, solved=0)
