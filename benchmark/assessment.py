@@ -17,7 +17,7 @@ What an assessment costs while braking: modes, risk and the margins' share, tabl
 
 Run: python benchmark/assessment.py [--drive us06] [--brakes 4] [--seconds 120]
 
-The braking samples of a drive at 100 Hz go through `judge_together` twice, as the monitor has it,
+The braking samples of a drive at 100 Hz go through `evaluate_brakes` twice, as the monitor has it,
 all brakes of a tick at once: first the tables are laid down while the caller waits, then each call
 is timed; the margins' searches go on within some of them. Times are of one brake, those of a tick
 over the brakes in it, in ms and over that of `numpy.linalg.eigvals` of the whole state matrix,
@@ -42,10 +42,10 @@ import scipy
 
 from squeal_core import BrakeModel
 from squeal_core.monitor import brake_stability as sliding
-from squeal_core.monitor.vehicle_stability import Engines
-from squeal_core.risk.margin import MarginInputs
+from squeal_core.monitor.brake_stability import BrakeEvaluator
 from squeal_core.monitor.settings import MonitorSettings, read_settings
-from squeal_core.monitor.brake_stability import SlidingBrake
+from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.risk.margin import SlidingConditions
 
 RATE = 100.0  # Hz
 _EVERY = 200  # ticks between two reference solves
@@ -71,17 +71,18 @@ class Stopwatch:
         setattr(owner, method, timed)
 
 
-def vehicle(model: BrakeModel, settings: MonitorSettings) -> tuple[Engines, list[SlidingBrake]]:
-    engines = Engines(model, settings)
-    return engines, [SlidingBrake(engines, settings, one.name) for one in settings.brakes]
+def vehicle(model: BrakeModel,
+            settings: MonitorSettings) -> tuple[VehicleStability, list[BrakeEvaluator]]:
+    engines = VehicleStability(model, settings)
+    return engines, [BrakeEvaluator(engines, settings, one.name) for one in settings.brakes]
 
 
-def run(brakes: list[SlidingBrake], way: list[BrakingSample],
+def run(brakes: list[BrakeEvaluator], way: list[BrakingSample],
         between: Callable[[], None] = lambda: None) -> None:
     for i, (now, samples) in enumerate(groupby(way, attrgetter('time'))):
         if i % _EVERY == 0:
             between()
-        sliding.judge_together([(brakes[at.brake], MarginInputs(
+        sliding.evaluate_brakes([(brakes[at.brake], SlidingConditions(
             rotor_speed=at.rotor_speed, pressure=at.pressure, friction=at.friction))
             for at in samples], now)
 
@@ -103,7 +104,7 @@ def main() -> None:
     watch, solves = Stopwatch(), []
     watch.watch(engines.modes, 'complex_modes_of', 'modes')
     watch.watch(engines.risks, 'assess_together', 'risk')
-    watch.watch(sliding, 'judge_together', 'assessment')
+    watch.watch(sliding, 'evaluate_brakes', 'assessment')
     run(brakes, way, lambda: solves.append(reference(model, point)))
     solve = float(np.median(solves))
     print(f'{platform.processor() or platform.machine()}, Python {platform.python_version()}, '

@@ -28,10 +28,10 @@ import numpy as np
 import scipy
 
 from squeal_core import BrakeModel
-from squeal_core.monitor.vehicle_monitor import BrakeMonitor, Sample
 from squeal_core.monitor.settings import read_settings
-from squeal_core.stability.eigenvectors import mode_vectors  # noqa: I100
+from squeal_core.monitor.vehicle_monitor import BrakeMonitor, Sample
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues
+from squeal_core.stability.eigenvectors import mode_vectors  # noqa: I100
 
 
 def median(task: Callable[[], object], repeats: int = 101) -> float:

@@ -31,14 +31,14 @@ import time
 from typing import Any
 
 from drives import braking_points, DRIVES
-from sizes import sized
 import numpy as np  # noqa: I100
 import scipy
+from sizes import sized
 
 from squeal_core import BrakeModel
-from squeal_core.surrogate.expansion_builder import anchor_at
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 
 _EVERY = 400  # calls between two reference solves
 _DELAY = 15  # solves, as a node of one brake at 100 Hz has it
@@ -74,7 +74,7 @@ def timed(model: BrakeModel, points: Sequence[OperatingPoint],
     return times, float(np.median(solves))
 
 
-def report(name: str, times: np.ndarray, solve: float, engine: Tabulation, full: int) -> None:
+def report(name: str, times: np.ndarray, solve: float, engine: TabulatedSolver, full: int) -> None:
     late = np.quantile(times, 0.999) / solve
     print(f'  {name:24} {solve * len(times) / times.sum():7.1f} {solve / np.median(times):8.1f} '
           f'{late:8.2f} {times.max() / solve:7.2f} {full:6} {len(engine.anchors):7} '
@@ -84,7 +84,7 @@ def report(name: str, times: np.ndarray, solve: float, engine: Tabulation, full:
 def drive(model: BrakeModel, name: str, brakes: int, delay: int) -> None:
     """Print what a drive costs from an empty table, and again with the table it left."""
     points = braking_points(model, name, brakes=brakes)
-    engine = Tabulation(model, TableSettings(delay=delay * brakes))
+    engine = TabulatedSolver(model, SolverSettings(delay=delay * brakes))
     print(f'{name}, {brakes} of 4 brakes, {len(points)} braking samples, '
           f'{"anchors made while waiting" if not delay else f"delay {delay * brakes} solves"}')
     before = 0
@@ -99,7 +99,7 @@ def live(model: BrakeModel, name: str, seconds: float) -> None:
     """Print what the first braking seconds of a drive cost at 100 Hz, anchors made beside."""
     points = braking_points(model, name)[:round(100.0 * seconds)]
     print(f'{name}, 1 of 4 brakes, {len(points)} braking samples at 100 Hz, delay {_DELAY} solves')
-    engine, before = Tabulation(model, TableSettings(delay=_DELAY)), 0
+    engine, before = TabulatedSolver(model, SolverSettings(delay=_DELAY)), 0
     for temperature in ('cold', 'warm'):
         times, solve = timed(model, points, lambda point: engine.complex_modes(point).unstable,
                              rate=100.0)
@@ -121,10 +121,10 @@ def costs(model: BrakeModel) -> tuple[Any, Any, Any]:
     """Return times [s] of reference solves, of anchors, and of answers from one."""
     point = model.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
     near = model.operating_point(rotor_speed=20.4, pressure=7.7e5, friction=0.422)
-    engine = Tabulation(model)
+    engine = TabulatedSolver(model)
     engine.complex_modes(point)
     solves = np.array([reference(model, point) for _ in range(21)])
-    anchors, _ = timed(model, [point] * 11, lambda q: anchor_at(model, q))
+    anchors, _ = timed(model, [point] * 11, lambda q: expand_spectrum(model, q))
     answers, _ = timed(model, [near] * 401, lambda q: engine.complex_modes(q).unstable)
     return solves, anchors, answers
 

@@ -37,7 +37,7 @@ from scipy.optimize import linear_sum_assignment
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 
 GROUP = 20
 LIMIT = 0.1  # 1/s
@@ -63,8 +63,9 @@ class Worst:
         if found.source != 'table':
             return
         self.from_table += 1
-        ours, theirs = (m.roots[m.roots.imag > OSCILLATION] for m in (found, truth))
-        errors = found.errors[found.roots.imag > OSCILLATION]
+        ours, theirs = (m.mode_eigenvalues[m.mode_eigenvalues.imag > OSCILLATION]
+                        for m in (found, truth))
+        errors = found.errors[found.mode_eigenvalues.imag > OSCILLATION]
         place, true = linear_sum_assignment(np.abs(ours[:, None] - theirs))
         off = np.abs(ours[place].real - theirs[true].real)
         whole = np.abs(ours[place] - theirs[true])
@@ -110,7 +111,7 @@ def near(start: OperatingPoint, generator: np.random.Generator) -> OperatingPoin
 def main() -> int:
     options = check_options(__doc__.strip().splitlines()[0], points=20_000).parse_args()
     model, generator = BrakeModel.load(options.model), np.random.default_rng(options.seed)
-    table, worst = Tabulation(model, TableSettings(audit_every=0)), Worst()
+    table, worst = TabulatedSolver(model, SolverSettings(audit_every=0)), Worst()
     while worst.points < options.points:
         start = random_point(model, generator)
         for at in (start, *(near(start, generator) for _ in range(GROUP - 1))):

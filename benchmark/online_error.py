@@ -30,10 +30,10 @@ from drives import braking_points
 import numpy as np
 
 from squeal_core import BrakeModel
-from squeal_core.surrogate.spectral_expansion import Anchor
-from squeal_core.surrogate.expansion_builder import anchor_at
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.stability.eigensolution import eigenvalues
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.view.engine_plot import ErrorsOverDistance, plot_errors
 
 DISTANCES = np.geomspace(2e-3, 0.6, 13)
@@ -41,9 +41,10 @@ PARAMETERS = {'rotor_speed': 'rotor speed', 'contact_pressure': 'pressure',
               'friction': 'friction', 'contact_stiffness': 'contact stiffness'}
 
 
-def errors(model: BrakeModel, anchor: Anchor, point: OperatingPoint) -> tuple[float, float]:
+def errors(model: BrakeModel, anchor: SpectralExpansion,
+           point: OperatingPoint) -> tuple[float, float]:
     """Return the largest true and estimated error [1/s] of the modes below 16 kHz."""
-    roots, estimates = anchor.roots(np.array(point.coefficients())[:, None])
+    roots, estimates = anchor.eigenvalues(np.array(point.coefficients())[:, None])
     truth = eigenvalues(model, point)
     audible = (roots[:, 0].imag > 1.0) & (roots[:, 0].imag < 2.0 * np.pi * 16e3)
     away = np.abs(roots[audible, 0][:, None] - truth).min(axis=1)
@@ -65,7 +66,7 @@ def main() -> None:
     model = BrakeModel.load('kang2009')
     points = braking_points(model, 'us06')
     points = points[::len(points) // arguments.anchors][:arguments.anchors]
-    anchors = [anchor_at(model, point) for point in points]
+    anchors = [expand_spectrum(model, point) for point in points]
     found = []
     for parameter, name in PARAMETERS.items():
         pairs = np.array([[

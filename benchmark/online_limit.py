@@ -35,9 +35,9 @@ from online_accuracy import LIMIT, random_point
 from scipy.optimize import linear_sum_assignment
 
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.surrogate.spectral_expansion import Anchor
-from squeal_core.surrogate.expansion_builder import anchor_at
 from squeal_core.stability.eigensolution import eigenvalues, Tolerances
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 DIRECTIONS = 10  # from each expansion
 FARTHEST = 0.6
@@ -56,10 +56,11 @@ def tolerated(roots: Any) -> Any:
     return np.maximum(LIMIT, -0.02 * roots.real)
 
 
-def at_limit(anchor: Anchor, shares: Any) -> OperatingPoint | None:
+def at_limit(anchor: SpectralExpansion, shares: Any) -> OperatingPoint | None:
     """Return the last accepted point of a direction; None where a series diverges before it."""
     def worst(step: float) -> float:
-        roots, errors = anchor.roots_at(np.array(moved(anchor.point, shares, step).coefficients()))
+        roots, errors = anchor.eigenvalues_at(np.array(moved(anchor.point, shares,
+                                                             step).coefficients()))
         return float((errors / tolerated(roots)).max())
 
     low, high = 1e-3, FARTHEST
@@ -69,9 +70,9 @@ def at_limit(anchor: Anchor, shares: Any) -> OperatingPoint | None:
     return moved(anchor.point, shares, low) if 0.5 < worst(low) <= 1.0 else None
 
 
-def beaten(model: BrakeModel, anchor: Anchor, at: OperatingPoint) -> tuple[Any, Any]:
+def beaten(model: BrakeModel, anchor: SpectralExpansion, at: OperatingPoint) -> tuple[Any, Any]:
     """Return errors over estimates and over what is tolerated, of modes off by more than both."""
-    roots, estimates = anchor.roots_at(np.array(at.coefficients()))
+    roots, estimates = anchor.eigenvalues_at(np.array(at.coefficients()))
     truth = eigenvalues(model, at)
     every = np.concatenate([roots, roots[anchor.mirrored].conj()])
     ours, theirs = linear_sum_assignment(np.abs(every[:, None] - truth))
@@ -89,7 +90,7 @@ def main() -> int:
     while points < options.points:
         for start in (driven[int(generator.integers(len(driven)))],
                       random_point(model, generator)):
-            anchor = anchor_at(model, start)
+            anchor = expand_spectrum(model, start)
             for shares in generator.uniform(-1.0, 1.0, (DIRECTIONS, 5)):
                 if (at := at_limit(anchor, shares)) is not None:
                     over, part = beaten(model, anchor, at)

@@ -37,14 +37,15 @@ import numpy as np
 
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import FloatArray
-from squeal_core.surrogate.batch import batch_modes, OperatingPoints
-from squeal_core.risk.probability import Deviations, Inputs
+from squeal_core.risk.probability import Inputs, InputUncertainty
 from squeal_core.risk.risk_table import RiskSettings, RiskTable
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.batch import batch_modes, OperatingPoints
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 
 ENDS_HZ = (1250.0, 1500.0, 2000.0, 3000.0, 4000.0, 5000.0, 6500.0, 8000.0, 12000.0, 16000.0)
 BANDS_HZ = tuple(pairwise(ENDS_HZ))
-DEVIATIONS = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
+DEVIATIONS = InputUncertainty(friction=0.02, pressure=0.03, rotor_speed=0.01,
+                              contact_stiffness=0.1)
 PILOT = 60  # samples by which a point is taken or left
 OPEN = (0.05, 0.95)
 WITHIN = 0.02
@@ -56,7 +57,7 @@ class Sampler:
 
     def __init__(self, model: BrakeModel, generator: np.random.Generator) -> None:
         self._model, self._generator = model, generator
-        self._table = Tabulation(model, TableSettings(audit_every=0))
+        self._table = TabulatedSolver(model, SolverSettings(audit_every=0))
 
     def probabilities(self, at: Inputs, count: int) -> FloatArray:
         """Return the part of the samples in which a mode of each band grows (bands,)."""
@@ -102,7 +103,7 @@ def compared(model: BrakeModel, sampler: Sampler, points: list[Inputs],
              samples: int) -> tuple[FloatArray, FloatArray]:
     """Return the risks, and what the samples say of them (points, bands)."""
     tables = [RiskTable(model, band, RiskSettings(memory=20e6)) for band in BANDS_HZ]
-    engine, risks, parts = Tabulation(model), [], []
+    engine, risks, parts = TabulatedSolver(model), [], []
     for at in points:
         modes = engine.complex_modes(model.operating_point(
             rotor_speed=at.rotor_speed, pressure=at.pressure, friction=at.friction))

@@ -23,9 +23,9 @@ import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 import sys  # noqa: I100
 
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.common import resources
-from squeal_core.brake.brake_yaml import read_brake
 from squeal_core.assembly.build import build_model
+from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.common import resources
 from squeal_core.stability.eigensolution import complex_modes
 
 LADDER = (

@@ -29,11 +29,11 @@ from typing import Any
 import numpy as np
 
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.model import operators
+from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.brake.dimensions import Brake, HatDisc
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
-from squeal_core.brake.dimensions import Brake, HatDisc
-from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.model import operators
 from squeal_core.modes.fe.axisymmetric import disc_modes
 from squeal_core.modes.fe.meshes import hat_disc_mesh
 from squeal_core.modes.fe.solid import at_radius, pad_modes, solid_modes, SolidModes

@@ -25,8 +25,8 @@ from hypothesis import settings
 import pytest
 
 from squeal_core import BrakeModel
-from squeal_core.brake.dimensions import Brake
 from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.brake.dimensions import Brake
 from squeal_core.common.resources import config_folder
 
 # a background job of a shell ignores Ctrl-C, and so would the processes that tests end by it

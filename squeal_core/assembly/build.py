@@ -21,7 +21,7 @@ import platform
 from typing import Any
 
 import numpy as np
-from squeal_core.assembly.checks import audit, refuse_wrong
+from squeal_core.assembly.checks import model_checks, refuse_wrong
 from squeal_core.brake.dimensions import Brake, HatDisc, ModalResults, Pad, Support
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model import operators
@@ -69,7 +69,7 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
     faces = contact_faces(brake, disc.basis, bases, panels, contact_points)
     model = _assembled(brake, disc, bases, faces, follower)
     progress('audit')
-    checks = audit(
+    checks = model_checks(
         model, disc.basis, _circle(brake),
         lambda: contact_arrays(contact_faces(brake, disc.basis, bases, panels,
                                              contact_points + 2)),

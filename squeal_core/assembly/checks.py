@@ -52,9 +52,9 @@ class Check:
         return {**asdict(self), 'passed': self.passed}
 
 
-def audit(model: BrakeModel, disc: ModalBasis, disc_circle: Quadrature,
-          refined: Callable[[], dict[str, FloatArray]],
-          interpolated: Iterable[tuple[str, float]] = ()) -> tuple[Check, ...]:
+def model_checks(model: BrakeModel, disc: ModalBasis, disc_circle: Quadrature,
+                 refined: Callable[[], dict[str, FloatArray]],
+                 interpolated: Iterable[tuple[str, float]] = ()) -> tuple[Check, ...]:
     """
     Return the checks of a model.
 

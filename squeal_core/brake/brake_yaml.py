@@ -51,7 +51,7 @@ from squeal_core.brake.quantity_ranges import (
     TEMPERATURE,
 )
 from squeal_core.common.errors import BrakeDescriptionError, SquealError
-from squeal_core.common.quantities import Quantity, Section
+from squeal_core.common.quantities import Quantity, QuantityReader
 from squeal_core.common.ranges import hint, span, Warn, warn_implausible
 from squeal_core.common.yaml_reader import read_yaml
 
@@ -93,7 +93,7 @@ def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path(),
             said.add(text)
             warn(text)
 
-    root = Section(where, content, warn=warn_once)
+    root = QuantityReader(where, content, warn=warn_once)
     name = root.text('name')
     for note in ('title', 'notes'):
         root.text(note, default='')
@@ -124,11 +124,12 @@ def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path(),
     return brake
 
 
-def _numbers(section: Section, quantities: Mapping[str, Quantity]) -> dict[str, float]:
+def _numbers(section: QuantityReader, quantities: Mapping[str, Quantity]) -> dict[str, float]:
     return {name: section.number(name, quantity) for name, quantity in quantities.items()}
 
 
-def _part(section: Section, quantities: Mapping[str, Quantity]) -> tuple[Material, dict[str, Any]]:
+def _part(section: QuantityReader,
+          quantities: Mapping[str, Quantity]) -> tuple[Material, dict[str, Any]]:
     """Return the material of a part and its other numbers."""
     numbers = _numbers(section, quantities)
     section.finish()
@@ -137,7 +138,7 @@ def _part(section: Section, quantities: Mapping[str, Quantity]) -> tuple[Materia
     return material, numbers
 
 
-def _disc(section: Section, folder: Path) -> HatDisc | ModalResults:
+def _disc(section: QuantityReader, folder: Path) -> HatDisc | ModalResults:
     if 'modes_from' in section.content:
         return _modal_results(section, DISC, 'rotor_thickness', folder)
     material, lengths = _part(section, DISC)
@@ -159,7 +160,7 @@ def _disc(section: Section, folder: Path) -> HatDisc | ModalResults:
     return disc
 
 
-def _pads(section: Section, folder: Path) -> tuple[
+def _pads(section: QuantityReader, folder: Path) -> tuple[
         tuple[Pad | ModalResults, Pad | ModalResults], tuple[Support, Support]]:
     """Read both pads: one description for the two, or `top` and `bottom`."""
     if {'top', 'bottom'} & set(section.content):
@@ -172,14 +173,14 @@ def _pads(section: Section, folder: Path) -> tuple[
     return (pads[0], pads[1]), (supports[0], supports[1])
 
 
-def _pad(section: Section, folder: Path) -> Pad | ModalResults:
+def _pad(section: QuantityReader, folder: Path) -> Pad | ModalResults:
     if 'modes_from' in section.content:
         return _modal_results(section, PAD, 'thickness', folder)
     material, lengths = _part(section, PAD)
     return Pad(material=material, **lengths)
 
 
-def _support(section: Section | None) -> Support:
+def _support(section: QuantityReader | None) -> Support:
     if section is None:
         return Support()
     support = Support(**{
@@ -189,7 +190,7 @@ def _support(section: Section | None) -> Support:
     return support
 
 
-def _modal_results(section: Section, quantities: Mapping[str, Quantity], thickness: str,
+def _modal_results(section: QuantityReader, quantities: Mapping[str, Quantity], thickness: str,
                    folder: Path) -> ModalResults:
     """Read what says where a component's modes are: `modes_from`, and what no file can say."""
     source = section.required_section('modes_from')
@@ -216,7 +217,7 @@ def _modal_results(section: Section, quantities: Mapping[str, Quantity], thickne
     return results
 
 
-def _contact(section: Section) -> Contact:
+def _contact(section: QuantityReader) -> Contact:
     contact = Contact(**_numbers(section, CONTACT), stiffness_table=_stiffness_table(section))
     section.finish()
     _in_order(section.where, 'the patch has a width', inner_radius=contact.inner_radius,
@@ -224,7 +225,7 @@ def _contact(section: Section) -> Contact:
     return contact
 
 
-def _stiffness_table(contact: Section) -> StiffnessTable | None:
+def _stiffness_table(contact: QuantityReader) -> StiffnessTable | None:
     table = contact.section('stiffness_table', required=False)
     if table is None:
         return None
@@ -238,18 +239,18 @@ def _stiffness_table(contact: Section) -> StiffnessTable | None:
         raise BrakeDescriptionError(table.where, str(error), 'mend the lists') from None
 
 
-def _caliper(section: Section) -> Caliper:
+def _caliper(section: QuantityReader) -> Caliper:
     numbers = _numbers(section, CALIPER)
     section.finish()
     return Caliper(piston_area=math.pi / 4.0 * numbers['piston_diameter']**2,
                    efficiency=numbers['efficiency'])
 
 
-def _friction_law(section: Section) -> FrictionLaw:
+def _friction_law(section: QuantityReader) -> FrictionLaw:
     return FrictionLaw(**_numbers(section, FRICTION))
 
 
-def _friction_table(root: Section) -> FrictionTable | None:
+def _friction_table(root: QuantityReader) -> FrictionTable | None:
     table = root.section('temperature_table', required=False)
     if table is None:
         return None

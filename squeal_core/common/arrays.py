@@ -37,7 +37,7 @@ def readonly(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
     return array
 
 
-def short_repr(record: Any) -> str:
+def repr_with_shapes(record: Any) -> str:
     """
     Return a dataclass in one line, its arrays by shape and long values cut short.
 

@@ -18,7 +18,7 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.common.errors import quoted, SquealError
+from squeal_core.common.errors import short_repr, SquealError
 
 
 def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf,
@@ -29,7 +29,7 @@ def check_number(name: str, value: Any, *, above: float = -math.inf, least: floa
     except (TypeError, OverflowError):
         finite = False
     if not finite:
-        raise SquealError(f'{name} is {quoted(value)}; give a finite number')
+        raise SquealError(f'{name} is {short_repr(value)}; give a finite number')
     if not (value > above and least <= value <= most):
         raise SquealError(f'{name} is {value:g}; give a number above {max(above, least):g}, '
                           f'at most {most:g}')
@@ -43,7 +43,7 @@ def column(table: str, name: str, values: Any, *, above: float = 0.0,
                         for value in values)
     except TypeError:
         raise SquealError(
-            f'{table}: {name} is {quoted(values)}; give a list of numbers') from None
+            f'{table}: {name} is {short_repr(values)}; give a list of numbers') from None
     for i, value in enumerate(numbers):
         check_number(f'{table}: {name}[{i}]', value, above=above, least=least)
     return numbers
@@ -56,4 +56,4 @@ def check_rising(table: str, names: tuple[str, str], places: tuple[float, ...],
         raise SquealError(f'{table}: {len(places)} {names[0]} and {len(values)} {names[1]}; give '
                           'as many of one as of the other')
     if not places or np.any(np.diff(places) <= 0):
-        raise SquealError(f'{table}: {names[0]} {quoted(list(places))} do not rise; sort them')
+        raise SquealError(f'{table}: {names[0]} {short_repr(list(places))} do not rise; sort them')

@@ -24,7 +24,7 @@ _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 60
 _REPR.maxlevel = 2
 
 
-def quoted(value: Any) -> str:
+def short_repr(value: Any) -> str:
     """Return a value as an error may quote it: short, whatever its size."""
     try:
         return _REPR.repr(value)
@@ -34,7 +34,7 @@ def quoted(value: Any) -> str:
 
 def printable(value: object, most: int = 99) -> str:
     """Return a value in one short line without control characters."""
-    text = value if isinstance(value, str) and len(value) <= most else quoted(value)
+    text = value if isinstance(value, str) and len(value) <= most else short_repr(value)
     return ''.join(letter if letter.isprintable() else
                    letter.encode('unicode_escape').decode('ascii') for letter in text)
 
@@ -65,7 +65,7 @@ class SquealError(ValueError):
         super().__init__(in_one_line(text))
 
 
-class PlacedError(SquealError):
+class LocatedError(SquealError):
     """An error at a place: a key's path or a file."""
 
     def __init__(self, where: object, what: str, remedy: str) -> None:
@@ -73,19 +73,19 @@ class PlacedError(SquealError):
         self.where, self.what, self.remedy = where, what, remedy
 
 
-class BrakeDescriptionError(PlacedError):
+class BrakeDescriptionError(LocatedError):
     """A brake description that cannot be used."""
 
 
-class ConfigurationError(PlacedError):
+class ConfigurationError(LocatedError):
     """A monitor configuration that cannot be used."""
 
 
-class ModelFileError(PlacedError):
+class ModelFileError(LocatedError):
     """A model file that cannot be read or written."""
 
 
-class TableFileError(PlacedError):
+class TableFileError(LocatedError):
     """A file of anchors that cannot be read, written or used with a model."""
 
 

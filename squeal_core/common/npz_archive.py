@@ -34,7 +34,7 @@ import zipfile
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.bounded_reader import ErrorOf, open_bounded
-from squeal_core.common.errors import PlacedError, quoted, SquealError
+from squeal_core.common.errors import LocatedError, short_repr, SquealError
 from squeal_core.common.output import output_file
 
 MAX_HEADER = 16_000_000  # bytes of the header in memory, four a character
@@ -138,7 +138,7 @@ class ArchiveKind:
         What the header states under 'format'.
     schemas : range
         The versions that are read.
-    error : type of PlacedError
+    error : type of LocatedError
     again : str
         Remedy for a damaged file.
     renew : str
@@ -156,7 +156,7 @@ class ArchiveKind:
     contents: str
     format: str  # noqa: A003
     schemas: range
-    error: type[PlacedError]
+    error: type[LocatedError]
     again: str
     renew: str
     missing: Callable[[Path], str]
@@ -178,7 +178,7 @@ def write_archive(path: str | Path, kind: ArchiveKind, header: Header, arrays: M
 
     Raises
     ------
-    PlacedError
+    LocatedError
         Of the kind, for contents that could not be read again.
     OutputError
         Where the file cannot be written.
@@ -212,7 +212,7 @@ def read_archive(path: str | Path, kind: ArchiveKind, wanted: Wanted,
 
     Raises
     ------
-    PlacedError
+    LocatedError
         Of the kind: which file, what is wrong with it, and what to do.
 
     """
@@ -271,7 +271,7 @@ def _header(path: Path, kind: ArchiveKind, reader: NpzReader) -> Header:
                          f'{kind.format!r}', kind.again)
     schema = header.get('schema')
     if type(schema) is not int or schema not in kind.schemas:
-        raise kind.error(path, f'has schema {quoted(schema)}; this version reads up to '
+        raise kind.error(path, f'has schema {short_repr(schema)}; this version reads up to '
                          f'{kind.schemas[-1]}', kind.renew)
     if kind.hashed and not isinstance(header.get('hash'), str):
         raise kind.error(path, 'has no hash', kind.again)
@@ -305,9 +305,9 @@ def _arrays(path: Path, kind: ArchiveKind, reader: NpzReader, header: Header,
     return {name: reader.array(name) for name in layouts}
 
 
-def _wrong_layout(path: Path, kind: ArchiveKind, name: str, layout: ArrayLayout) -> PlacedError:
+def _wrong_layout(path: Path, kind: ArchiveKind, name: str, layout: ArrayLayout) -> LocatedError:
     return kind.error(
-        path, f'{name} is an array {quoted(layout.shape)} of {str(layout.dtype)[:40]} and '
+        path, f'{name} is an array {short_repr(layout.shape)} of {str(layout.dtype)[:40]} and '
         f'{layout.nbytes / 1e6:.1f} MB, which no {kind.noun} has', kind.again)
 
 

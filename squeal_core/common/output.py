@@ -30,7 +30,7 @@ from types import TracebackType
 from typing import Self
 
 from squeal_core.common.bounded_reader import kind_of
-from squeal_core.common.errors import PlacedError
+from squeal_core.common.errors import LocatedError
 from squeal_core.common.partial_files import (
     clear_leftovers,
     Output,
@@ -104,7 +104,7 @@ def make_folder(path: str | Path) -> Path:
             raise OutputError(path, 'is no folder', 'give another name')
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-        if isinstance(error, PlacedError):
+        if isinstance(error, LocatedError):
             raise
         raise _unwritable(path, error) from None
     return folder
@@ -159,7 +159,7 @@ class OutputFiles:
                 write_probe(output.partial / 'probe' if folder else output.partial)
             return output
         except (OSError, ValueError) as error:  # ValueError: a NUL in the path
-            if isinstance(error, PlacedError):
+            if isinstance(error, LocatedError):
                 raise
             raise _unwritable(path, error) from None
 

@@ -31,14 +31,14 @@ try:
 except ImportError:  # Windows; leftovers are then told by the process number alone
     fcntl = None  # type: ignore[assignment]
 
-from squeal_core.common.errors import PlacedError
+from squeal_core.common.errors import LocatedError
 
 PARTIAL = '.squeal-part'  # ends the temporary name of what is being written
 REPLACED = '.squeal-old'  # and of what it replaces, until all outputs of a run are in place
 _PROBE = bytes(65536)  # written ahead of the work: a full disk shows itself
 
 
-class OutputError(PlacedError):
+class OutputError(LocatedError):
     """A file or folder that cannot be written."""
 
 

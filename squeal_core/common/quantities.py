@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 import math
 from typing import Any
 
-from squeal_core.common.errors import BrakeDescriptionError, did_you_mean, quoted
+from squeal_core.common.errors import BrakeDescriptionError, did_you_mean, short_repr
 from squeal_core.common.ranges import Ends, hint, span, SYMBOLS, UNITS, Warn, warn_implausible
 
 
@@ -67,7 +67,7 @@ class Quantity:
 
 
 @dataclass
-class Section:
+class QuantityReader:
     """One mapping of a description, read key by key; `finish` refuses what was not asked for."""
 
     where: str
@@ -79,21 +79,21 @@ class Section:
     def __post_init__(self) -> None:
         if not isinstance(self.content, Mapping):
             raise BrakeDescriptionError(
-                self.where, f'is {quoted(self.content)}', 'write a mapping of keys and values')
+                self.where, f'is {short_repr(self.content)}', 'write a mapping of keys and values')
 
     def path(self, key: str) -> str:
         return f'{self.where}.{key}'
 
-    def section(self, key: str, *, required: bool = True) -> 'Section | None':
+    def section(self, key: str, *, required: bool = True) -> 'QuantityReader | None':
         """Return the mapping under `key`, or None where it is absent and not required."""
         self._used.add(key)
         if key in self.content:
-            return Section(self.path(key), self.content[key], self.sources, self.warn)
+            return QuantityReader(self.path(key), self.content[key], self.sources, self.warn)
         if required:
             raise BrakeDescriptionError(self.path(key), 'is missing', 'add this section')
         return None
 
-    def required_section(self, key: str) -> 'Section':
+    def required_section(self, key: str) -> 'QuantityReader':
         found = self.section(key)
         assert found is not None
         return found
@@ -104,7 +104,7 @@ class Section:
         if value is None:
             raise BrakeDescriptionError(self.path(key), 'is missing', 'add it')
         if not isinstance(value, str):
-            raise BrakeDescriptionError(self.path(key), f'is {quoted(value)}', 'write a text')
+            raise BrakeDescriptionError(self.path(key), f'is {short_repr(value)}', 'write a text')
         return value
 
     def count(self, key: str, *, least: int = 1, most: int = 500) -> int:
@@ -145,7 +145,7 @@ class Section:
         values = self.content.get(key)
         if not isinstance(values, list) or not values:
             raise BrakeDescriptionError(
-                self.path(key), f'is {quoted(values)}', 'write a list of numbers')
+                self.path(key), f'is {short_repr(values)}', 'write a list of numbers')
         return tuple(_finite(self.path(f'{key}[{i}]'), v) for i, v in enumerate(values))
 
     def quantities(self, name: str, quantity: Quantity) -> tuple[float, ...]:
@@ -168,7 +168,8 @@ class Section:
         for key in self.content:
             if key not in self._used:
                 raise BrakeDescriptionError(
-                    self.path(str(key)[:60]), f'unknown key (value {quoted(self.content[key])})',
+                    self.path(str(key)[:60]),
+                    f'unknown key (value {short_repr(self.content[key])})',
                     f'remove it, or use one of: {", ".join(sorted(self._used))}'
                     f'{did_you_mean(key, self._used)}')
 
@@ -191,13 +192,14 @@ class Section:
         for key in self.content:
             if key not in self._used and (key == name or str(key).startswith(f'{name}_')):
                 raise BrakeDescriptionError(
-                    self.path(key), f'has a wrong unit suffix (value {quoted(self.content[key])})',
+                    self.path(key),
+                    f'has a wrong unit suffix (value {short_repr(self.content[key])})',
                     f'use {_either(allowed)}')
 
     def _scalar(self, key: str) -> float:
         value = self.content[key]
         if isinstance(value, Mapping):
-            inner = Section(self.path(key), value)
+            inner = QuantityReader(self.path(key), value)
             inner._used.update(('value', 'source'))
             inner.finish()
             if 'value' not in value:
@@ -213,9 +215,9 @@ def _finite(where: str, value: Any) -> float:
             raise ValueError
         number = float(value)  # YAML 1.1 reads 1e9 as a text: a number to everyone else
     except (ValueError, OverflowError):
-        raise BrakeDescriptionError(where, f'is {quoted(value)}', 'write a number') from None
+        raise BrakeDescriptionError(where, f'is {short_repr(value)}', 'write a number') from None
     if not math.isfinite(number):
-        raise BrakeDescriptionError(where, f'is {quoted(value)}', 'write a finite number')
+        raise BrakeDescriptionError(where, f'is {short_repr(value)}', 'write a finite number')
     return number
 
 

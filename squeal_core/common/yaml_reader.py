@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal_core.common.bounded_reader import ErrorOf, read_bounded
-from squeal_core.common.errors import in_one_line, quoted
+from squeal_core.common.errors import in_one_line, short_repr
 
 MAX_BYTES = 1_000_000
 MAX_NODES = 20_000  # keys, values, lists and mappings: the settings of MAX_BRAKES have half of it
@@ -52,7 +52,7 @@ def read_yaml(path: str | Path, error_of: ErrorOf, *, most_bytes: int = MAX_BYTE
             seen: set[str] = set()
             for key, _ in node.value:
                 if key.value in seen:
-                    raise yaml.YAMLError(f'{quoted(key.value)} twice in the mapping at line '
+                    raise yaml.YAMLError(f'{short_repr(key.value)} twice in the mapping at line '
                                          f'{node.start_mark.line + 1}')
                 seen.add(str(key.value))
             return super().construct_mapping(node, deep)

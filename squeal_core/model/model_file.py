@@ -28,7 +28,7 @@ from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw, FrictionTable
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import did_you_mean, ModelFileError, quoted, SquealError
+from squeal_core.common.errors import did_you_mean, ModelFileError, short_repr, SquealError
 from squeal_core.common.npz_archive import ArchiveKind, Arrays, Header, read_archive, write_archive
 from squeal_core.model.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
 from squeal_core.model.surface_shapes import SurfaceShapes
@@ -125,19 +125,19 @@ def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
     """Refuse arrays that are not of one number of modes, before they are read."""
     size = shapes['angular_frequencies']
     if len(size) != 1 or not 1 <= size[0] <= MAX_MODES:
-        raise SquealError(f'angular_frequencies: shape {quoted(size)}')
+        raise SquealError(f'angular_frequencies: shape {short_repr(size)}')
     for name, shape in shapes.items():
         right = (name in _SURFACE or (name == 'damping_ratios' and shape == size)
                  or shape == (size * 2 if name in (*OPERATORS, *SUPPORTS) else size))
         if not right:
-            raise SquealError(f'{name}: shape {quoted(shape)} with {size[0]} modes')
+            raise SquealError(f'{name}: shape {short_repr(shape)} with {size[0]} modes')
 
 
 def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
     table, names = header['friction_table'], header['names']
     stiffness = header.get('stiffness_table')
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise SquealError(f'names are {quoted(names)}; give a list of texts')
+        raise SquealError(f'names are {short_repr(names)}; give a list of texts')
     return BrakeModel(
         **dict[str, Any]({name: arrays[name] for name in _ARRAYS if name in arrays}),
         **{name: header[name] for name in _SCALARS},

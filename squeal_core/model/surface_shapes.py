@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, short_repr
+from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import ModelError
 from squeal_core.modes.modal_basis import SampledShapes
 
@@ -75,7 +75,7 @@ class SurfaceShapes:
     shapes: FloatArray
     patches: tuple[Patch, ...]
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         for name in ('points', 'shapes'):

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, readonly, short_repr
+from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Quadrature:
     height: FloatArray
     weight: FloatArray
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         for name in ('radius', 'angle', 'height', 'weight'):
@@ -69,7 +69,7 @@ class SampledShapes:
     normal_dtheta: FloatArray
     points: Quadrature
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
 
 class ModalBasis(Protocol):

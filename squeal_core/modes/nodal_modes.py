@@ -17,8 +17,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, readonly, short_repr
-from squeal_core.common.errors import quoted, SquealError
+from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
+from squeal_core.common.errors import short_repr, SquealError
 
 
 class ModesError(SquealError):
@@ -42,7 +42,7 @@ class ElementBlock:
     kind: str
     nodes: FloatArray
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'nodes', readonly(self.nodes, np.int64))
@@ -82,7 +82,7 @@ class NodalModes:
     names: tuple[str, ...] = ()
     source: str = ''
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         for name in ('coordinates', 'angular_frequencies', 'shapes'):
@@ -99,7 +99,7 @@ class NodalModes:
                 'and (N,)')
         if np.any(np.diff(self.angular_frequencies) < 0) or self.angular_frequencies[0] < 0:
             raise ModesError(f'{self.source or "modes"}: frequencies do not rise: '
-                             f'{quoted(self.angular_frequencies.tolist())}; sort the modes')
+                             f'{short_repr(self.angular_frequencies.tolist())}; sort the modes')
         if not self.names:
             object.__setattr__(self, 'names', tuple(f'mode {i + 1}' for i in range(n)))
 

@@ -24,7 +24,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.modes.modal_basis import Quadrature
 
-Rule: TypeAlias = Literal['gauss', 'midpoint', 'nodes']
+QuadratureRule: TypeAlias = Literal['gauss', 'midpoint', 'nodes']
 Derivative: TypeAlias = Literal['spectral', 'local', 'central', 'forward']
 
 PANEL = 4  # Gauss points a panel
@@ -62,7 +62,7 @@ class PlanarGrid:
     radial: int = 12
     around: int = 96
     contact: tuple[int, int] = (36, 72)
-    rule: Rule = 'gauss'
+    rule: QuadratureRule = 'gauss'
     derivative: Derivative = 'spectral'
 
     def __post_init__(self) -> None:

@@ -49,7 +49,7 @@ from squeal_core.modes.planar_grid import (
     PANEL,
     PlanarGrid,
     polar_grid,
-    Rule,
+    QuadratureRule,
     sector_quadrature,
 )
 from squeal_core.modes.rbf_interpolation import local_weights
@@ -65,7 +65,7 @@ __all__ = (
     'local_weights',
     'PlanarGrid',
     'PlanarModes',
-    'Rule',
+    'QuadratureRule',
     'sector_quadrature',
 )
 

@@ -40,14 +40,14 @@ class Alarm:
     def __init__(self, warning: float, hysteresis: float, hold: float) -> None:
         self._up = False
         self._last = 0  # tick at which the risk last kept the alarm up
-        self.retune(warning, hysteresis, hold)
+        self.update_settings(warning, hysteresis, hold)
 
     @classmethod
     def of(cls, settings: MonitorSettings) -> 'Alarm':
         """Return the alarm that these settings ask for."""
         return cls(settings.risk_warning, settings.risk_hysteresis, settings.risk_hold)
 
-    def retune(self, warning: float, hysteresis: float, hold: float) -> None:
+    def update_settings(self, warning: float, hysteresis: float, hold: float) -> None:
         """Take other settings; an alarm that is up stays up by the new ones."""
         self._warning, self._low = warning, warning - hysteresis
         self._hold = round(hold * _SECOND)

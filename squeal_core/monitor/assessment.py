@@ -22,10 +22,10 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.monitor.brake_stability import Sliding
+from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.input_channel import Reading
 from squeal_core.monitor.settings import Signal
-from squeal_core.risk.margin import MarginInputs
+from squeal_core.risk.margin import SlidingConditions
 from squeal_core.stability.eigensolution import Mode
 
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
@@ -65,7 +65,7 @@ class Assessment:
     friction_margin : float
         Critical minus present friction [-], bracketed and confirmed in the full problem; NaN where
         there is none, or none was found yet that holds at this speed and pressure.
-    sliding : Sliding or None
+    sliding : BrakeStability or None
         All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
 
     """
@@ -83,10 +83,10 @@ class Assessment:
     growth_rate: float = math.nan
     worst_frequency_hz: float = math.nan
     friction_margin: float = math.nan
-    sliding: Sliding | None = field(default=None, repr=False, compare=False)
+    sliding: BrakeStability | None = field(default=None, repr=False, compare=False)
 
     @property
-    def known(self) -> bool:
+    def is_valid(self) -> bool:
         """Whether the risk is a number."""
         return self.state in ('steady', 'released')
 
@@ -96,7 +96,7 @@ class Assessment:
         return tuple(m for m in self.modes if m.kind == 'flutter')
 
 
-class Begun(NamedTuple):
+class AssessmentContext(NamedTuple):
     """What an assessment begins with: the brake, the tick, its inputs."""
 
     brake: str
@@ -106,22 +106,23 @@ class Begun(NamedTuple):
     friction_source: str = ''
 
     @property
-    def operation(self) -> MarginInputs:
-        return MarginInputs(rotor_speed=self.inputs['rotor_speed'].value,
-                            pressure=self.inputs['pressure'].value, friction=self.friction)
+    def operation(self) -> SlidingConditions:
+        return SlidingConditions(rotor_speed=self.inputs['rotor_speed'].value,
+                                 pressure=self.inputs['pressure'].value, friction=self.friction)
 
-    def said(self, state: State, reason: str, **known: Any) -> Assessment:
+    def result(self, state: State, reason: str, **known: Any) -> Assessment:
         return Assessment(**self._asdict(), state=state, reason=reason, **known)
 
 
-def concluded(begun: Begun, known: Sliding | np.linalg.LinAlgError) -> Assessment:
+def from_stability(begun: AssessmentContext,
+                   known: BrakeStability | np.linalg.LinAlgError) -> Assessment:
     """Return the assessment of a brake that slides, from what is known of it or why nothing is."""
     if isinstance(known, np.linalg.LinAlgError):
-        return begun.said('invalid', f'no eigensolution ({known})')
+        return begun.result('invalid', f'no eigensolution ({known})')
     if math.isnan(known.risk.probability):
-        return begun.said('invalid', 'no risk: modes are not separable here')
+        return begun.result('invalid', 'no risk: modes are not separable here')
     worst = known.worst
-    return begun.said(
+    return begun.result(
         'steady', _in_words(worst, known.risk.probability), point=known.point,
         modes=known.modes.unstable, risk=known.risk.probability,
         growth_rate=worst.growth_rate if worst else math.nan,

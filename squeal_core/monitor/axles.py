@@ -17,7 +17,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 import re
 
-from squeal_core.common.errors import ConfigurationError, quoted
+from squeal_core.common.errors import ConfigurationError, short_repr
 
 BY_NAME, NONE = 'auto', 'none'
 _SIDES = {'left': 'right', 'links': 'rechts', 'l': 'r', 'lh': 'rh'}
@@ -55,7 +55,8 @@ def axle_partners(brakes: Sequence[str], axles: Sequence[str]) -> dict[str, str]
         for name in (left, right):
             if not plus or name not in brakes or name in partners or left == right:
                 raise ConfigurationError(
-                    'axles', f'has {quoted(axle)}', "give ['auto'], ['none'] or entries such as "
+                    'axles', f'has {short_repr(axle)}',
+                    "give ['auto'], ['none'] or entries such as "
                     f"'{brakes[0]}+{brakes[-1]}', each brake once")
         partners |= {left: right, right: left}
     return partners

@@ -21,10 +21,10 @@ import math
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.monitor.vehicle_stability import band_of, Engines, margin_settings
-from squeal_core.risk.margin import MarginInputs, Margins
+from squeal_core.monitor.vehicle_stability import band_of, margin_settings, VehicleStability
+from squeal_core.risk.margin import Margins, SlidingConditions
 from squeal_core.risk.margin_search import MarginSearch
-from squeal_core.risk.probability import Deviations, Inputs, Risk
+from squeal_core.risk.probability import Inputs, InputUncertainty, Risk
 from squeal_core.stability.eigensolution import ComplexModes, Mode
 from squeal_core.surrogate.steps import Steps
 from squeal_core.surrogate.workers import Work
@@ -36,7 +36,7 @@ _PATIENCE = 3.0  # times what an anchor may take: as the worker is that of all b
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sliding:
+class BrakeStability:
     """
     What was found at one operating point.
 
@@ -62,35 +62,37 @@ class Sliding:
     friction_margin: float
 
 
-class SlidingBrake:
+class BrakeEvaluator:
     """
     One brake's way through operating points; the engines are those of all brakes.
 
     Parameters
     ----------
-    engines : Engines
+    engines : VehicleStability
     settings : MonitorSettings
     brake : str
         Which of the settings' brakes it is; empty: the first.
 
     """
 
-    def __init__(self, engines: Engines, settings: MonitorSettings, brake: str = '') -> None:
+    def __init__(self, engines: VehicleStability, settings: MonitorSettings,
+                 brake: str = '') -> None:
         self._engines = engines
         names = [one.name for one in settings.brakes]
         self._place = names.index(brake) if brake else 0
-        self.retune(settings)
+        self.update_settings(settings)
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; the search for margins begins anew."""
         self._settings = settings
-        self._deviations = Deviations(
+        self._deviations = InputUncertainty(
             friction=settings.friction_deviation, pressure=settings.pressure_deviation,
             rotor_speed=settings.rotor_speed_deviation,
             contact_stiffness=settings.contact_stiffness_deviation)
         self._pace = MarginPace(self._engines, settings, self._place)
 
-    def judge(self, rotor_speed: float, pressure: float, friction: float, time: int) -> Sliding:
+    def evaluate(self, rotor_speed: float, pressure: float, friction: float,
+                 time: int) -> BrakeStability:
         """
         Return what is known at a speed [rad/s], pressure [Pa] and friction at a time [ns].
 
@@ -100,27 +102,27 @@ class SlidingBrake:
             Where there is no eigensolution.
 
         """
-        at = MarginInputs(rotor_speed=rotor_speed, pressure=pressure, friction=friction)
-        return judge_together([(self, at)], time)[0]
+        at = SlidingConditions(rotor_speed=rotor_speed, pressure=pressure, friction=friction)
+        return evaluate_brakes([(self, at)], time)[0]
 
-    def _inputs(self, at: MarginInputs) -> Inputs:
+    def _inputs(self, at: SlidingConditions) -> Inputs:
         model = self._engines.model
         return Inputs(rotor_speed=at.rotor_speed, pressure=at.pressure, friction=at.friction,
                       contact_stiffness=model.contact_stiffness_at(
                           model.contact_pressure(at.pressure)))
 
-    def _concluded(self, at: MarginInputs, point: OperatingPoint, modes: ComplexModes, risk: Risk,
-                   time: int) -> Sliding:
+    def _concluded(self, at: SlidingConditions, point: OperatingPoint, modes: ComplexModes,
+                   risk: Risk, time: int) -> BrakeStability:
         margins, settings = self._pace.advance(at, time), self._settings
-        return Sliding(
+        return BrakeStability(
             point=point, modes=modes, risk=risk, margins=margins,
             worst=modes.worst_in(*band_of(settings)),
             friction_margin=friction_margin(margins, at, time, change=settings.margin_change,
                                             age=settings.margin_age))
 
 
-def judge_together(brakes: Sequence[tuple[SlidingBrake, MarginInputs]], time: int
-                   ) -> list[Sliding]:
+def evaluate_brakes(brakes: Sequence[tuple[BrakeEvaluator, SlidingConditions]], time: int
+                    ) -> list[BrakeStability]:
     """
     Return what is known of brakes of the same engines and settings at a time [ns].
 
@@ -150,14 +152,14 @@ class MarginPace:
 
     Parameters
     ----------
-    engines : Engines
+    engines : VehicleStability
     settings : MonitorSettings
     place : int
         Of the brake among the settings'.
 
     """
 
-    def __init__(self, engines: Engines, settings: MonitorSettings, place: int) -> None:
+    def __init__(self, engines: VehicleStability, settings: MonitorSettings, place: int) -> None:
         self._engines, self._settings, self._place = engines, settings, place
         self._search = MarginSearch(engines.model, self._solve, band_of(settings),
                                     settings=margin_settings(engines.model, settings),
@@ -171,7 +173,7 @@ class MarginPace:
             _PATIENCE * settings.anchor_delay * settings.rate / self._turns))
         self._wait = 0  # turns
 
-    def advance(self, inputs: MarginInputs, time: int) -> Margins:
+    def advance(self, inputs: SlidingConditions, time: int) -> Margins:
         """Go on with the search by what an assessment's share of it is; return what is known."""
         turn = time // self._settings.period % self._turns == self._place
         if turn:
@@ -198,7 +200,7 @@ class MarginPace:
                 self._settings.margin_full_rate * self._turns)
             self._credit, self._wait = 0.0, max(0, math.ceil(turns) - self._patience)
 
-    def _advance(self, inputs: MarginInputs, time: int, solves: int) -> 'Steps[Margins]':
+    def _advance(self, inputs: SlidingConditions, time: int, solves: int) -> 'Steps[Margins]':
         """Do so many solves of the search, or the first slow one."""
         self._slow = 0.0
         for _ in range(solves):
@@ -225,7 +227,7 @@ class MarginPace:
         return found
 
 
-def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
+def friction_margin(margins: Margins, inputs: SlidingConditions, time: int, *,
                     change: float, age: float) -> float:
     """
     Return critical minus present friction; NaN where what is known holds no more.
@@ -234,7 +236,7 @@ def friction_margin(margins: Margins, inputs: MarginInputs, time: int, *,
     ----------
     margins : Margins
         Settings and inputs of the search.
-    inputs : MarginInputs
+    inputs : SlidingConditions
         The present ones.
     time : int
         [ns].

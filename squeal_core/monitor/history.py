@@ -36,7 +36,7 @@ class HistoryError(SquealError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class AssessmentRecord:
     """One assessment of one brake; the fields are the CSV's columns, NaN where not known."""
 
     time_s: float
@@ -56,12 +56,12 @@ class Row:
 
 _TEXTS = ('brake', 'state', 'reason')
 _LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
-_COLUMNS = tuple(Row.__dataclass_fields__)
+_COLUMNS = tuple(AssessmentRecord.__dataclass_fields__)
 
 
-def row_of(assessment: Assessment) -> Row:
+def row_of(assessment: Assessment) -> AssessmentRecord:
     """Return an assessment as a row."""
-    return Row(
+    return AssessmentRecord(
         time_s=assessment.time * 1e-9, brake=assessment.brake, state=assessment.state,
         rotor_speed_rad_s=assessment.inputs['rotor_speed'].value,
         pressure_pa=assessment.inputs['pressure'].value, friction=assessment.friction,
@@ -80,13 +80,13 @@ class CsvWriter:
         self._writer = csv.writer(file, lineterminator='\n')
         self._writer.writerow(_COLUMNS)
 
-    def write(self, row: Row) -> None:
+    def write(self, row: AssessmentRecord) -> None:
         values = dict(row.__dict__)
         values.update((name, ' '.join(map(repr, values[name]))) for name in _LISTS)
         self._writer.writerow(values[name] for name in _COLUMNS)
 
 
-def read_rows(path: str | Path) -> Iterator[Row]:
+def read_rows(path: str | Path) -> Iterator[AssessmentRecord]:
     """
     Yield the rows of a CSV file.
 
@@ -114,14 +114,14 @@ def _file_error(where: object, what: str, remedy: str) -> HistoryError:
     return HistoryError(f'{where}: {what}; {remedy}')
 
 
-def _parse(path: str | Path, line: int, values: dict[str, str]) -> Row:
+def _parse(path: str | Path, line: int, values: dict[str, str]) -> AssessmentRecord:
     try:
         lists = {name: tuple(map(float, values.pop(name).split())) for name in _LISTS}
         parsed = {name: value if name in _TEXTS else float(value)
                   for name, value in values.items()}
     except (TypeError, ValueError, AttributeError) as error:
         raise HistoryError(f'{path}: line {line}: {error}; mend or leave out the line') from None
-    return Row(**parsed, **lists)  # type: ignore[arg-type]
+    return AssessmentRecord(**parsed, **lists)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class SquealEvent:
     growth_rate: float
     frequency_hz: float
 
-    def extended(self, row: Row) -> 'SquealEvent':
+    def extended(self, row: AssessmentRecord) -> 'SquealEvent':
         """Return the event with one more tick."""
         peak = max(self.peak_risk, row.squeal_risk)  # the first stays where the second is NaN
         longer = replace(self, end=row.time_s, peak_risk=peak)
@@ -177,7 +177,7 @@ class EventDetector:
         self._open: dict[str, SquealEvent] = {}
         self._ended: list[SquealEvent] = []
 
-    def update(self, row: Row, time_ns: int) -> None:
+    def update(self, row: AssessmentRecord, time_ns: int) -> None:
         """Take the next row of a brake, of the tick at `time_ns` [ns]."""
         if row.brake not in self._alarms:
             self._alarms[row.brake] = Alarm.of(self._settings)
@@ -198,7 +198,8 @@ class EventDetector:
                       key=lambda event: (event.start, event.brake))
 
 
-def squeal_events(rows: Iterable[Row], settings: MonitorSettings) -> list[SquealEvent]:
+def squeal_events(rows: Iterable[AssessmentRecord],
+                  settings: MonitorSettings) -> list[SquealEvent]:
     """Return the events in the rows of a table, by time of start."""
     detector = EventDetector(settings)
     for row in rows:  # a time in s has a microsecond of precision, ten years after 1970 and later

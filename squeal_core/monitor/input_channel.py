@@ -25,7 +25,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.plausibility import unit_guards
 from squeal_core.monitor.publishers import PublisherGuard
 from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal, UNITS
-from squeal_core.monitor.stuck_signal import StuckGuard
+from squeal_core.monitor.stuck_signal import StuckCheck
 
 Status: TypeAlias = Literal[
     'good', 'never received', 'stale', 'stuck', 'contradicted', 'implausible', 'invalid',
@@ -62,7 +62,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Unreadable:
+class MissingValue:
     """
     What stands for a sample where a message holds no value.
 
@@ -117,7 +117,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Validated:
+class ValidatedRange:
     """A range in which the model was validated; below it some signals are merely at rest."""
 
     low: float = -math.inf
@@ -134,17 +134,18 @@ class Validated:
         return f"outside the model's validated range {self.low:.6g} to {self.high:.6g}"
 
 
-def validated_ranges(model: BrakeModel, settings: MonitorSettings) -> Mapping[str, Validated]:
+def validated_ranges(model: BrakeModel, settings: MonitorSettings) -> Mapping[str, ValidatedRange]:
     """Return the validated range of each input, in its own unit."""
     assert model.caliper is not None
     preload, table = model.caliper.preload(1.0), model.friction_table
     return {
-        'rotor_speed': Validated(settings.validated_rotor_speed_low,
-                                 settings.validated_rotor_speed_high, may_rest=True),
-        'pressure': Validated(settings.validated_preload_low / preload,
-                              settings.validated_preload_high / preload, may_rest=True),
-        'friction': Validated(settings.validated_friction_low, settings.validated_friction_high),
-        'temperature': Validated() if table is None else Validated(
+        'rotor_speed': ValidatedRange(settings.validated_rotor_speed_low,
+                                      settings.validated_rotor_speed_high, may_rest=True),
+        'pressure': ValidatedRange(settings.validated_preload_low / preload,
+                                   settings.validated_preload_high / preload, may_rest=True),
+        'friction': ValidatedRange(settings.validated_friction_low,
+                                   settings.validated_friction_high),
+        'temperature': ValidatedRange() if table is None else ValidatedRange(
             float(table.temperature[0]), float(table.temperature[-1]), margin=_TABLE_MARGIN)}
 
 
@@ -157,7 +158,7 @@ class _Judged(NamedTuple):
     detail: str
 
 
-class Input:
+class InputChannel:
     """
     Keeps the samples of one input that ticks to come may need.
 
@@ -166,21 +167,21 @@ class Input:
     signal : str
     limits : InputSettings
     settings : MonitorSettings
-    validated : Validated
+    validated : ValidatedRange
 
     """
 
     def __init__(self, signal: Signal, limits: InputSettings, settings: MonitorSettings,
-                 validated: Validated) -> None:
+                 validated: ValidatedRange) -> None:
         self.signal = signal
         self.refused: Counter[str] = Counter()
         self._tick: int | None = None
         self._guarded: object = None
-        self.retune(limits, settings, validated)
+        self.update_settings(limits, settings, validated)
         self.forget()
 
-    def retune(self, limits: InputSettings, settings: MonitorSettings,
-               validated: Validated) -> None:
+    def update_settings(self, limits: InputSettings, settings: MonitorSettings,
+                        validated: ValidatedRange) -> None:
         """Take other settings; samples stay, and guards whose settings change begin anew."""
         self._limits, self._settings, self._validated = limits, settings, validated
         self._max_age = round(limits.max_age * 1e9)
@@ -196,7 +197,7 @@ class Input:
         self._guards = unit_guards(self.signal, limits, settings)
         self._publishers = PublisherGuard(self.signal, settings.publisher_tolerance,
                                           limits.max_age)
-        self._stuck = StuckGuard(limits.stuck_after, round(settings.stuck_changes),
+        self._stuck = StuckCheck(limits.stuck_after, round(settings.stuck_changes),
                                  limits.max_age, limits.movement)
 
     def forget(self) -> None:
@@ -243,7 +244,7 @@ class Input:
         if len(self._samples) > _KEPT:
             self._drop_one()
 
-    def miss(self, instead: Unreadable) -> None:
+    def record_missing(self, instead: MissingValue) -> None:
         """Take note of a message that held no sample."""
         if not instead.is_other:
             self.refused['unreadable'] += 1

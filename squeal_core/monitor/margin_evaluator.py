@@ -138,7 +138,7 @@ class MarginEvaluator:
         point = self.model.operating_point(rotor_speed=conditions.rotor_speed,
                                            pressure=conditions.pressure, friction=margin.critical)
         modes = complex_modes(self.model, point, tolerances=self.tolerances)
-        full = least_stable(modes.roots[None], margin.kind, self.settings.band_hz,
+        full = least_stable(modes.mode_eigenvalues[None], margin.kind, self.settings.band_hz,
                             self.tolerances)[0]
         if abs(full.real - margin.growth_rate) <= self.settings.error:
             self.statistics.confirmed += 1

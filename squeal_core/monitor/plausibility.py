@@ -54,7 +54,7 @@ _DOUBT = 60 * _SECOND  # for which a speed that no vehicle has is remembered
 _TO_RPM = 'looks like rpm given as rad/s'
 
 
-class Guard(Protocol):
+class PlausibilityCheck(Protocol):
     """Checks the samples of one input."""
 
     def check(self, stamp: int, value: float) -> str:
@@ -274,9 +274,9 @@ class RpmGuard:
 
 
 def unit_guards(signal: Signal, limits: InputSettings,
-                settings: MonitorSettings) -> tuple[Guard, ...]:
+                settings: MonitorSettings) -> tuple[PlausibilityCheck, ...]:
     """Return what looks after the unit of an input, as the settings want it."""
-    guards: list[Guard] = []
+    guards: list[PlausibilityCheck] = []
     if signal == 'pressure' and settings.bar_suspected_below > 0.0:
         guards.append(BarGuard(settings.bar_suspected_below))
     if signal == 'pressure' and settings.reference_check:

@@ -18,7 +18,13 @@ import json
 import math
 from typing import Any
 
-from squeal_core.monitor.settings import check_names, input_keys, Key, MONITOR_KEYS, SIGNALS
+from squeal_core.monitor.settings import (
+    check_names,
+    input_keys,
+    MONITOR_KEYS,
+    SettingSpec,
+    SIGNALS,
+)
 
 _HEADING = (
     '# Settings of the node squeal_monitor and of `squeal replay`: a ROS parameter file.',
@@ -51,17 +57,17 @@ def settings_document(brakes: tuple[str, ...] = ()) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def _explained(key: Key, indent: str) -> list[str]:
+def _explained(key: SettingSpec, indent: str) -> list[str]:
     notes = [f'{key.meaning}{_unit(key)}{_range(key)};', f'default {_short(key.default)}']
     one = f'{indent}# {" ".join(notes)}'
     return [one] if len(one) <= 99 else [f'{indent}# {note}' for note in notes]
 
 
-def _unit(key: Key) -> str:
+def _unit(key: SettingSpec) -> str:
     return f' [{key.unit}]' if isinstance(key.default, float) else ''
 
 
-def _range(key: Key) -> str:
+def _range(key: SettingSpec) -> str:
     if isinstance(key.default, bool):
         return ', true or false'
     if not isinstance(key.default, float):

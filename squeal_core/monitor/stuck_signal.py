@@ -59,7 +59,7 @@ class SignalStep:
             self.value, self._misses = rest, 0.0
 
 
-class StuckGuard:
+class StuckCheck:
     """
     Tells a value that stays exactly the same while the disc slides under load.
 

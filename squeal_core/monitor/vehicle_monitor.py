@@ -30,22 +30,28 @@ import math
 import numpy as np
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.assessment import Assessment, Begun, concluded, explained, State
-from squeal_core.monitor.brake_stability import judge_together, Sliding, SlidingBrake
+from squeal_core.monitor.assessment import (
+    Assessment,
+    AssessmentContext,
+    explained,
+    from_stability,
+    State,
+)
+from squeal_core.monitor.brake_stability import BrakeEvaluator, BrakeStability, evaluate_brakes
 from squeal_core.monitor.cross_checks import CrossChecks
 from squeal_core.monitor.input_channel import (
-    Input,
+    InputChannel,
+    MissingValue,
     Reading,
     Sample,
     Status,
-    Unreadable,
     validated_ranges,
 )
 from squeal_core.monitor.settings import BrakeSettings, MonitorSettings, Signal
-from squeal_core.monitor.vehicle_stability import Engines
+from squeal_core.monitor.vehicle_stability import VehicleStability
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
-           'Unreadable', 'VehicleMonitor']
+           'MissingValue', 'VehicleMonitor']
 
 # what an input's status makes of the brake's state, the gravest first
 _STATES: dict[Status, State] = {
@@ -58,13 +64,13 @@ class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
     def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel,
-                 engines: Engines | None = None) -> None:
+                 engines: VehicleStability | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._engines = engines or Engines(model, settings)
-        self._sliding = SlidingBrake(self._engines, settings, brake.name)
+        self._engines = engines or VehicleStability(model, settings)
+        self._sliding = BrakeEvaluator(self._engines, settings, brake.name)
         self._adopt(brake, settings)
-        self._inputs = {signal: Input(signal, limits, settings, self._validated[signal])
+        self._inputs = {signal: InputChannel(signal, limits, settings, self._validated[signal])
                         for signal, limits in brake.inputs.items()}
         self._latest: dict[Signal, float] = {}  # by receipt, whatever their stamps
         self._time: int | None = None
@@ -74,12 +80,12 @@ class BrakeMonitor:
         self._settings = settings
         self._validated = validated_ranges(self._model, settings)
 
-    def retune(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
+    def update_settings(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         """Take other settings of the same brake and inputs; samples stay."""
         self._adopt(brake, settings)
-        self._sliding.retune(settings)
+        self._sliding.update_settings(settings)
         for signal, limits in brake.inputs.items():
-            self._inputs[signal].retune(limits, settings, self._validated[signal])
+            self._inputs[signal].update_settings(limits, settings, self._validated[signal])
 
     def reset(self) -> None:
         """Forget all samples."""
@@ -93,10 +99,10 @@ class BrakeMonitor:
         return Counter({f'{signal} {why}': count for signal, one in self._inputs.items()
                         for why, count in one.refused.items()})
 
-    def receive(self, signal: Signal, sample: Sample | Unreadable) -> None:
+    def receive(self, signal: Signal, sample: Sample | MissingValue) -> None:
         """Take a sample of an input this brake has; late ones find their place by stamp."""
-        if isinstance(sample, Unreadable):
-            self._inputs[signal].miss(sample)
+        if isinstance(sample, MissingValue):
+            self._inputs[signal].record_missing(sample)
             return
         self._latest[signal] = sample.value
         sliding = (self._latest.get('pressure', 0.0) >= self._settings.release_pressure
@@ -109,10 +115,11 @@ class BrakeMonitor:
         """Assess the brake at a time [ns], from samples stamped up to it."""
         return assess_together([self], time, [self.read(time)])[0]
 
-    def _begin(self, time: int, inputs: Mapping[Signal, Reading]) -> Assessment | Begun:
+    def _begin(self, time: int,
+               inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
         """Return the assessment at a time [ns], or what it begins with where the brake slides."""
         friction, source, coefficient = self._friction(inputs)
-        begun = Begun(self.brake.name, time, inputs)
+        begun = AssessmentContext(self.brake.name, time, inputs)
         if all(reading.status == 'good' for reading in friction.values()):
             begun = begun._replace(friction=coefficient, friction_source=source)
         needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure']}
@@ -121,7 +128,7 @@ class BrakeMonitor:
         bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
         if bad:
             ways = {_STATES[reading.status] for reading in bad.values()}
-            return begun._replace(friction=math.nan, friction_source='').said(
+            return begun._replace(friction=math.nan, friction_source='').result(
                 next(s for s in _STATES.values() if s in ways),
                 '; '.join(r.described(name) for name, r in bad.items()))
         return self._without_sliding(begun) or begun
@@ -169,19 +176,19 @@ class BrakeMonitor:
         validated = self._validated['rotor_speed']
         return max(self._settings.minimum_rotor_speed, validated.low) <= speed <= validated.high
 
-    def _without_sliding(self, begun: Begun) -> Assessment | None:
+    def _without_sliding(self, begun: AssessmentContext) -> Assessment | None:
         """Assess from inputs that are all good a brake that is released or at rest."""
         speed, pressure = begun.inputs['rotor_speed'], begun.inputs['pressure']
         if pressure.value < self._settings.release_pressure:
-            return begun.said('released', risk=0.0, reason=(
+            return begun.result('released', risk=0.0, reason=(
                 f'pressure {pressure.value / 1e5:.2f} bar: brake released'))
         if abs(speed.value) < self._settings.minimum_rotor_speed:
-            return begun.said(
+            return begun.result(
                 'not sliding', f'rotor speed {speed.value:.2f} rad/s: not sliding')
         for name, reading in (('rotor_speed', speed), ('pressure', pressure)):
             if abs(reading.value) < self._validated[name].low:
                 low = replace(reading, detail=str(self._validated[name]))
-                return begun.said('outside validated range', low.described(name))
+                return begun.result('outside validated range', low.described(name))
         return None
 
 
@@ -190,16 +197,16 @@ def assess_together(monitors: Sequence[BrakeMonitor], time: int,
     """Assess brakes of the same engines from readings of a time [ns]: those that slide in one."""
     every = [monitor._begin(time, inputs)
              for monitor, inputs in zip(monitors, readings, strict=True)]
-    if not any(isinstance(one, Begun) for one in every):
+    if not any(isinstance(one, AssessmentContext) for one in every):
         _await_application(monitors, every)
     known = iter(_judged([(monitor._sliding, begun) for monitor, begun in zip(
-        monitors, every, strict=True) if isinstance(begun, Begun)], time))
-    return tuple(explained(concluded(one, next(known))) if isinstance(one, Begun) else one
-                 for one in every)
+        monitors, every, strict=True) if isinstance(begun, AssessmentContext)], time))
+    return tuple(explained(from_stability(one, next(known))) if isinstance(one, AssessmentContext)
+                 else one for one in every)
 
 
 def _await_application(monitors: Sequence[BrakeMonitor],
-                       every: Sequence[Assessment | Begun]) -> None:
+                       every: Sequence[Assessment | AssessmentContext]) -> None:
     """Have made ready what brakes that are released while they turn will ask for."""
     waiting = [(abs(one.inputs['rotor_speed'].value), one.friction)
                for monitor, one in zip(monitors, every, strict=True)
@@ -209,13 +216,13 @@ def _await_application(monitors: Sequence[BrakeMonitor],
         monitors[0]._engines.onset.look(waiting, monitors[0]._settings.release_pressure)
 
 
-def _judged(brakes: Sequence[tuple[SlidingBrake, Begun]], time: int
-            ) -> list[Sliding | np.linalg.LinAlgError]:
+def _judged(brakes: Sequence[tuple[BrakeEvaluator, AssessmentContext]], time: int
+            ) -> list[BrakeStability | np.linalg.LinAlgError]:
     """Return what is known of brakes that slide, or why it is not."""
     if not brakes:
         return []
     try:
-        return [*judge_together([(brake, begun.operation) for brake, begun in brakes], time)]
+        return [*evaluate_brakes([(brake, begun.operation) for brake, begun in brakes], time)]
     except np.linalg.LinAlgError as error:
         if len(brakes) == 1:
             return [error]
@@ -238,7 +245,7 @@ class VehicleMonitor:
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
         self.settings = settings
-        self.engines = Engines(model, settings)
+        self.engines = VehicleStability(model, settings)
         self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.engines)
                        for brake in settings.brakes}
         self.cross_checks = CrossChecks(settings)
@@ -247,15 +254,15 @@ class VehicleMonitor:
         """End the engines' workers."""
         self.engines.close()
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
         self.settings = settings
-        self.engines.retune(settings)
+        self.engines.update_settings(settings)
         self.cross_checks.update_settings(settings)
         for brake in settings.brakes:
-            self.brakes[brake.name].retune(brake, settings)
+            self.brakes[brake.name].update_settings(brake, settings)
 
-    def receive(self, brake: str, signal: Signal, sample: Sample | Unreadable) -> None:
+    def receive(self, brake: str, signal: Signal, sample: Sample | MissingValue) -> None:
         self.brakes[brake].receive(signal, sample)
         if isinstance(sample, Sample):
             self.cross_checks.receive(brake, signal, sample)

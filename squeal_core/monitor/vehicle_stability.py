@@ -28,7 +28,7 @@ from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tol
 from squeal_core.surrogate.onset import Onset
 from squeal_core.surrogate.steps import Steps
 from squeal_core.surrogate.table_file import read_table
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from squeal_core.surrogate.workers import Work, Worker
 
 _Result = TypeVar('_Result')
@@ -39,7 +39,7 @@ _CLOSE = 0.5  # 1/s around the verdict: modes in it confirm a margin, as the ful
 _ROUGH = 10.0  # a margin needs verdicts, which are confirmed: its table may err by more
 
 
-class Engines:
+class VehicleStability:
     """
     The tables of one model; delays are counted in the solves of all brakes.
 
@@ -59,14 +59,14 @@ class Engines:
         self.model = model
         anchors = read_table(settings.table, model) if settings.table else ()
         self.tolerances = Tolerances.of(model, growth=settings.growth_threshold)
-        self.modes = Tabulation(model, tolerances=self.tolerances, anchors=anchors)
+        self.modes = TabulatedSolver(model, tolerances=self.tolerances, anchors=anchors)
         self.onset = Onset(self.modes)
-        self.margins = Tabulation(model, tolerances=self.tolerances, anchors=anchors)
+        self.margins = TabulatedSolver(model, tolerances=self.tolerances, anchors=anchors)
         self.risks = self._risk_table(settings)
         self._worker = Worker('margins')
-        self.retune(settings)
+        self.update_settings(settings)
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; tables stay, but cells of another squeal band."""
         if self.risks.band_hz != band_of(settings):
             self.risks.close()
@@ -129,8 +129,8 @@ def _solves(settings: MonitorSettings, seconds: float) -> int:
     return math.ceil(seconds * settings.rate) * len(settings.brakes)
 
 
-def _table_settings(settings: MonitorSettings) -> TableSettings:
-    return TableSettings(
+def _table_settings(settings: MonitorSettings) -> SolverSettings:
+    return SolverSettings(
         tolerance=settings.engine_tolerance, memory=1e6 * settings.table_memory,
         delay=_solves(settings, settings.anchor_delay),
         audit_every=round(settings.audit_interval))

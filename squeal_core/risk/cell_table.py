@@ -21,7 +21,7 @@ import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from squeal_core.risk.quadrature import Rule, rule_for
+from squeal_core.risk.quadrature import rule_for, TensorQuadrature
 from squeal_core.risk.risk_cell import box_around, Cell, Family, Spread
 from squeal_core.risk.risk_cell_making import cell_steps
 from squeal_core.surrogate.steps import completed, Steps
@@ -107,7 +107,7 @@ class CellTable:
         self.settings = settings
         self.statistics = RiskStatistics()
         self._family, self._band, self._level = family, band, level
-        self._rule: Rule = rule_for(0.0, _DEGREE)
+        self._rule: TensorQuadrature = rule_for(0.0, _DEGREE)
         self._entries: list[_Entry] = []
         self._index()
         self._request: _Request | None = None

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.common.arrays import ComplexArray, FloatArray, readonly
-from squeal_core.risk.quadrature import Rule
+from squeal_core.risk.quadrature import TensorQuadrature
 from squeal_core.risk.risk_cell import Cell, Family, inside, Spread
 
 _ASIDE = 4  # columns with speed and pressure moved, behind those of the grid
@@ -109,7 +109,8 @@ def estimate(cell: Cell, family: Family, spread: Spread, inputs: ArrayLike,
                     _edges(cell, growth[..., -_ASIDE:], spread), cell.others_of_parts - level)
 
 
-def _coefficients(rule: Rule, family: Family, spread: Spread, inputs: FloatArray) -> FloatArray:
+def _coefficients(rule: TensorQuadrature, family: Family, spread: Spread,
+                  inputs: FloatArray) -> FloatArray:
     """Return coefficients (6, P, places): contact stiffness by friction, then moved aside."""
     speed, pressure, friction = inputs.T[..., None]
     faster, harder, slipperier, stiffer = _moves(rule, spread)
@@ -118,7 +119,7 @@ def _coefficients(rule: Rule, family: Family, spread: Spread, inputs: FloatArray
 
 
 @lru_cache(maxsize=32)
-def _moves(rule: Rule, spread: Spread) -> FloatArray:
+def _moves(rule: TensorQuadrature, spread: Spread) -> FloatArray:
     """Return factors of speed, pressure and stiffness, and steps of friction (4, places)."""
     grid = rule.friction_moves.size
     found = np.ones((4, grid + _ASIDE))

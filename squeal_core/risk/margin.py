@@ -76,22 +76,22 @@ class MarginSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MarginInputs:
+class SlidingConditions:
     """Speed [rad/s] (its sign does not matter), brake pressure [Pa] and friction [-]."""
 
     rotor_speed: float
     pressure: float
     friction: float
 
-    def moved(self, parameter: Parameter, value: float) -> 'MarginInputs':
+    def moved(self, parameter: Parameter, value: float) -> 'SlidingConditions':
         return replace(self, **{parameter: value})
 
-    def rests(self, other: 'MarginInputs', settings: MarginSettings) -> bool:
+    def rests(self, other: 'SlidingConditions', settings: MarginSettings) -> bool:
         """Tell whether the changes from others are none."""
         return (abs(self.friction - other.friction) <= settings.friction_rest
                 and self.near(other, settings.relative_rest))
 
-    def near(self, other: 'MarginInputs', part: float) -> bool:
+    def near(self, other: 'SlidingConditions', part: float) -> bool:
         """Tell whether speed, either way round, and pressure are within a part of others'."""
         return all(abs(abs(here) - abs(there)) <= part * abs(there) for here, there in (
             (self.rotor_speed, other.rotor_speed), (self.pressure, other.pressure)))
@@ -109,7 +109,7 @@ class Margin:
         does not oscillate.
     time : int
         When the search began [ns].
-    inputs : MarginInputs
+    inputs : SlidingConditions
         For which it holds.
     grows : bool
         Whether it grows at these inputs; then the critical value is where it ends.
@@ -134,7 +134,7 @@ class Margin:
     parameter: Parameter
     kind: Kind
     time: int
-    inputs: MarginInputs
+    inputs: SlidingConditions
     grows: bool
     critical: float = math.nan
     bracket: tuple[float, float]

@@ -33,7 +33,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.margin import Kind, Margin, MarginInputs, Margins, MarginSettings, Parameter
+from squeal_core.risk.margin import (
+    Kind,
+    Margin,
+    Margins,
+    MarginSettings,
+    Parameter,
+    SlidingConditions,
+)
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Mode, Tolerances
 from squeal_core.surrogate.steps import Call, completed, in_a_step, Steps
 
@@ -56,7 +63,7 @@ class _Line:
     """What was solved along one parameter through given inputs."""
 
     parameter: Parameter
-    inputs: MarginInputs
+    inputs: SlidingConditions
     time: int
     solves: int = 0
     known: dict[tuple[float, bool], ComplexModes] = field(default_factory=dict)
@@ -71,7 +78,7 @@ class MarginSearch:
     model : BrakeModel
         With a caliper.
     solve : callable
-        Complex modes at a point, in steps, as `Tabulation.solving` of a table of its own.
+        Complex modes at a point, in steps, as `TabulatedSolver.solving` of a table of its own.
     band_hz : (2,) floats
         The squeal band.
     settings : MarginSettings, optional
@@ -93,7 +100,7 @@ class MarginSearch:
         self._limits = tolerances or Tolerances.of(model)
         self._confirm = confirm or in_a_step(self._in_full)
         self._work: _Round | None = None
-        self._inputs: MarginInputs | None = None
+        self._inputs: SlidingConditions | None = None
         self._line: _Line | None = None
         self._time = 0
 
@@ -101,13 +108,13 @@ class MarginSearch:
         """Forget what was found and what is being looked for."""
         self._work, self.margins = None, Margins()
 
-    def advance(self, inputs: MarginInputs, time: int) -> Margins:
+    def advance(self, inputs: SlidingConditions, time: int) -> Margins:
         """
         Do one solve of the search that is on, or of the next one, from these inputs.
 
         Parameters
         ----------
-        inputs : MarginInputs
+        inputs : SlidingConditions
             Where the brake operates.
         time : int
             [ns].
@@ -125,7 +132,7 @@ class MarginSearch:
         """
         return completed(self.advancing(inputs, time))
 
-    def advancing(self, inputs: MarginInputs, time: int) -> 'Steps[Margins]':
+    def advancing(self, inputs: SlidingConditions, time: int) -> 'Steps[Margins]':
         """Return the same as `advance`, in steps; if they are left off a search begins anew."""
         self._inputs = replace(inputs, rotor_speed=abs(inputs.rotor_speed))
         self._time = time

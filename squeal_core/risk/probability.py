@@ -31,7 +31,7 @@ from squeal_core.common.arrays import ComplexArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Mode
 from squeal_core.stability.sensitivity import growth_change, root_sensitivity
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 _TANGENT = 0.02  # of a deviation, over which a difference stands for the tangent
 
@@ -51,7 +51,7 @@ class Inputs:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Deviations:
+class InputUncertainty:
     """
     Standard deviations: of friction absolute [-], of the others relative to their value.
 
@@ -153,7 +153,7 @@ class RiskEstimate:
 
 
 def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPoint], at: Inputs,
-                     modes: Sequence[Mode], deviations: Deviations, *,
+                     modes: Sequence[Mode], deviations: InputUncertainty, *,
                      level: float = 0.0) -> RiskEstimate:
     """
     Return the probability that one of the given modes grows, from the tangent at one point.
@@ -171,7 +171,7 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
         Expected inputs.
     modes : sequence of Mode
         Candidates, at the operating point of `at`; the greatest of their probabilities is taken.
-    deviations : Deviations
+    deviations : InputUncertainty
         Standard deviations of the inputs.
     level : float
         Growth rate that counts as unstable [1/s].
@@ -204,16 +204,16 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
                         tuple(each))
 
 
-def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint],
+def risks_by_series(series: SpectralExpansion, point_of: Callable[[Inputs], OperatingPoint],
                     brakes: Sequence[tuple[Inputs, Sequence[Mode]]],
-                    deviations: Deviations, *, level: float = 0.0
+                    deviations: InputUncertainty, *, level: float = 0.0
                     ) -> list[tuple[float, ...]]:
     """
     Return the first-order probability of each mode, its tangent by differences of a series.
 
     Parameters
     ----------
-    series : Anchor
+    series : SpectralExpansion
         That has the roots around the operating points.
     point_of, deviations, level
         As of `first_order_risk`.
@@ -224,7 +224,7 @@ def risks_by_series(series: Anchor, point_of: Callable[[Inputs], OperatingPoint]
     coefficients = [[point_of(inputs).coefficients() for inputs in (
         at, *(at.moved(name, _TANGENT * step) for name, step in deviations.steps(at).items()))]
         for at, _ in brakes]
-    roots = series.roots_alone(np.array(coefficients))
+    roots = series.eigenvalues_alone(np.array(coefficients))
     return [_by_differences(there, modes, level)
             for there, (_, modes) in zip(roots, brakes, strict=True)]
 

@@ -42,7 +42,7 @@ _SURE = 5.0  # standard deviations beyond which 3e-7 are left
 
 
 @dataclass(frozen=True)
-class Rule:
+class TensorQuadrature:
     """
     Points along friction and along contact stiffness, and the probability of each.
 
@@ -158,7 +158,7 @@ class Rule:
         return np.asarray(_normal(growth / widths) @ self.stiffness_masses.ravel() @ masses)
 
 
-def rule_for(stiffness_deviation: float, degree: int) -> Rule:
+def rule_for(stiffness_deviation: float, degree: int) -> TensorQuadrature:
     """
     Return the rule for a standard deviation of ln k_c and a degree of the series.
 
@@ -170,9 +170,9 @@ def rule_for(stiffness_deviation: float, degree: int) -> Rule:
     spacing = min(0.04, max(0.4 * stiffness_deviation, 0.004))
     known = stiffness_deviation == 0.0
     half = 0 if known else int(np.ceil(2.7 * stiffness_deviation / spacing - 0.5))
-    return Rule(nodes=2 * half + 1, spacing=spacing, parts=1 if known else 3,
-                stiffness_deviation=stiffness_deviation, friction_nodes=degree + 1,
-                friction_points=65 if known else 17)
+    return TensorQuadrature(nodes=2 * half + 1, spacing=spacing, parts=1 if known else 3,
+                            stiffness_deviation=stiffness_deviation, friction_nodes=degree + 1,
+                            friction_points=65 if known else 17)
 
 
 def _centred(count: int) -> FloatArray:

@@ -30,7 +30,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.quadrature import Rule
+from squeal_core.risk.quadrature import TensorQuadrature
 from squeal_core.surrogate.monomials import Monomials
 
 STIFFNESS = [3, 4]  # of the six coefficients: those in proportion to the contact stiffness
@@ -151,10 +151,10 @@ class Cell:
         Where it holds.
     spread : Spread
         For which it holds.
-    rule : Rule
+    rule : TensorQuadrature
         By which growth is summed.
     rows, centre, scales, monomials
-        As of `Anchor`, at the nominal contact stiffness.
+        As of `SpectralExpansion`, at the nominal contact stiffness.
     blocks : tuple of Blocks
         Those that may change sign.
     others : (nodes,) array
@@ -177,7 +177,7 @@ class Cell:
     inputs: FloatArray
     box: Box
     spread: Spread
-    rule: Rule
+    rule: TensorQuadrature
     rows: IndexArray
     centre: FloatArray
     scales: FloatArray

@@ -25,7 +25,7 @@ from scipy.optimize import linear_sum_assignment
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.quadrature import Rule
+from squeal_core.risk.quadrature import TensorQuadrature
 from squeal_core.risk.risk_cell import (
     Blocks,
     Box,
@@ -37,8 +37,8 @@ from squeal_core.risk.risk_cell import (
     STIFFNESS,
 )
 from squeal_core.stability.eigensolution import eigenvalues
-from squeal_core.surrogate.expansion_builder import anchor_steps
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import expansion_steps
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.steps import Steps
 
 _PARTS = (1.0, 0.6, 0.35, 0.2)  # of the greatest box, tried until the series hold
@@ -56,7 +56,7 @@ _LARGEST = 4  # modes in a block; beyond it the coupling that counts is larger
 _FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are larger
 
 
-def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
+def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: TensorQuadrature,
                band: tuple[float, float], level: float = 0.0) -> 'Steps[Cell]':
     """
     Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
@@ -71,7 +71,7 @@ def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Ru
         Speed and pressure above zero.
     spread : Spread
         Standard deviations of the inputs.
-    rule : Rule
+    rule : TensorQuadrature
         Quadrature.
     band : (2,) floats
         Of the angular frequencies that count [rad/s].
@@ -101,9 +101,9 @@ def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Ru
     return replace(cell, level=level)
 
 
-def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: Rule,
-              anchors: Sequence[Anchor], seen: Sequence['_Seen'], labels: Sequence[IndexArray],
-              errors: FloatArray) -> Cell:
+def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: TensorQuadrature,
+              anchors: Sequence[SpectralExpansion], seen: Sequence['_Seen'],
+              labels: Sequence[IndexArray], errors: FloatArray) -> Cell:
     middle = anchors[rule.nodes // 2]
     return Cell(
         inputs=readonly(inputs), box=box, spread=spread, rule=rule, rows=middle.rows,
@@ -114,8 +114,8 @@ def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: Rule,
         errors=readonly(errors))
 
 
-def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule,
-             masses: FloatArray) -> 'Steps[list[Anchor]]':
+def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: TensorQuadrature,
+             masses: FloatArray) -> 'Steps[list[SpectralExpansion]]':
     """Return an anchor at each of the rule's contact stiffnesses, none with a large block."""
     speed, pressure, friction = inputs
     wide = _WIDE * spread.friction
@@ -125,7 +125,7 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule
         point = family.point(speed, pressure, friction, factor)
         coupling = min(least * max(1.0, _PROBABLE / mass), _LOOSE)
         while True:
-            anchor = yield from anchor_steps(
+            anchor = yield from expansion_steps(
                 family.model, point, degree=rule.friction_nodes - 1, coupling=coupling,
                 stiffness_step=0.5 * rule.spacing)
             if coupling >= _LOOSE or int(anchor.sizes.max(initial=0)) <= _LARGEST:
@@ -135,8 +135,9 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Rule
     return found
 
 
-def _measured(anchors: Sequence[Anchor], family: Family, box: Box, rule: Rule,
-              band: tuple[float, float], level: float) -> 'Steps[FloatArray]':
+def _measured(anchors: Sequence[SpectralExpansion], family: Family, box: Box,
+              rule: TensorQuadrature, band: tuple[float, float],
+              level: float) -> 'Steps[FloatArray]':
     """Return the error of growth rates near the level (nodes,), each at a corner of the box."""
     found, corners = [], box.corners
     for node, anchor in enumerate(anchors):
@@ -147,10 +148,10 @@ def _measured(anchors: Sequence[Anchor], family: Family, box: Box, rule: Rule,
     return np.array(found)
 
 
-def _error(anchor: Anchor, model: BrakeModel, point: OperatingPoint,
+def _error(anchor: SpectralExpansion, model: BrakeModel, point: OperatingPoint,
            band: tuple[float, float], level: float) -> float:
     truth = eigenvalues(model, point)
-    roots = anchor.roots(np.array(point.coefficients())[:, None])[0][:, 0]
+    roots = anchor.eigenvalues(np.array(point.coefficients())[:, None])[0][:, 0]
     return max(_farthest(truth, roots, band, level), _farthest(roots, truth, band, level))
 
 
@@ -162,7 +163,7 @@ def _farthest(some: ComplexArray, others: ComplexArray, band: tuple[float, float
     return float(np.abs(near[:, None] - others).min(axis=1).max(initial=0.0))
 
 
-def _samples(family: Family, box: Box, rule: Rule) -> FloatArray:
+def _samples(family: Family, box: Box, rule: TensorQuadrature) -> FloatArray:
     """Return coefficients (6, P) at the corners of the box and at both ends of a node's part."""
     found = []
     for corner, end in product(box.corners, (-0.5, 0.5)):
@@ -182,11 +183,11 @@ class _Seen:
     at_edge: bool
 
 
-def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float, float],
+def _seen(anchor: SpectralExpansion, factor: float, samples: FloatArray, band: tuple[float, float],
           level: float) -> _Seen:
     there = samples.copy()
     there[STIFFNESS] *= factor
-    roots, errors = anchor.roots(there)
+    roots, errors = anchor.eigenvalues(there)
     off = _MARGIN + np.minimum(errors, _MARGIN + _CERTAIN * np.abs(roots.real - level))
     sure = (roots.imag - off > band[0]) & (roots.imag + off < band[1])
     outside = (roots.imag + off < band[0]) | (roots.imag - off > band[1])
@@ -201,7 +202,8 @@ def _seen(anchor: Anchor, factor: float, samples: FloatArray, band: tuple[float,
     return _Seen(matters, growth, others, bool((open_ & ~sure.all(axis=1)).any()))
 
 
-def _labels(anchors: Sequence[Anchor], rule: Rule) -> 'Steps[list[IndexArray]]':
+def _labels(anchors: Sequence[SpectralExpansion],
+            rule: TensorQuadrature) -> 'Steps[list[IndexArray]]':
     """
     Return which mode each root of each anchor is: its place among those of the middle one.
 
@@ -217,27 +219,28 @@ def _labels(anchors: Sequence[Anchor], rule: Rule) -> 'Steps[list[IndexArray]]':
     return [readonly(found[node], np.intp) for node in range(len(anchors))]
 
 
-def _continued(labels: IndexArray, known: Anchor, anchor: Anchor, factor: float) -> IndexArray:
+def _continued(labels: IndexArray, known: SpectralExpansion, anchor: SpectralExpansion,
+               factor: float) -> IndexArray:
     """Return the labels of an anchor's roots by those of one beside it that is known."""
     between = np.array(anchor.point.coefficients())[:, None]
     between[STIFFNESS] *= factor
     old, new = linear_sum_assignment(
-        np.abs(known.roots(between)[0] - anchor.roots(between)[0].T))
+        np.abs(known.eigenvalues(between)[0] - anchor.eigenvalues(between)[0].T))
     found = np.full(int(anchor.sizes.sum()), -1)
     found[new] = labels[old]
     return found
 
 
-def _roots(anchor: Anchor) -> ComplexArray:
-    return anchor.roots(np.array(anchor.point.coefficients())[:, None])[0][:, 0]
+def _roots(anchor: SpectralExpansion) -> ComplexArray:
+    return anchor.eigenvalues(np.array(anchor.point.coefficients())[:, None])[0][:, 0]
 
 
-def _slopes(anchor: Anchor) -> ComplexArray:
+def _slopes(anchor: SpectralExpansion) -> ComplexArray:
     """Return the change of the roots with z (n, v), by central differences."""
     steps = _SMALL * np.concatenate([np.eye(anchor.rows.size), -np.eye(anchor.rows.size)], axis=1)
     there = np.repeat(np.array(anchor.point.coefficients())[:, None], steps.shape[1], axis=1)
     there[anchor.rows] += anchor.scales[:, None] * steps
-    plus, minus = np.split(anchor.roots(there)[0], 2, axis=1)
+    plus, minus = np.split(anchor.eigenvalues(there)[0], 2, axis=1)
     return np.asarray((plus - minus) / (2.0 * _SMALL))
 
 
@@ -250,7 +253,7 @@ def _growth(seen: Sequence[_Seen], labels: Sequence[IndexArray]) -> FloatArray:
     return found
 
 
-def _blocks(anchors: Sequence[Anchor], seen: Sequence[_Seen],
+def _blocks(anchors: Sequence[SpectralExpansion], seen: Sequence[_Seen],
             labels: Sequence[IndexArray]) -> tuple[Blocks, ...]:
     """Collect the blocks that matter, by their size."""
     parts: dict[int, list[tuple[int, IndexArray, ComplexArray]]] = {}

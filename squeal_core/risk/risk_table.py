@@ -32,9 +32,9 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.cell_table import CellTable, RiskSettings, RiskStatistics, Triple, Wanted
 from squeal_core.risk.integration import Estimate, estimate
 from squeal_core.risk.probability import (
-    Deviations,
     first_order_risk,
     Inputs,
+    InputUncertainty,
     ModeRisk,
     Risk,
     risks_by_series,
@@ -61,7 +61,7 @@ class _Place:
     def inputs(self) -> Triple:
         return abs(self.at.rotor_speed), self.at.pressure, self.at.friction
 
-    def wanted(self, deviations: Deviations) -> Wanted:
+    def wanted(self, deviations: InputUncertainty) -> Wanted:
         return Wanted(self.inputs, Spread(min(deviations.friction, 0.5 * self.at.friction),
                                           deviations.pressure, deviations.rotor_speed))
 
@@ -128,7 +128,7 @@ class RiskTable:
         """End the worker; the table can be used on, and starts another."""
         self._table.close()
 
-    def assess(self, at: Inputs, modes: ComplexModes, deviations: Deviations) -> Risk:
+    def assess(self, at: Inputs, modes: ComplexModes, deviations: InputUncertainty) -> Risk:
         """
         Return the probability of squeal.
 
@@ -138,14 +138,14 @@ class RiskTable:
             Expected inputs; the contact stiffness has to be the model's at this pressure.
         modes : ComplexModes
             At the operating point of `at`.
-        deviations : Deviations
+        deviations : InputUncertainty
             Standard deviations of the inputs.
 
         """
         return self.assess_together([(at, modes)], deviations)[0]
 
     def assess_together(self, brakes: Sequence[tuple[Inputs, ComplexModes]],
-                        deviations: Deviations) -> list[Risk]:
+                        deviations: InputUncertainty) -> list[Risk]:
         """Return the probability of squeal of several brakes: those of one cell cost less."""
         if deviations.none:
             return [self._certain(modes) for _, modes in brakes]
@@ -192,7 +192,7 @@ class RiskTable:
             ModeRisk(m.index, m.frequency_hz, m.growth_rate, 1.0) for m in growing))
 
     def _first_order(self, places: Sequence[_Place],
-                     deviations: Deviations) -> Iterator[tuple[int, Risk]]:
+                     deviations: InputUncertainty) -> Iterator[tuple[int, Risk]]:
         """Yield the risks at places that have no cell, the modes of all from one series."""
         self.statistics.first_order += len(places)
         brakes = [(place.at, place.modes.least_stable(*self.band_hz, _CANDIDATES))
@@ -226,7 +226,7 @@ def _named(each: FloatArray, roots: ComplexArray, modes: ComplexModes) -> tuple[
     """Return what may grow: of each of the roots, given roughly, the nearest mode's index."""
     shown = np.flatnonzero(each >= _SHOWN)
     shown = shown[np.argsort(-each[shown], kind='stable')]
-    places = np.abs(modes.roots - roots[shown, None]).argmin(axis=1)
-    here = modes.roots[places]
+    places = np.abs(modes.mode_eigenvalues - roots[shown, None]).argmin(axis=1)
+    here = modes.mode_eigenvalues[places]
     return tuple(map(ModeRisk, (places + 1).tolist(), (here.imag / (2.0 * np.pi)).tolist(),
                      here.real.tolist(), each[shown].tolist()))

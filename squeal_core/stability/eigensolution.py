@@ -26,7 +26,7 @@ from squeal_core.common.arrays import (
     FloatArray,
     IndexArray,
     readonly,
-    short_repr,
+    repr_with_shapes,
 )
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.lapack import eigvals
@@ -129,11 +129,11 @@ class ComplexModes:
 
     Parameters
     ----------
-    quiet : array
+    nonoscillatory : array
         Roots that do not oscillate [1/s], least stable first.
-    upper : array
+    oscillatory : array
         Those with Im > 0, by frequency; their conjugates are roots too.
-    roots : (N,) array
+    mode_eigenvalues : (N,) array
         One root of each mode, in order of index: the one with Im >= 0. Of two roots that do not
         oscillate the less stable one speaks for the mode.
     errors : (N,) array
@@ -142,7 +142,7 @@ class ComplexModes:
     source : str
         'full' for an eigensolution, 'table' for the series of `spectral_expansion`; 'refined' for
         these with the roots next to the verdict solved for in the full problem.
-    series : squeal_core.surrogate.spectral_expansion.Anchor or None
+    series : squeal_core.surrogate.spectral_expansion.SpectralExpansion or None
         That series; of a full solve one that has these roots too, though not as closely.
     mode_numbers : (n,) index array, optional
         Mode number of each root where only some of the modes are listed; None: 1 to N.
@@ -151,9 +151,9 @@ class ComplexModes:
 
     """
 
-    quiet: ComplexArray
-    upper: ComplexArray
-    roots: ComplexArray
+    nonoscillatory: ComplexArray
+    oscillatory: ComplexArray
+    mode_eigenvalues: ComplexArray
     errors: FloatArray
     tolerances: Tolerances
     source: Source = 'full'
@@ -161,35 +161,36 @@ class ComplexModes:
     mode_numbers: IndexArray | None = None
     omitted_below: float = -math.inf
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     @property
     def numbers(self) -> IndexArray:
         """Mode number of each root, in order of frequency among all N modes."""
-        return np.arange(1, self.roots.size + 1) if self.mode_numbers is None else (
+        return np.arange(1, self.mode_eigenvalues.size + 1) if self.mode_numbers is None else (
             self.mode_numbers)
 
     @cached_property
     def eigenvalues(self) -> ComplexArray:
         """All 2N roots [1/s]: those that do not oscillate, then pairs by frequency."""
-        pairs = np.column_stack([self.upper, self.upper.conj()]).ravel()
-        return readonly(np.concatenate([self.quiet, pairs]), complex)
+        pairs = np.column_stack([self.oscillatory, self.oscillatory.conj()]).ravel()
+        return readonly(np.concatenate([self.nonoscillatory, pairs]), complex)
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """All N modes in order of index."""
-        return tuple(self._at(np.arange(self.roots.size)))
+        return tuple(self._at(np.arange(self.mode_eigenvalues.size)))
 
     @cached_property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
-        growing = (self.roots.real > self.tolerances.growth).nonzero()[0]
+        growing = (self.mode_eigenvalues.real > self.tolerances.growth).nonzero()[0]
         return tuple(sorted(self._at(growing), key=lambda mode: -mode.eigenvalue.real))
 
     def _at(self, places: Any) -> list[Mode]:
         numbers = places + 1 if self.mode_numbers is None else self.mode_numbers[places]
-        return [Mode(number, root, kind_of(root, self.tolerances)) for number, root in zip(
-            numbers.tolist(), self.roots[places].tolist(), strict=True)]
+        found = self.mode_eigenvalues[places].tolist()
+        return [Mode(number, root, kind_of(root, self.tolerances))
+                for number, root in zip(numbers.tolist(), found, strict=True)]
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""
@@ -198,10 +199,10 @@ class ComplexModes:
 
     def least_stable(self, low_hz: float, high_hz: float, count: int = 1) -> tuple[Mode, ...]:
         """Oscillating modes with frequencies in a band, growing or not, worst first."""
-        frequency = self.roots.imag / (2.0 * np.pi)
-        inside = np.flatnonzero((self.roots.imag > self.tolerances.oscillation)
+        frequency = self.mode_eigenvalues.imag / (2.0 * np.pi)
+        inside = np.flatnonzero((self.mode_eigenvalues.imag > self.tolerances.oscillation)
                                 & (frequency >= low_hz) & (frequency <= high_hz))
-        worst = inside[np.argsort(-self.roots[inside].real, kind='stable')[:count]]
+        worst = inside[np.argsort(-self.mode_eigenvalues[inside].real, kind='stable')[:count]]
         return tuple(self._at(worst))
 
     def worst_in(self, low_hz: float, high_hz: float) -> Mode | None:
@@ -281,15 +282,16 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
     Roots with Im < 0 may be missing: of a pair the other one counts.
     """
     growth, frequency = roots.real, roots.imag
-    quiet = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
-    upper = (frequency > tolerances.oscillation).nonzero()[0]
-    quiet = quiet.take((-growth.take(quiet)).argsort(kind='stable'))
-    upper = upper.take(np.lexsort((growth.take(upper), frequency.take(upper))))
-    spoken = np.concatenate([quiet[:quiet.size // 2], upper])
+    nonoscillatory = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
+    oscillatory = (frequency > tolerances.oscillation).nonzero()[0]
+    nonoscillatory = nonoscillatory.take((-growth.take(nonoscillatory)).argsort(kind='stable'))
+    oscillatory = oscillatory.take(np.lexsort((growth.take(oscillatory),
+                                               frequency.take(oscillatory))))
+    spoken = np.concatenate([nonoscillatory[:nonoscillatory.size // 2], oscillatory])
     off = np.zeros(spoken.size) if errors is None else errors.take(spoken)
     return ComplexModes(
-        _frozen(roots.take(quiet)), _frozen(roots.take(upper)), _frozen(roots.take(spoken)),
-        _frozen(off), tolerances, source, series)
+        _frozen(roots.take(nonoscillatory)), _frozen(roots.take(oscillatory)),
+        _frozen(roots.take(spoken)), _frozen(off), tolerances, source, series)
 
 
 def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray,
@@ -299,14 +301,14 @@ def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArra
         return []
     growth, frequency = roots.real, roots.imag
     still, above = np.abs(frequency) <= tolerances.oscillation, frequency > tolerances.oscillation
-    quiet, upper = still.sum(axis=1), above.sum(axis=1)
-    if (quiet != quiet[0]).any() or (upper != upper[0]).any():
+    nonoscillatory, oscillatory = still.sum(axis=1), above.sum(axis=1)
+    if (nonoscillatory != nonoscillatory[0]).any() or (oscillatory != oscillatory[0]).any():
         return [classify(row, tolerances, off, series, 'table')
                 for row, off in zip(roots, errors, strict=True)]
     key = np.where(still, -1.0, np.where(above, frequency, np.inf))
     order = np.lexsort((np.where(still, -growth, growth), key))
     order += np.arange(0, order.size, order.shape[1])[:, None]  # places in all rows
-    rest, count = int(quiet[0]), int(upper[0])
+    rest, count = int(nonoscillatory[0]), int(oscillatory[0])
     resting, moving = order[:, :rest], order[:, rest:rest + count]
     spoken = np.concatenate([resting[:, :rest // 2], moving], axis=1)
     kept = [_frozen(values.take(places)) for values, places in (

@@ -47,8 +47,8 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
 
 
-def refined_root(model: BrakeModel, point: OperatingPoint,
-                 guess: complex) -> tuple[complex, float]:
+def refined_eigenvalue(model: BrakeModel, point: OperatingPoint,
+                       guess: complex) -> tuple[complex, float]:
     """
     Return the root of the full problem near a guess, and its error to first order [1/s].
 
@@ -108,7 +108,7 @@ def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
 
 
 @dataclass(frozen=True)
-class Trust:
+class EigenvalueCondition:
     """
     How far a root can be relied on.
 
@@ -130,7 +130,8 @@ class Trust:
     error: float
 
 
-def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tuple[Trust, ...]:
+def eigenvalue_conditions(model: BrakeModel, point: OperatingPoint,
+                          modes: Sequence[Mode]) -> tuple[EigenvalueCondition, ...]:
     """
     Return what the modes' roots are worth, from their vectors; some ms a mode.
 
@@ -146,11 +147,11 @@ def trust(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> tu
     return tuple(_trust(mode, mode_vectors(model, point, mode.eigenvalue), d, k) for mode in modes)
 
 
-def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> Trust:
+def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> EigenvalueCondition:
     root = mode.eigenvalue
     turn = abs(slope_between(root, vectors.right, vectors.left, d))
     size = _size(root, d, k)
     if mode.kind == 'rigid' or turn == 0.0:
-        return Trust(vectors.backward_error, np.inf, np.inf)
-    return Trust(vectors.backward_error, float(size / (abs(root) * turn)),
-                 float(vectors.backward_error * size / turn))
+        return EigenvalueCondition(vectors.backward_error, np.inf, np.inf)
+    return EigenvalueCondition(vectors.backward_error, float(size / (abs(root) * turn)),
+                               float(vectors.backward_error * size / turn))

@@ -36,7 +36,7 @@ _State: TypeAlias = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Merging:
+class ExceptionalPoint:
     """
     Where in a parameter's complex plane two roots are one.
 
@@ -72,9 +72,11 @@ class Merging:
     reason: str
 
 
-def merging(model: BrakeModel, point: OperatingPoint, parameter: str = 'friction', *,
-            modes: tuple[Mode, Mode] | None = None, band_hz: tuple[float, float] = SQUEAL_BAND,
-            tolerance: float = 1e-9, tolerances: Tolerances | None = None) -> Merging:
+def nearest_exceptional_point(model: BrakeModel, point: OperatingPoint,
+                              parameter: str = 'friction', *,
+                              modes: tuple[Mode, Mode] | None = None,
+                              band_hz: tuple[float, float] = SQUEAL_BAND, tolerance: float = 1e-9,
+                              tolerances: Tolerances | None = None) -> ExceptionalPoint:
     """
     Return the margin of two modes to merging; by default of those closest to it in a band.
 
@@ -151,7 +153,7 @@ def _places(modes: Sequence[Mode], pair: tuple[Mode, Mode]) -> tuple[int, int]:
 
 
 def _merge(state: _State, parameter: str, start: float, modes: tuple[Mode, Mode],
-           rates: tuple[complex, complex], tolerance: float) -> Merging:
+           rates: tuple[complex, complex], tolerance: float) -> ExceptionalPoint:
     """Find the zero of the discriminant: half Newton steps while far, then whole secants."""
     first, second = (mode.eigenvalue for mode in modes)
     value, mean, half = complex(start), 0.5 * (first + second), (0.5 * (first - second))**2
@@ -173,9 +175,9 @@ def _merge(state: _State, parameter: str, start: float, modes: tuple[Mode, Mode]
     ahead = 'above' if value.real > start else 'below'
     reason = (f'roots {gap:.2g} 1/s apart at {parameter} {value.real:.6g} {value.imag:+.2g}i, '
               f'{ahead} the start' if converged else f'no merging found in {_STEPS} steps')
-    return Merging(parameter=parameter, start=start, modes=modes, value=value, gap=float(gap),
-                   distance=abs(value - start) if converged else np.inf, eigenvalue=complex(mean),
-                   converged=converged, reason=reason)
+    return ExceptionalPoint(parameter=parameter, start=start, modes=modes, value=value,
+                            gap=float(gap), distance=abs(value - start) if converged else np.inf,
+                            eigenvalue=complex(mean), converged=converged, reason=reason)
 
 
 def _pair(roots: ComplexArray, mean: complex, half: complex) -> tuple[complex, complex]:

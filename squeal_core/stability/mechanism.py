@@ -24,7 +24,7 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
 from squeal_core.stability.eigenvectors import mode_vectors, ModeVectors
-from squeal_core.stability.mode_tracking import Family, follow, numbered
+from squeal_core.stability.mode_tracking import follow, MatrixPath, numbered
 
 Label: TypeAlias = Literal['mode coupling', 'negative slope', 'gyroscopic',
                            'radial-dissipation induced', 'follower force', 'divergence',
@@ -237,7 +237,7 @@ def _without(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode],
     return found
 
 
-def _fading(model: BrakeModel, point: OperatingPoint, names: Sequence[str]) -> Family:
+def _fading(model: BrakeModel, point: OperatingPoint, names: Sequence[str]) -> MatrixPath:
     damping, stiffness = model.damping(point), model.stiffness(point)
     factors = point.coefficients()
 

@@ -33,7 +33,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import classify, Mode, state_matrix, Tolerances
 
 # damping and stiffness over the way from 0 to 1
-Family: TypeAlias = Callable[[float], tuple[FloatArray, FloatArray]]
+MatrixPath: TypeAlias = Callable[[float], tuple[FloatArray, FloatArray]]
 Law: TypeAlias = bool | Literal['slope']
 """What follows the friction law: nothing, friction and slope, or the slope alone."""
 PARAMETERS = ('rotor_speed', 'friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
@@ -167,7 +167,7 @@ def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: fl
         yield here
 
 
-def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> Family:
+def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> MatrixPath:
     """Return the matrices over the straight way from one point to another."""
     speeds = start.rotor_speed, end.rotor_speed
     if speeds[0] * speeds[1] < 0.0:
@@ -213,15 +213,15 @@ def by_law(model: BrakeModel, point: OperatingPoint, law: Law = True) -> Operati
                    friction_slope=model.friction_law.slope_at(speed, friction))
 
 
-def numbered(model: BrakeModel, family: Family, *, tolerances: Tolerances) -> Tracked:
+def numbered(model: BrakeModel, family: MatrixPath, *, tolerances: Tolerances) -> Tracked:
     """Return the modes where a way begins, each numbered by its index there."""
     spectrum = _spectrum(model, family(0.0), tolerances)
     modes = classify(spectrum.roots, tolerances).modes
     return Tracked(modes, tuple(Identity((mode.index,)) for mode in modes), spectrum)
 
 
-def follow(model: BrakeModel, family: Family, start: Tracked, *, resolution: float = RESOLUTION,
-           parts: float = 1.0, tolerances: Tolerances) -> Tracked:
+def follow(model: BrakeModel, family: MatrixPath, start: Tracked, *,
+           resolution: float = RESOLUTION, parts: float = 1.0, tolerances: Tolerances) -> Tracked:
     """
     Carry identities along a way; see `identify` for how.
 

@@ -27,9 +27,9 @@ from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, short_repr
+from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, repr_with_shapes
 from squeal_core.common.bounded_reader import read_bounded
-from squeal_core.common.errors import PlacedError, quoted, SquealError
+from squeal_core.common.errors import LocatedError, short_repr, SquealError
 from squeal_core.common.npz_archive import (
     ArchiveKind,
     Arrays,
@@ -56,7 +56,7 @@ _COLUMNS = (*PARAMETERS, 'index', 'identity', 'kind', 'growth_rate_1_s',
             'angular_frequency_rad_s', 'frequency_hz')
 
 
-class SweepFileError(PlacedError):
+class SweepFileError(LocatedError):
     """A file of a sweep that cannot be read or written."""
 
 
@@ -96,7 +96,7 @@ class Sweep:
     identities: NDArray[np.str_]
     about: dict[str, Any]
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     @property
     def done(self) -> NDArray[np.bool_]:
@@ -170,7 +170,7 @@ def make_sweep(*, axes: Mapping[str, ArrayLike], points: ArrayLike, growth_rates
     growth = np.asarray(growth_rates, float)
     count = int(np.prod([values.size for values in grid.values()]))
     if not 1 <= len(grid) <= 2 or not set(grid) <= set(PARAMETERS):
-        raise ValueError(f'axes are {quoted(list(grid))}')
+        raise ValueError(f'axes are {short_repr(list(grid))}')
     roots = growth + 1j * np.asarray(angular_frequencies, float)
     texts = [readonly(values, str) for values in (kinds, identities)]
     if places.shape != (count, len(PARAMETERS)) or roots.ndim != 2 or len(roots) != count or any(
@@ -178,7 +178,7 @@ def make_sweep(*, axes: Mapping[str, ArrayLike], points: ArrayLike, growth_rates
         raise ValueError(f'{count} points by the axes, arrays of shapes {places.shape}, '
                          f'{roots.shape}, {texts[0].shape}, {texts[1].shape}')
     if not set(np.unique(texts[0]).tolist()) <= {*KINDS, ''}:
-        raise ValueError(f'kinds are {quoted(np.unique(texts[0]).tolist())}')
+        raise ValueError(f'kinds are {short_repr(np.unique(texts[0]).tolist())}')
     return Sweep(axes=grid, points=places, eigenvalues=readonly(roots, complex), kinds=texts[0],
                  identities=texts[1], about=dict(about))
 
@@ -244,7 +244,7 @@ def _check_shapes(header: Header, shapes: Mapping[str, tuple[int, ...]]) -> None
     if shapes['points'] != (count, len(PARAMETERS)) or len(modes) != 2 or modes[0] != count or any(
             shapes[name] != modes for name in _MODES):
         raise SquealError(f'{count} points by the axes, arrays of shapes '
-                          f'{", ".join(quoted(shape) for shape in shapes.values())}')
+                          f'{", ".join(short_repr(shape) for shape in shapes.values())}')
 
 
 def _check_header(path: Path, header: Any) -> None:
@@ -252,7 +252,7 @@ def _check_header(path: Path, header: Any) -> None:
         raise ValueError('no record of a sweep')
     schema = header['schema']
     if type(schema) is not int or schema not in KIND.schemas:
-        raise SweepFileError(path, f'has schema {quoted(schema)}; this version reads up to '
+        raise SweepFileError(path, f'has schema {short_repr(schema)}; this version reads up to '
                              f'{SCHEMA}', KIND.renew)
 
 

@@ -21,9 +21,9 @@ import math
 from typing import NamedTuple
 
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.surrogate.expansion_table import Entry
+from squeal_core.surrogate.expansion_table import TableEntry
 from squeal_core.surrogate.neighbours import alike
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.steps import Steps
 from squeal_core.surrogate.workers import Allowance, Work, Worker
 
@@ -47,7 +47,7 @@ class Request:
 
     point: OperatingPoint
     due: Count  # from which on its steps are, whichever comes first
-    work: Work[Anchor]
+    work: Work[SpectralExpansion]
     expected: bool
 
 
@@ -62,11 +62,11 @@ class AnchorRequests:
 
     """
 
-    def __init__(self, making: Callable[[OperatingPoint], 'Steps[Anchor]']) -> None:
+    def __init__(self, making: Callable[[OperatingPoint], 'Steps[SpectralExpansion]']) -> None:
         self._making = making
         self._worker = Worker('anchors', urgent=True)
         self._pending: list[Request] = []
-        self._latest: deque[Entry] = deque(maxlen=_PATIENCE - 1)
+        self._latest: deque[TableEntry] = deque(maxlen=_PATIENCE - 1)
         self._unused = 0  # anchors in a row that were never used
         self._pause_until = 0
 
@@ -121,7 +121,7 @@ class AnchorRequests:
             return None
         return self._pending.pop(0)
 
-    def note(self, entry: Entry | None, now: Count, delay: int) -> None:
+    def note(self, entry: TableEntry | None, now: Count, delay: int) -> None:
         """Learn what became of one that was asked for, None: nothing; wait after many in vain."""
         if entry is not None and any(one.hits for one in self._latest):
             self._unused = 0

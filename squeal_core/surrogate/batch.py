@@ -28,10 +28,10 @@ from numpy.typing import ArrayLike
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.expansion_table import undecided
-from squeal_core.surrogate.spectral_expansion import Anchor
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.expansion_table import verdict_within_error
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 
 _CHUNK = 512  # points evaluated at once: their terms fit into the cache
 _TRIED = 3  # anchors tried for a point
@@ -94,8 +94,8 @@ class BatchModes:
 
     Parameters
     ----------
-    roots : (P, N) array
-        One root of each mode, in order of index, as `ComplexModes.roots` [1/s].
+    mode_eigenvalues : (P, N) array
+        One root of each mode, in order of index, as `ComplexModes.mode_eigenvalues` [1/s].
     errors : (P, N) array
         What each may be off by [1/s]; 0 where solved in full.
     full : (P,) bool array
@@ -104,38 +104,38 @@ class BatchModes:
 
     """
 
-    roots: ComplexArray
+    mode_eigenvalues: ComplexArray
     errors: FloatArray
     full: Any
     tolerances: Tolerances
 
     def least_stable(self, low_hz: float, high_hz: float) -> IndexArray:
         """
-        Return the place in `roots` of the least stable mode that oscillates in a band (P,).
+        Return the place (P,) of the least stable mode that oscillates in a band.
 
         -1 where there is none.
         """
-        frequency = self.roots.imag / (2.0 * np.pi)
-        inside = ((self.roots.imag > self.tolerances.oscillation) & (frequency >= low_hz)
-                  & (frequency <= high_hz))
-        growth = np.where(inside, self.roots.real, -np.inf)
+        frequency = self.mode_eigenvalues.imag / (2.0 * np.pi)
+        inside = ((self.mode_eigenvalues.imag > self.tolerances.oscillation) & (
+            frequency >= low_hz) & (frequency <= high_hz))
+        growth = np.where(inside, self.mode_eigenvalues.real, -np.inf)
         return np.where(inside.any(axis=1), growth.argmax(axis=1), -1)
 
     def growth_rates(self, low_hz: float, high_hz: float) -> FloatArray:
         """Return the largest growth rate in a band (P,) [1/s]; -inf where no mode is in it."""
         places = self.least_stable(low_hz, high_hz)
-        found = self.roots.real[np.arange(len(places)), np.maximum(places, 0)]
+        found = self.mode_eigenvalues.real[np.arange(len(places)), np.maximum(places, 0)]
         return np.where(places < 0, -np.inf, found)
 
 
-def batch_modes(table: Tabulation, points: OperatingPoints, *,
+def batch_modes(table: TabulatedSolver, points: OperatingPoints, *,
                 tolerances: Tolerances | None = None) -> BatchModes:
     """
     Return the modes at many points; the anchors it makes stay in the table.
 
     Parameters
     ----------
-    table : Tabulation
+    table : TabulatedSolver
         Look-up table.
     points : OperatingPoints
         Operating points.
@@ -147,20 +147,20 @@ def batch_modes(table: Tabulation, points: OperatingPoints, *,
     batch.from_table()
     batch.from_new_anchors()
     batch.in_full()
-    return BatchModes(readonly(batch.roots, complex), readonly(batch.errors),
+    return BatchModes(readonly(batch.mode_eigenvalues, complex), readonly(batch.errors),
                       readonly(batch.full, bool), batch.tolerances)
 
 
 class _Batch:
     """The work on one batch: which points are answered, and how."""
 
-    def __init__(self, table: Tabulation, points: OperatingPoints,
+    def __init__(self, table: TabulatedSolver, points: OperatingPoints,
                  tolerances: Tolerances) -> None:
         self.table, self.points, self.tolerances = table, points, tolerances
         self._coefficients = points.coefficients()
         self._free = int(np.count_nonzero(table.model.free_coordinates))
         shape = (len(points), table.model.size)
-        self.roots, self.errors = np.zeros(shape, complex), np.zeros(shape)
+        self.mode_eigenvalues, self.errors = np.zeros(shape, complex), np.zeros(shape)
         self.full = np.zeros(len(points), bool)
         self._waiting = np.ones(len(points), bool)
 
@@ -194,8 +194,8 @@ class _Batch:
             seed = int(group[np.abs(places[group] - middle).max(axis=1).argmin()])
             apart[[first, seed]] = True
             try:
-                anchor = anchor_at(self.table.model, self.points[seed],
-                                   degree=self.table.settings.degree)
+                anchor = expand_spectrum(self.table.model, self.points[seed],
+                                         degree=self.table.settings.degree)
             except np.linalg.LinAlgError:  # the vectors do not span the space
                 continue
             self.table.add(anchor)
@@ -204,30 +204,31 @@ class _Batch:
     def in_full(self) -> None:
         """Solve what is left."""
         for place in np.flatnonzero(self._waiting).tolist():
-            self.roots[place] = complex_modes(self.table.model, self.points[place],
-                                              tolerances=self.tolerances).roots
+            found = complex_modes(self.table.model, self.points[place], tolerances=self.tolerances)
+            self.mode_eigenvalues[place] = found.mode_eigenvalues
             self.full[place] = True
         self._waiting[:] = False
 
-    def _distances(self, anchor: Anchor, places: IndexArray) -> FloatArray:
+    def _distances(self, anchor: SpectralExpansion, places: IndexArray) -> FloatArray:
         """Return how far points are from an anchor, in its reaches."""
         away = self._coefficients[anchor.rows][:, places] - anchor.centre[:, None]
-        return np.asarray(np.linalg.norm(away / anchor.reach[:, None], axis=0))
+        return np.asarray(np.linalg.norm(away / anchor.trust_radius[:, None], axis=0))
 
-    def _answer(self, anchor: Anchor, places: IndexArray) -> None:
+    def _answer(self, anchor: SpectralExpansion, places: IndexArray) -> None:
         for start in range(0, places.size, _CHUNK):
             chunk = places[start:start + _CHUNK]
-            roots, errors = anchor.roots(self._coefficients[:, chunk])
+            roots, errors = anchor.eigenvalues(self._coefficients[:, chunk])
             good = self._good(anchor, roots, errors)
             if good.any():
                 self._take(chunk[good], roots[:, good], errors[:, good])
 
-    def _good(self, anchor: Anchor, roots: ComplexArray, errors: FloatArray) -> Any:
+    def _good(self, anchor: SpectralExpansion, roots: ComplexArray, errors: FloatArray) -> Any:
         """Tell which points are answered well enough, with no verdict that hangs on the errors."""
         settings, limits = self.table.settings, self.tolerances
         allowed = np.maximum(settings.tolerance, -settings.decay_tolerance * roots.real)
         became_real = anchor.mirrored[:, None] & (roots.imag <= limits.oscillation)
-        return ~((errors > allowed) | undecided(roots, errors, limits) | became_real).any(axis=0)
+        return ~((errors > allowed) | became_real
+                 | verdict_within_error(roots, errors, limits)).any(axis=0)
 
     def _take(self, places: IndexArray, roots: ComplexArray, errors: FloatArray) -> None:
         """Sort the roots of points into modes, in order of index."""
@@ -241,9 +242,10 @@ class _Batch:
         for quiets in np.unique(count).tolist():
             of = np.flatnonzero(count == quiets)
             rows = np.concatenate([np.arange(quiets // 2),
-                                   np.arange(quiets, quiets // 2 + self.roots.shape[1])])
-            of = of[upper[:, of].sum(axis=0) + quiets // 2 == self.roots.shape[1]]
+                                   np.arange(quiets,
+                                             quiets // 2 + self.mode_eigenvalues.shape[1])])
+            of = of[upper[:, of].sum(axis=0) + quiets // 2 == self.mode_eigenvalues.shape[1]]
             chosen = order[rows[:, None], of]
-            self.roots[places[of]] = roots[chosen, of].T
+            self.mode_eigenvalues[places[of]] = roots[chosen, of].T
             self.errors[places[of]] = errors[chosen, of].T
             self._waiting[places[of]] = False

@@ -136,7 +136,7 @@ class BlockLayout:
             errors[..., place] = size * condition * remainder[..., block, None]
         return roots, errors
 
-    def roots_of(self, entries: ComplexArray) -> ComplexArray:
+    def eigenvalues_of(self, entries: ComplexArray) -> ComplexArray:
         """Return the roots alone (..., n), as `solved` has them, for half of its time."""
         roots, _, _ = self._small_blocks(entries)
         for _, size, there, place in self.larger:

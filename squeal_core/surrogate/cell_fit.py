@@ -33,8 +33,8 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import eigenvalues, Tolerances
 from squeal_core.surrogate.block_invariants import BlockInvariants
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
 
@@ -104,7 +104,7 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     """
     points = domain.points(model, np.vstack([centre, centre + half * samples()]))
     try:
-        expansion = anchor_at(model, points[0])
+        expansion = expand_spectrum(model, points[0])
     except np.linalg.LinAlgError:
         return Rejection(int(np.argmax(half / _SPREAD)))
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
@@ -126,16 +126,16 @@ def _lines() -> FloatArray:
 class _Fit:
     """The full solutions at the samples of a cell, sorted as the series has its eigenvalues."""
 
-    def __init__(self, expansion: Anchor, coefficients: FloatArray, tolerances: TableTolerances,
-                 limits: Tolerances) -> None:
+    def __init__(self, expansion: SpectralExpansion, coefficients: FloatArray,
+                 tolerances: TableTolerances, limits: Tolerances) -> None:
         self._expansion, self._tolerances, self._limits = expansion, tolerances, limits
-        self._predicted = expansion.roots_alone(coefficients)
+        self._predicted = expansion.eigenvalues_alone(coefficients)
         self._own = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
         self._roots = np.zeros((0, self._own.size), complex)
 
     def axis(self, coefficients: FloatArray) -> int:
         """Return the axis to halve the cell along: that of the largest third difference."""
-        roots = self._expansion.roots_alone(coefficients).reshape(3, 4, -1)
+        roots = self._expansion.eigenvalues_alone(coefficients).reshape(3, 4, -1)
         means = np.add.reduceat(roots, np.searchsorted(
             self._own, np.arange(self._expansion.sizes.size)), axis=-1)
         third = np.abs(means[:, 3] - 3 * means[:, 2] + 3 * means[:, 1] - means[:, 0])

@@ -26,9 +26,9 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.spectral_expansion import Anchor
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 
 Range: TypeAlias = tuple[float, float]
 _LOGARITHMIC = ('rotor_speed', 'contact_pressure', 'contact_stiffness')
@@ -105,7 +105,7 @@ def random_places(seed: int) -> Iterator[FloatArray]:
 
 
 @dataclass(frozen=True)
-class LayingSummary:
+class CoverageReport:
     """
     What became of the points that anchors were laid down for.
 
@@ -125,15 +125,15 @@ class LayingSummary:
     complete: bool
 
 
-def lay_down(table: Tabulation, points: Iterable[OperatingPoint], *, coverage: float = 1.0,
-             most: int = 1000, progress: Callable[[int, int], None] = lambda *_: None
-             ) -> LayingSummary:
+def build_table(table: TabulatedSolver, points: Iterable[OperatingPoint], *, coverage: float = 1.0,
+                most: int = 1000, progress: Callable[[int, int], None] = lambda *_: None
+                ) -> CoverageReport:
     """
     Make an anchor at each point that the table does not cover yet.
 
     Parameters
     ----------
-    table : Tabulation
+    table : TabulatedSolver
         Whose anchors to add to; its memory limit holds.
     points : iterable of OperatingPoint
         May be endless when `coverage` is below 1.
@@ -152,7 +152,7 @@ def lay_down(table: Tabulation, points: Iterable[OperatingPoint], *, coverage: f
         anchor = None if table.covers(point) else _useful(table, point)
         if anchor is not None:
             if len(table.anchors) >= most or table.nbytes + anchor.nbytes > table.settings.memory:
-                return LayingSummary(count, undecided, False)
+                return CoverageReport(count, undecided, False)
             table.add(anchor)
         elif not table.covers(point):
             undecided += 1
@@ -160,23 +160,23 @@ def lay_down(table: Tabulation, points: Iterable[OperatingPoint], *, coverage: f
         new.append(anchor is not None)
         if coverage < 1.0 and len(new) == _WINDOW and sum(new) <= (1.0 - coverage) * _WINDOW:
             break
-    return LayingSummary(count, undecided, True)
+    return CoverageReport(count, undecided, True)
 
 
-def covered(table: Tabulation, points: Iterable[OperatingPoint], count: int) -> float:
+def covered(table: TabulatedSolver, points: Iterable[OperatingPoint], count: int) -> float:
     """Return the part of the next `count` points that a table answers."""
     answers = [table.covers(point) for point in islice(points, count)]
     return sum(answers) / len(answers) if answers else math.nan
 
 
-def _useful(table: Tabulation, point: OperatingPoint) -> Anchor | None:
+def _useful(table: TabulatedSolver, point: OperatingPoint) -> SpectralExpansion | None:
     """Return an anchor at a point; None where it would not answer at its own point."""
     try:
-        anchor = anchor_at(table.model, point, degree=table.settings.degree)
+        anchor = expand_spectrum(table.model, point, degree=table.settings.degree)
     except np.linalg.LinAlgError:
         return None
-    alone = Tabulation(table.model, table.settings, tolerances=table.tolerances,
-                       anchors=[anchor])
+    alone = TabulatedSolver(table.model, table.settings, tolerances=table.tolerances,
+                            anchors=[anchor])
     return anchor if alone.covers(point) else None
 
 

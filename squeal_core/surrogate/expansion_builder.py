@@ -28,9 +28,9 @@ from squeal_core.stability.eigensolution import frequency_scale, state_matrix
 from squeal_core.surrogate.block_layout import BlockLayout
 from squeal_core.surrogate.coupling_floor import coupling_floor
 from squeal_core.surrogate.monomials import Monomials
-from squeal_core.surrogate.pair_remainder import encounters
-from squeal_core.surrogate.riccati_recursion import Lower, Recursion
-from squeal_core.surrogate.spectral_expansion import Anchor, DEGREE
+from squeal_core.surrogate.pair_remainder import pair_remainder
+from squeal_core.surrogate.riccati_recursion import LowerOrderTerms, RiccatiRecursion
+from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
 from squeal_core.surrogate.steps import completed, Steps
 from squeal_core.surrogate.workers import pause
 
@@ -43,16 +43,17 @@ _SMALL = 0.01  # of the damping or stiffness that is the spectrum's scale
 _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
-def anchor_at(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-              coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP) -> Anchor:
-    """Return the series of the spectrum around a point; `anchor_steps`, all of them at once."""
-    return completed(anchor_steps(model, point, degree=degree, coupling=coupling,
-                                  stiffness_step=stiffness_step))
+def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+                    coupling: float = _COUPLING,
+                    stiffness_step: float = _STIFFNESS_STEP) -> SpectralExpansion:
+    """Return the series of the spectrum around a point; `expansion_steps`, all of them at once."""
+    return completed(expansion_steps(model, point, degree=degree, coupling=coupling,
+                                     stiffness_step=stiffness_step))
 
 
-def anchor_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-                 coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP
-                 ) -> 'Steps[Anchor]':
+def expansion_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+                    coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP
+                    ) -> 'Steps[SpectralExpansion]':
     """
     Return the series of the spectrum around a point, from one full solve with all vectors.
 
@@ -80,10 +81,10 @@ def anchor_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGR
     frame = _Frame.at(model, point, stiffness_step)
     roots, right = yield partial(_eigensolution, model, point)
     spectrum = yield partial(_Spectrum.of, model, point, frame, roots, right, coupling)
-    series = Recursion(spectrum.roots, spectrum.couplings, spectrum.blocks,
-                       _monomials(frame.rows.size, degree))
+    series = RiccatiRecursion(spectrum.roots, spectrum.couplings, spectrum.blocks,
+                              _monomials(frame.rows.size, degree))
     lower = yield series.lower_terms
-    anchor: Anchor = yield partial(_expanded, point, frame, spectrum, series, lower)
+    anchor: SpectralExpansion = yield partial(_expanded, point, frame, spectrum, series, lower)
     return anchor
 
 
@@ -141,8 +142,8 @@ def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArr
     return found.eigenvalues, found.eigenvectors
 
 
-def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series: Recursion,
-              lower: Lower) -> Anchor:
+def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series: RiccatiRecursion,
+              lower: LowerOrderTerms) -> SpectralExpansion:
     """Return the series of the blocks of a spectrum, from its terms but those of last degree."""
     roots, couplings, blocks = spectrum.roots, spectrum.couplings, spectrum.blocks
     monomials = series.monomials
@@ -154,13 +155,13 @@ def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series:
     least = 5e-15 * abs(roots).max(initial=0.0)
     whole = np.array([abs(roots[block].imag.sum()) <= least + 1e-9 * abs(roots[block]).sum()
                       for block in blocks])
-    return Anchor(
+    return SpectralExpansion(
         point=point, rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
         monomials=monomials, sizes=layout.sizes,
         series=readonly(np.concatenate(terms), complex),
-        majorants=tuple(readonly(layout.norms(term.astype(complex)).T) for term in terms[-3:]),
-        nearness=readonly(np.float32(_nearness(roots, couplings, blocks, monomials))),
-        encounters=encounters(roots, couplings, blocks, frame.steps, monomials.degree),
+        term_norms=tuple(readonly(layout.norms(term.astype(complex)).T) for term in terms[-3:]),
+        coupling_ratio=readonly(np.float32(_coupling_ratio(roots, couplings, blocks, monomials))),
+        pair_remainder=pair_remainder(roots, couplings, blocks, frame.steps, monomials.degree),
         floor=coupling_floor(roots, couplings, blocks, monomials.degree),
         rounding=readonly([spectrum.rounding[block].max() for block in blocks]),
         mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
@@ -258,8 +259,8 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatA
     return sorted(kept, key=lambda g: (g.size, float(roots[g[0]].imag), float(roots[g[0]].real)))
 
 
-def _nearness(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
-              monomials: Monomials) -> FloatArray:
+def _coupling_ratio(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
+                    monomials: Monomials) -> FloatArray:
     """
     Return the greatest 4 E_rc E_cr / (lambda_r - lambda_c)^2 of each block, by terms of z^2.
 

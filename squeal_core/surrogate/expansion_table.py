@@ -30,7 +30,7 @@ from squeal_core.stability.eigensolution import (
     Source,
     Tolerances,
 )
-from squeal_core.surrogate.spectral_expansion import Anchor, DEGREE
+from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
 
 _Result = TypeVar('_Result')
 
@@ -41,7 +41,7 @@ _TOLERANCE = 4.9e-7  # of the model's largest frequency: ten times what counts a
 
 
 @dataclass(frozen=True, kw_only=True)
-class TableSettings:
+class SolverSettings:
     """
     How the engine works.
 
@@ -75,58 +75,58 @@ class TableSettings:
     refines: bool = False
 
     @classmethod
-    def of(cls, model: BrakeModel) -> 'TableSettings':
+    def of(cls, model: BrakeModel) -> 'SolverSettings':
         """Return settings with a tolerance relative to the model's spectrum; 0.1 1/s for K09's."""
         scale = frequency_scale(model)
         return cls(tolerance=_TOLERANCE * scale) if scale else cls()
 
 
 @dataclass
-class Entry:
+class TableEntry:
     """An anchor, the solve at which it was last used, and how often it was."""
 
-    anchor: Anchor
+    anchor: SpectralExpansion
     used: int
     hits: int = 0
 
 
 @dataclass(frozen=True)
-class Answer:
+class Lookup:
     """What the table says of a point; without an entry, nothing."""
 
-    entry: Entry | None = None
-    roots: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    entry: TableEntry | None = None
+    eigenvalues: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
     errors: FloatArray = field(default_factory=lambda: np.zeros(0))
     worst: float = np.inf
 
 
 @dataclass(frozen=True)
-class Found:
+class TabulatedModes:
     """Modes that an entry is good enough for."""
 
-    entry: Entry
+    entry: TableEntry
     modes: ComplexModes
 
 
-class AnchorTable:
+class ExpansionTable:
     """
     The anchors of one model, searched by place.
 
     Parameters
     ----------
     model : BrakeModel
-    settings : TableSettings
+    settings : SolverSettings
     tolerances : Tolerances
         What counts as oscillation and growth.
-    anchors : sequence of Anchor
+    anchors : sequence of SpectralExpansion
         To start with.
 
     """
 
-    def __init__(self, model: BrakeModel, settings: TableSettings, tolerances: Tolerances,
-                 anchors: Sequence[Anchor] = ()) -> None:
+    def __init__(self, model: BrakeModel, settings: SolverSettings, tolerances: Tolerances,
+                 anchors: Sequence[SpectralExpansion] = ()) -> None:
         self.settings = settings
-        self.entries = [Entry(anchor, 0) for anchor in anchors]
+        self.entries = [TableEntry(anchor, 0) for anchor in anchors]
         self._size, self._tolerances = model.size, tolerances
         self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
         self._index()
@@ -136,9 +136,9 @@ class AnchorTable:
         """Size of the anchors [bytes]."""
         return sum(entry.anchor.nbytes for entry in self.entries)
 
-    def add(self, anchor: Anchor, used: int) -> int:
+    def add(self, anchor: SpectralExpansion, used: int) -> int:
         """Take an anchor; return how many of the least recently used ones made room for it."""
-        self.entries.append(Entry(anchor, used))
+        self.entries.append(TableEntry(anchor, used))
         count = len(self.entries)
         while self.nbytes > self.settings.memory and len(self.entries) > 1:
             oldest = min(self.entries[:-1], key=lambda entry: entry.used)
@@ -146,34 +146,34 @@ class AnchorTable:
         self._index()
         return count - len(self.entries)
 
-    def drop(self, entry: Entry) -> None:
+    def drop(self, entry: TableEntry) -> None:
         self.entries = [kept for kept in self.entries if kept is not entry]
         self._index()
 
-    def best(self, point: OperatingPoint) -> Answer:
+    def best(self, point: OperatingPoint) -> Lookup:
         """Return the first answer within the tolerance, or else the best of those tried."""
         coefficients = np.array(point.coefficients())
-        best = Answer()
+        best = Lookup()
         for entry in self._near(coefficients):
-            roots, errors = entry.anchor.roots_at(coefficients)
+            roots, errors = entry.anchor.eigenvalues_at(coefficients)
             worst = float(self._worst(roots, errors))
             if worst < best.worst:
-                best = Answer(entry, roots, errors, worst)
+                best = Lookup(entry, roots, errors, worst)
             if worst <= self.settings.tolerance:
                 break
         return best
 
-    def modes(self, answer: Answer, source: Source = 'table') -> ComplexModes | None:
+    def modes(self, answer: Lookup, source: Source = 'table') -> ComplexModes | None:
         """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
         if answer.entry is None or answer.worst > self.settings.tolerance or (
-                undecided(answer.roots, answer.errors, self._tolerances).any()):
+                verdict_within_error(answer.eigenvalues, answer.errors, self._tolerances).any()):
             return None
-        found = classify(np.concatenate([self._zeros, answer.roots]), self._tolerances,
+        found = classify(np.concatenate([self._zeros, answer.eigenvalues]), self._tolerances,
                          np.concatenate([self._zeros.real, answer.errors]),
                          series=answer.entry.anchor, source=source)
         return found if self._complete(found) else None
 
-    def together(self, points: Sequence[OperatingPoint]) -> list[Found | None]:
+    def together(self, points: Sequence[OperatingPoint]) -> list[TabulatedModes | None]:
         """
         Return the modes at points, by the nearest anchors that are good enough as they are.
 
@@ -187,7 +187,7 @@ class AnchorTable:
                 if not enough]
 
     def _by_nearest(self, points: Sequence[OperatingPoint], look: Callable[
-            [Entry, FloatArray], Iterable[_Result | None]]) -> list[_Result | None]:
+            [TableEntry, FloatArray], Iterable[_Result | None]]) -> list[_Result | None]:
         """Return what a look at the nearest entries finds of each point, a few of them tried."""
         coefficients = np.array([point.coefficients() for point in points])
         distances = self._distances(coefficients[:, None])
@@ -201,24 +201,26 @@ class AnchorTable:
                     found[place] = one
         return found
 
-    def _enough(self, entry: Entry, coefficients: FloatArray) -> Iterator[bool | None]:
+    def _enough(self, entry: TableEntry, coefficients: FloatArray) -> Iterator[bool | None]:
         """Yield whether an anchor is within the tolerance at each point (P, 6), or None."""
-        worst = self._worst(*entry.anchor.roots_at(coefficients))
+        worst = self._worst(*entry.anchor.eigenvalues_at(coefficients))
         for off in worst.tolist():
             yield off <= self.settings.tolerance or None
 
-    def _found(self, entry: Entry, coefficients: FloatArray) -> Iterator[Found | None]:
+    def _found(self, entry: TableEntry,
+               coefficients: FloatArray) -> Iterator[TabulatedModes | None]:
         """Yield what an anchor has of each point (P, 6), where it is good enough."""
-        roots, errors = entry.anchor.roots_at(coefficients)
+        roots, errors = entry.anchor.eigenvalues_at(coefficients)
         worst = self._worst(roots, errors)
         good = (worst <= self.settings.tolerance) & ~(
-            undecided(roots, errors, self._tolerances).any(axis=-1))
+            verdict_within_error(roots, errors, self._tolerances).any(axis=-1))
         modes = iter(self._rows(entry.anchor, roots[good], errors[good]))
         for enough in good.tolist():
             one = next(modes) if enough else None
-            yield Found(entry, one) if one is not None and self._complete(one) else None
+            yield TabulatedModes(entry, one) if one is not None and self._complete(one) else None
 
-    def _rows(self, anchor: Anchor, roots: ComplexArray, errors: FloatArray) -> list[ComplexModes]:
+    def _rows(self, anchor: SpectralExpansion, roots: ComplexArray,
+              errors: FloatArray) -> list[ComplexModes]:
         zeros = np.broadcast_to(self._zeros, (len(roots), self._zeros.size))
         return classify_rows(np.concatenate([zeros, roots], axis=1), self._tolerances,
                              np.concatenate([zeros.real, errors], axis=1), anchor)
@@ -240,7 +242,7 @@ class AnchorTable:
         return np.asarray(worst)
 
     def _nearest(self, distances: FloatArray, places: Sequence[int]
-                 ) -> list[tuple[Entry, list[int]]]:
+                 ) -> list[tuple[TableEntry, list[int]]]:
         """
         Return the entries nearest to some of the points, which are not looked at again.
 
@@ -256,7 +258,7 @@ class AnchorTable:
                 groups.setdefault(nearest, []).append(place)
         return [(self.entries[nearest], of) for nearest, of in groups.items()]
 
-    def _near(self, coefficients: FloatArray) -> Iterator[Entry]:
+    def _near(self, coefficients: FloatArray) -> Iterator[TableEntry]:
         """Yield the entries to try, by distance over reach."""
         if not self.entries:
             return
@@ -278,11 +280,11 @@ class AnchorTable:
         count = len(self.entries)
         self._centres, self._per_reach = np.zeros((count, 6)), np.zeros((count, 6))
         for i, entry in enumerate(self.entries):
-            self._per_reach[i, entry.anchor.rows] = 1.0 / entry.anchor.reach
+            self._per_reach[i, entry.anchor.rows] = 1.0 / entry.anchor.trust_radius
             self._centres[i] = self._per_reach[i] * entry.anchor.point.coefficients()
 
 
-def undecided(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
+def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
     """Tell where a verdict hangs on the errors: growth, or oscillation of what grows."""
     close = np.abs(roots.real - tolerances.growth) <= errors
     if not close.any():

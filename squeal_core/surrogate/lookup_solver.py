@@ -113,7 +113,7 @@ class TableLookup:
             return self._full(point)
         self.statistics.tabulated += 1
         if self.audit_every and self.statistics.tabulated % self.audit_every == 0:
-            return self._audited(point, found, cell)
+            return self._spot_check(point, found, cell)
         return found
 
     def _has_worst(self, found: ComplexModes) -> bool:
@@ -123,7 +123,7 @@ class TableLookup:
         worst = found.worst_in(*self.band)
         return worst is not None and worst.growth_rate > found.omitted_below
 
-    def _audited(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+    def _spot_check(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
         """Compare an answer with the full solution, and distrust a cell that is wrong."""
         assert self.table is not None
         truth = complex_modes(self.model, point, tolerances=self.limits)
@@ -145,7 +145,7 @@ def deviation(found: ComplexModes, truth: ComplexModes, tolerances: TableToleran
     omitted modes.
     """
     limit, below = found.tolerances.oscillation, found.omitted_below
-    ours, theirs = (m.roots[(m.roots.imag > limit)] for m in (found, truth))
+    ours, theirs = (m.mode_eigenvalues[(m.mode_eigenvalues.imag > limit)] for m in (found, truth))
     if not ours.size or not theirs.size:
         return 0.0 if ours.size == theirs.size else np.inf
     away = np.abs(ours[:, None] - theirs)

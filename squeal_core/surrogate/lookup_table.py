@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, short_repr
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import coordinates, TableDomain
@@ -58,7 +58,7 @@ class TableModes:
     cells: IndexArray
     tolerances: Tolerances
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     @property
     def answered(self) -> Any:
@@ -123,7 +123,7 @@ class ExpansionTable:
     cells: Sequence[TableCell]
     about: Mapping[str, Any] = field(default_factory=dict)
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         boxes = np.array(self.grid.shape)

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.surrogate.neighbours import alike
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 
 _EVERY = 3  # calls from one look to the next: it costs as much as an answer
 _RUNGS, _RATIO = 6, 1.9  # of pressures, from one to the next: as far as an anchor reaches
@@ -34,11 +34,11 @@ class Onset:
 
     Parameters
     ----------
-    table : Tabulation
+    table : TabulatedSolver
 
     """
 
-    def __init__(self, table: Tabulation) -> None:
+    def __init__(self, table: TabulatedSolver) -> None:
         self._table = table
         self._calls = 0
         self._asked: deque[OperatingPoint] = deque(maxlen=_REMEMBERED)

@@ -39,7 +39,7 @@ _NEAREST = 0.01  # 1 - rho at least: a pair without coupling may cross
 
 
 @dataclass(frozen=True, eq=False)
-class Encounters:
+class PairRemainder:
     """
     The pairs of roots of different blocks that matter first around an anchor.
 
@@ -71,7 +71,7 @@ class Encounters:
         return int(2 * self.rates.nbytes + self.weights.nbytes + 2 * self.order.nbytes
                    + self.owners.nbytes)
 
-    def left_out(self, steps: FloatArray) -> FloatArray:
+    def bound(self, steps: FloatArray) -> FloatArray:
         """Return what is left out (..., blocks) [1/s] at scaled steps (..., v)."""
         rates, weights, order, starts = self._evaluation
         moved = (steps @ rates).view(complex)
@@ -97,8 +97,8 @@ class Encounters:
         return flat, np.append(self.weights, 0.0), order, starts
 
 
-def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
-               steps: Sequence[FloatArray], degree: int) -> Encounters:
+def pair_remainder(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
+                   steps: Sequence[FloatArray], degree: int) -> PairRemainder:
     """
     Return the pairs with the largest terms left out, all `steps` (v,) taken together.
 
@@ -132,10 +132,10 @@ def encounters(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[In
     order = np.argsort(both, kind='stable')
     order = order[both[order] >= 0]
     # an estimate needs no more than single precision, and so a table's file is half as large
-    return Encounters(readonly(rates.astype(np.complex64), complex),
-                      readonly(np.float32(0.25 * np.abs(gap))),
-                      readonly(order % max(gap.size, 1), np.intp), readonly(both[order], np.intp),
-                      len(blocks), degree)
+    return PairRemainder(readonly(rates.astype(np.complex64), complex),
+                         readonly(np.float32(0.25 * np.abs(gap))),
+                         readonly(order % max(gap.size, 1), np.intp),
+                         readonly(both[order], np.intp), len(blocks), degree)
 
 
 def _left_out(gap: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],

@@ -26,7 +26,7 @@ from squeal_core.surrogate.workers import pause
 _COARSE = 2  # degree from which on single precision is enough: its terms are small corrections
 
 
-class Lower(NamedTuple):
+class LowerOrderTerms(NamedTuple):
     """Entries of each degree but the last, and the couplings and subspace that give those."""
 
     entries: list[ComplexArray]
@@ -35,7 +35,7 @@ class Lower(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Recursion:
+class RiccatiRecursion:
     """The recursion over degrees; columns are the kept roots, block by block."""
 
     roots: ComplexArray
@@ -43,7 +43,7 @@ class Recursion:
     blocks: Sequence[IndexArray]
     monomials: Monomials
 
-    def lower_terms(self) -> Lower:
+    def lower_terms(self) -> LowerOrderTerms:
         """Return the blocks' entries (terms of d, entries) of each degree d below the last."""
         kept = np.concatenate(self.blocks)
         own = np.zeros((self.roots.size, kept.size), bool)
@@ -60,7 +60,7 @@ class Recursion:
             start * self.roots[kept])]
         if self.monomials.variables == 0:  # nothing depends on the operating point
             none = np.zeros((0, found[0].shape[1]), complex)
-            return Lower(found + self.monomials.degree * [none], couplings, start)
+            return LowerOrderTerms(found + self.monomials.degree * [none], couplings, start)
         for degree in range(1, self.monomials.degree):
             pause()
             if degree == _COARSE:
@@ -72,7 +72,7 @@ class Recursion:
                 self._subtract(product, subspace[i], found[degree - i], i, degree - i)
             product *= scale  # in place: fresh memory costs as much as the product
             subspace.append(product)
-        return Lower(found, couplings, subspace[-1])
+        return LowerOrderTerms(found, couplings, subspace[-1])
 
     def _product(self, couplings: Any, subspace: Any, degree: int) -> Any:
         """Return E (U + X) of a degree, from the subspace of one degree less."""
@@ -86,7 +86,7 @@ class Recursion:
                 product[term] += places[:, rest]
         return product
 
-    def terms(self, lower: Lower) -> list[ComplexArray]:
+    def terms(self, lower: LowerOrderTerms) -> list[ComplexArray]:
         """Return the blocks' entries (terms of d, entries) of each degree d."""
         if self.monomials.variables == 0:
             return lower.entries

@@ -40,7 +40,7 @@ from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, read
 from squeal_core.surrogate.block_layout import BlockLayout
 from squeal_core.surrogate.coupling_floor import CouplingFloor
 from squeal_core.surrogate.monomials import Monomials
-from squeal_core.surrogate.pair_remainder import Encounters
+from squeal_core.surrogate.pair_remainder import PairRemainder
 
 DEGREE = 3
 _TINY = 1e-30  # of no consequence, and nothing over it overflows in single precision
@@ -50,7 +50,7 @@ _SAFETY = 6.0  # on the remainder of a series; docs/online.md has the errors it 
 
 
 @dataclass(frozen=True, eq=False)
-class Anchor:
+class SpectralExpansion:
     """
     Power series of the blocks of a spectrum around an operating point.
 
@@ -71,7 +71,7 @@ class Anchor:
         Frobenius norms of the terms of the last three degrees.
     nearness : (blocks, terms of degree 2) array
         Square of the step over that at which a block meets another, were these two alone.
-    encounters : Encounters
+    encounters : PairRemainder
         Pairs of roots that the ratio of a block's terms does not show.
     floor : CouplingFloor
         Least remainder by couplings over gaps, whatever the terms.
@@ -89,9 +89,9 @@ class Anchor:
     monomials: Monomials
     sizes: IndexArray
     series: ComplexArray
-    majorants: tuple[FloatArray, ...]
-    nearness: FloatArray
-    encounters: Encounters
+    term_norms: tuple[FloatArray, ...]
+    coupling_ratio: FloatArray
+    pair_remainder: PairRemainder
     floor: CouplingFloor
     rounding: FloatArray
     mirrored: Any
@@ -100,8 +100,9 @@ class Anchor:
     def nbytes(self) -> int:
         """Size in memory [bytes], with what is made of it at first use."""
         bounds = 4 * 4 * self.sizes.size * self.monomials.count
-        return int(self.series.nbytes + sum(m.nbytes for m in self.majorants)
-                   + self.nearness.nbytes + self.encounters.nbytes + self.floor.nbytes + bounds)
+        return int(self.series.nbytes + sum(m.nbytes for m in self.term_norms)
+                   + self.coupling_ratio.nbytes + self.pair_remainder.nbytes + self.floor.nbytes
+                   + bounds)
 
     @cached_property
     def layout(self) -> BlockLayout:
@@ -109,7 +110,7 @@ class Anchor:
         return BlockLayout(self.sizes)
 
     @cached_property
-    def reach(self) -> FloatArray:
+    def trust_radius(self) -> FloatArray:
         """
         Step of each coefficient alone (v,) at which the remainder is about 0.1 1/s.
 
@@ -117,17 +118,17 @@ class Anchor:
         """
         degree = self.monomials.degree
         alone = [self.monomials.places[degree][(i,) * degree] for i in range(self.rows.size)]
-        largest = self.majorants[-1][:, alone].max(axis=0)
+        largest = self.term_norms[-1][:, alone].max(axis=0)
         remainder = max(0.1, _REACH * float(np.abs(self.series[0]).max(initial=0.0)))
         steps = np.minimum((remainder / np.maximum(largest, 1e-300)) ** (1.0 / degree), 1e3)
         return readonly(steps * self.scales)
 
-    def roots(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    def eigenvalues(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
         """Return eigenvalues, (n, P) [1/s], and what they may be off by, at coefficients."""
-        roots, errors = self.roots_at(coefficients.T)
+        roots, errors = self.eigenvalues_at(coefficients.T)
         return roots.T, errors.T
 
-    def roots_at(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    def eigenvalues_at(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
         """
         Return the roots (..., n) [1/s] and what they may be off by, at coefficients (..., 6).
 
@@ -138,15 +139,15 @@ class Anchor:
         steps, terms = self._steps_and_terms(coefficients)
         entries = (terms @ self._parts).view(complex)
         remainder = self._remainder(np.abs(terms).astype(np.float32))
-        remainder += self.encounters.left_out(steps)
+        remainder += self.pair_remainder.bound(steps)
         np.maximum(remainder, self.floor.bound(steps), out=remainder)
         remainder += self.rounding
         return self.layout.solved(entries, remainder)
 
-    def roots_alone(self, coefficients: FloatArray) -> ComplexArray:
-        """Return the roots of `roots_at` for less, where nobody asks what they may be off by."""
+    def eigenvalues_alone(self, coefficients: FloatArray) -> ComplexArray:
+        """Return the eigenvalues alone, for less than `eigenvalues_at` with its errors."""
         _, terms = self._steps_and_terms(coefficients)
-        return self.layout.roots_of((terms @ self._parts).view(complex))
+        return self.layout.eigenvalues_of((terms @ self._parts).view(complex))
 
     def _steps_and_terms(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the scaled steps z (..., v) and their products (..., terms)."""
@@ -173,12 +174,12 @@ class Anchor:
 
     @cached_property
     def _bounds(self) -> Any:
-        """Majorants of the last three degrees and `nearness`, over all terms (terms, 4 blocks)."""
+        """Term norms of the last three degrees and `coupling_ratio`, by term (terms, 4 blocks)."""
         starts = np.cumsum([0, *(len(terms) for terms in self.monomials.terms)])
         found = np.zeros((self.monomials.count, 4, self.sizes.size), np.float32)
         degrees = (*range(self.monomials.degree - 2, self.monomials.degree + 1), 2)
         for part, (degree, bound) in enumerate(zip(
-                degrees, (*self.majorants, self.nearness), strict=True)):
+                degrees, (*self.term_norms, self.coupling_ratio), strict=True)):
             found[starts[degree]:starts[degree + 1], part] = bound.T
         found[0, :2] += _TINY  # the term 1: they are divided by
         return found.reshape(self.monomials.count, -1)

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from squeal_core.brake.operating_point import Coefficients, OperatingPoint
 from squeal_core.common.arrays import readonly
-from squeal_core.common.errors import quoted, SquealError, TableFileError
+from squeal_core.common.errors import short_repr, SquealError, TableFileError
 from squeal_core.common.npz_archive import (
     ArchiveKind,
     Arrays,
@@ -42,8 +42,8 @@ from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.surrogate.block_layout import BlockLayout
 from squeal_core.surrogate.coupling_floor import CouplingFloor, LONGEST
 from squeal_core.surrogate.monomials import Monomials
-from squeal_core.surrogate.pair_remainder import Encounters
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.pair_remainder import PairRemainder
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 FORMAT = 'squeal_ros table of anchors'
 SCHEMA = 3  # 1 and 2, of unreleased versions, had no floor
@@ -64,14 +64,14 @@ KIND = ArchiveKind(
     missing=lambda _: 'give the path of a table file, or lay one down with `squeal tabulate`')
 
 
-def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, *,
+def write_table(anchors: Sequence[SpectralExpansion], model: BrakeModel, path: str | Path, *,
                 about: Mapping[str, Any] | None = None, overwrite: bool = True) -> None:
     """
     Write anchors of a model; an existing file is replaced only by a whole one.
 
     Parameters
     ----------
-    anchors : sequence of Anchor
+    anchors : sequence of SpectralExpansion
         All of one degree.
     model : BrakeModel
         Modal brake model.
@@ -100,7 +100,7 @@ def write_table(anchors: Sequence[Anchor], model: BrakeModel, path: str | Path, 
     write_archive(path, KIND, header, _packed(anchors), overwrite=overwrite)
 
 
-def read_table(path: str | Path, model: BrakeModel) -> tuple[Anchor, ...]:
+def read_table(path: str | Path, model: BrakeModel) -> tuple[SpectralExpansion, ...]:
     """
     Read the anchors of a model.
 
@@ -117,8 +117,8 @@ def read_table(path: str | Path, model: BrakeModel) -> tuple[Anchor, ...]:
     try:
         return tuple(_unpacked(header, arrays, model))
     except (SquealError, KeyError, IndexError, TypeError, ValueError, OverflowError) as error:
-        raise TableFileError(path, f'holds no usable anchors ({quoted(str(error))})', KIND.again
-                             ) from None
+        raise TableFileError(path, f'holds no usable anchors ({short_repr(str(error))})',
+                             KIND.again) from None
 
 
 def read_table_header(path: str | Path) -> dict[str, Any]:
@@ -133,19 +133,19 @@ def model_hash(model: BrakeModel) -> str:
                              if (array := getattr(model, name)) is not None})
 
 
-def _packed(anchors: Sequence[Anchor]) -> dict[str, Any]:
+def _packed(anchors: Sequence[SpectralExpansion]) -> dict[str, Any]:
     """Return the arrays of a file."""
     columns: dict[str, list[Any]] = {name: [] for name in _KINDS}
     for anchor in anchors:
         first = sum(len(terms) for terms in anchor.monomials.terms[:_FINE])
         series = anchor.series.view(float)
-        high, met = series[first:], anchor.encounters
+        high, met = series[first:], anchor.pair_remainder
         coarse = bool(np.all(high == high.astype(np.float32)))
         values = {
             'points': [getattr(anchor.point, name) for name in _POINT], 'scales': anchor.scales,
             'blocks': [anchor.sizes.size], 'sizes': anchor.sizes,
             'first_terms': series[:first], 'terms': high if coarse else [],
-            'fine_terms': [] if coarse else high, 'nearness': anchor.nearness,
+            'fine_terms': [] if coarse else high, 'nearness': anchor.coupling_ratio,
             'rounding': anchor.rounding, 'mirrored': anchor.mirrored,
             'pairs': [met.weights.size, met.order.size, int(coarse)],
             'rates': np.stack([met.rates.real, met.rates.imag]), 'weights': met.weights,
@@ -164,10 +164,11 @@ def _check_shapes(header: Header, shapes: Mapping[str, tuple[int, ...]]) -> None
     """Refuse arrays that cannot be those of so many anchors, before they are read."""
     for name, shape in shapes.items():
         if len(shape) != 1:
-            raise SquealError(f'{name}: shape {quoted(shape)}')
+            raise SquealError(f'{name}: shape {short_repr(shape)}')
     count = header.get('anchors')
     if type(count) is int and shapes['points'] != (len(_POINT) * count,):
-        raise SquealError(f'points: shape {quoted(shapes["points"])} of {quoted(count)} anchors')
+        raise SquealError(
+            f'points: shape {short_repr(shapes["points"])} of {short_repr(count)} anchors')
 
 
 class _Reader:
@@ -193,15 +194,15 @@ class _Reader:
 
 
 def _unpacked(header: Mapping[str, Any], arrays: Mapping[str, Any],
-              model: BrakeModel) -> Iterator[Anchor]:
+              model: BrakeModel) -> Iterator[SpectralExpansion]:
     rows, degree, count = header['rows'], header['degree'], header['anchors']
     # what the model leaves out is not in the table either
     if rows != [i for i, name in enumerate(Coefficients._fields)
                 if (array := getattr(model, name)) is not None and np.any(array)]:
-        raise ValueError(f'rows are {quoted(rows)}')
+        raise ValueError(f'rows are {short_repr(rows)}')
     if type(degree) is not int or not 3 <= degree <= 8 or type(count) is not int or not (
             1 <= count <= MAX_ANCHORS):
-        raise ValueError(f'degree {quoted(degree)} of {quoted(count)} anchors')
+        raise ValueError(f'degree {short_repr(degree)} of {short_repr(count)} anchors')
     monomials = Monomials(len(rows), degree)
     roots = 2 * model.size - int(np.count_nonzero(model.free_coordinates))
     reader = _Reader(arrays)
@@ -210,7 +211,7 @@ def _unpacked(header: Mapping[str, Any], arrays: Mapping[str, Any],
     reader.finish()
 
 
-def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> Anchor:
+def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> SpectralExpansion:
     point = OperatingPoint(**dict(zip(_POINT, reader.take('points', len(_POINT)).tolist(),
                                       strict=True)))
     blocks = int(reader.take('blocks', 1)[0])
@@ -230,13 +231,13 @@ def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> Anc
     series = series.view(complex)
     ends = np.cumsum([len(terms) for terms in monomials.terms])
     norms = BlockLayout(sizes).norms
-    return Anchor(
+    return SpectralExpansion(
         point=point, rows=rows, centre=readonly(np.array(point.coefficients())[rows]),
         scales=scales, monomials=monomials, sizes=sizes, series=series,
-        majorants=tuple(readonly(norms(series[a:b]).T)
-                        for a, b in zip(ends[-4:-1], ends[-3:], strict=True)),
-        nearness=readonly(reader.take('nearness', blocks, len(monomials.terms[2]))),
-        encounters=_encounters(reader, pairs, listed, rows.size, blocks, monomials.degree),
+        term_norms=tuple(readonly(norms(series[a:b]).T)
+                         for a, b in zip(ends[-4:-1], ends[-3:], strict=True)),
+        coupling_ratio=readonly(reader.take('nearness', blocks, len(monomials.terms[2]))),
+        pair_remainder=_encounters(reader, pairs, listed, rows.size, blocks, monomials.degree),
         floor=_floor(reader, rows.size, blocks, monomials.degree),
         rounding=readonly(reader.take('rounding', blocks)), mirrored=mirrored)
 
@@ -250,13 +251,13 @@ def _floor(reader: _Reader, variables: int, blocks: int, degree: int) -> Couplin
 
 
 def _encounters(reader: _Reader, pairs: int, listed: int, variables: int, blocks: int,
-                degree: int) -> Encounters:
+                degree: int) -> PairRemainder:
     real, imaginary = reader.take('rates', 2, variables, 3, pairs).astype(float)
     order, owners = (reader.take(name, listed) for name in ('order', 'owners'))
     inside = [np.all((values >= 0) & (values < most)) for values, most in (
         (order, pairs), (owners, blocks))]
     if not all(inside) or np.any(np.diff(owners) < 0):
         raise ValueError('a pair is of no block')
-    return Encounters(readonly(real + 1j * imaginary, complex),
-                      readonly(reader.take('weights', pairs)), readonly(order, np.intp),
-                      readonly(owners, np.intp), blocks, degree)
+    return PairRemainder(readonly(real + 1j * imaginary, complex),
+                         readonly(reader.take('weights', pairs)), readonly(order, np.intp),
+                         readonly(owners, np.intp), blocks, degree)

@@ -33,16 +33,21 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Source, Tolerances
-from squeal_core.stability.eigenvectors import refined_root
+from squeal_core.stability.eigenvectors import refined_eigenvalue
 from squeal_core.surrogate.anchor_requests import AnchorRequests, Count
-from squeal_core.surrogate.expansion_builder import anchor_steps
-from squeal_core.surrogate.expansion_table import AnchorTable, Answer, Entry, TableSettings
+from squeal_core.surrogate.expansion_builder import expansion_steps
+from squeal_core.surrogate.expansion_table import (
+    ExpansionTable,
+    Lookup,
+    SolverSettings,
+    TableEntry,
+)
 from squeal_core.surrogate.neighbours import ahead, amid, Trail
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.steps import completed, Steps
 from squeal_core.surrogate.workers import Allowance
 
-__all__ = ['TableSettings', 'TableStatistics', 'Tabulation']
+__all__ = ['SolverSettings', 'SolverStatistics', 'TabulatedSolver']
 
 _LOOK = 3  # calls from one look ahead to the next: it costs as much as some answers
 _HORIZONS = (1.2, 2.0)  # times what an anchor takes: how far ahead, so that no gap is passed over
@@ -51,7 +56,7 @@ _APART = 1e-6  # between eigenvalues that are two, in tolerances of oscillation
 
 
 @dataclass
-class TableStatistics:
+class SolverStatistics:
     """What the engine did so far."""
 
     tabulated: int = 0
@@ -64,17 +69,17 @@ class TableStatistics:
     failed: int = 0
 
 
-class Tabulation:
+class TabulatedSolver:
     """
     Complex modes of one model at operating points, each near the last ones.
 
     Parameters
     ----------
     model : BrakeModel
-    settings : TableSettings, optional
+    settings : SolverSettings, optional
     tolerances : Tolerances, optional
         What counts as oscillation and growth; `Tolerances.of(model)` where None.
-    anchors : sequence of Anchor
+    anchors : sequence of SpectralExpansion
         To start with, as `squeal tabulate` lays them down.
 
     Attributes
@@ -85,25 +90,26 @@ class Tabulation:
 
     """
 
-    def __init__(self, model: BrakeModel, settings: TableSettings | None = None, *,
-                 tolerances: Tolerances | None = None, anchors: Sequence[Anchor] = ()) -> None:
+    def __init__(self, model: BrakeModel, settings: SolverSettings | None = None, *,
+                 tolerances: Tolerances | None = None,
+                 anchors: Sequence[SpectralExpansion] = ()) -> None:
         self.model = model
-        self.statistics = TableStatistics()
+        self.statistics = SolverStatistics()
         self.allowance = Allowance()
         self._tolerances = tolerances or Tolerances.of(model)
-        self._table = AnchorTable(model, settings or TableSettings.of(model), self._tolerances,
-                                  anchors)
+        self._table = ExpansionTable(model, settings or SolverSettings.of(model), self._tolerances,
+                                     anchors)
         self._requests = AnchorRequests(self._making)
         self._solves = self._calls = 0
         self._trail = Trail()
 
     @property
-    def settings(self) -> TableSettings:
+    def settings(self) -> SolverSettings:
         """May be replaced at any time; what is in the table stays."""
         return self._table.settings
 
     @settings.setter
-    def settings(self, settings: TableSettings) -> None:
+    def settings(self, settings: SolverSettings) -> None:
         self._table.settings = settings
 
     @property
@@ -111,7 +117,7 @@ class Tabulation:
         return self._tolerances
 
     @property
-    def anchors(self) -> tuple[Anchor, ...]:
+    def anchors(self) -> tuple[SpectralExpansion, ...]:
         return tuple(entry.anchor for entry in self._table.entries)
 
     @property
@@ -219,8 +225,8 @@ class Tabulation:
             if answer.worst > self.settings.tolerance:
                 self._ask(self._target(company[place], answer, company), len(company))
 
-    def _refined(self, point: OperatingPoint, answer: Answer,
-                 within: float) -> 'Steps[tuple[Answer, Source]]':
+    def _refined(self, point: OperatingPoint, answer: Lookup,
+                 within: float) -> 'Steps[tuple[Lookup, Source]]':
         """
         Solve for roots next to the verdict in the full problem, where the settings want it.
 
@@ -230,35 +236,36 @@ class Tabulation:
         if not settings.refines or answer.worst > settings.tolerance:
             return answer, 'table'
         off = np.maximum(answer.errors, within)
-        places = np.flatnonzero((np.abs(answer.roots.real - growth) <= off)
-                                & (answer.roots.imag > self._tolerances.oscillation))
+        places = np.flatnonzero((np.abs(answer.eigenvalues.real - growth) <= off)
+                                & (answer.eigenvalues.imag > self._tolerances.oscillation))
         if not places.size or places.size > _REFINED:
             return answer, 'table'
-        roots, errors = answer.roots.copy(), answer.errors.copy()
+        roots, errors = answer.eigenvalues.copy(), answer.errors.copy()
         for place, root in zip(places.tolist(), roots[places].tolist(), strict=True):
-            roots[place], errors[place] = yield partial(refined_root, self.model, point, root)
-        wrong = np.abs(roots - answer.roots) > answer.errors + errors
+            roots[place], errors[place] = yield partial(refined_eigenvalue, self.model, point,
+                                                        root)
+        wrong = np.abs(roots - answer.eigenvalues) > answer.errors + errors
         apart = np.abs(roots[places, None] - roots) > errors[places, None] + (
             _APART * self._tolerances.oscillation)
         if wrong.any() or np.count_nonzero(~apart) > places.size:
-            return Answer(answer.entry), 'table'
-        return replace(answer, roots=roots, errors=errors), 'refined'
+            return Lookup(answer.entry), 'table'
+        return replace(answer, eigenvalues=roots, errors=errors), 'refined'
 
-    def _used(self, point: OperatingPoint, found: ComplexModes, entry: Entry) -> ComplexModes:
+    def _used(self, point: OperatingPoint, found: ComplexModes, entry: TableEntry) -> ComplexModes:
         """Count an answer from the table; every so often it is audited."""
         entry.used = self._solves
         entry.hits += 1
         self.statistics.tabulated += 1
         every = self.settings.audit_every
         if every and self.statistics.tabulated % every == 0:
-            return self._audited(point, found, entry)
+            return self._spot_check(point, found, entry)
         return found
 
     def covers(self, point: OperatingPoint) -> bool:
         """Tell whether the table answers at a point, without any solve and any trace."""
         return self._table.modes(self._table.best(point)) is not None
 
-    def add(self, anchor: Anchor) -> None:
+    def add(self, anchor: SpectralExpansion) -> None:
         """Take an anchor into the table; the least recently used ones make room for it."""
         self.statistics.dropped += self._table.add(anchor, self._solves)
 
@@ -266,7 +273,7 @@ class Tabulation:
         """End the worker; the engine can be used on, and starts another."""
         self._requests.close()
 
-    def _target(self, point: OperatingPoint, answer: Answer,
+    def _target(self, point: OperatingPoint, answer: Lookup,
                 company: Sequence[OperatingPoint]) -> OperatingPoint:
         """Return where to make an anchor for a point that none answers, and for what follows."""
         target = amid(point, company)
@@ -275,7 +282,7 @@ class Tabulation:
         reached = target is not point and self._table.best(target).worst <= self.settings.tolerance
         return point if reached else target
 
-    def _laid_down(self, point: OperatingPoint, target: OperatingPoint) -> 'Steps[Answer]':
+    def _laid_down(self, point: OperatingPoint, target: OperatingPoint) -> 'Steps[Lookup]':
         """Make an anchor now; another one, if it does not reach back to the point."""
         for place in dict.fromkeys((target, point)):
             try:
@@ -288,8 +295,8 @@ class Tabulation:
                 break
         return answer
 
-    def _making(self, point: OperatingPoint) -> 'Steps[Anchor]':
-        return anchor_steps(self.model, point, degree=self.settings.degree)
+    def _making(self, point: OperatingPoint) -> 'Steps[SpectralExpansion]':
+        return expansion_steps(self.model, point, degree=self.settings.degree)
 
     @property
     def _now(self) -> Count:
@@ -308,7 +315,7 @@ class Tabulation:
             except np.linalg.LinAlgError:
                 self._take(None, expected=request.expected)
 
-    def _take(self, anchor: Anchor | None, *, expected: bool = False) -> None:
+    def _take(self, anchor: SpectralExpansion | None, *, expected: bool = False) -> None:
         """Take an anchor into use; none: no eigensolution, or vectors that span no space."""
         if anchor is None:
             self.statistics.failed += 1
@@ -319,7 +326,8 @@ class Tabulation:
             self._requests.note(None if anchor is None else self._table.entries[-1], self._now,
                                 self.settings.delay)
 
-    def _audited(self, point: OperatingPoint, found: ComplexModes, entry: Entry) -> ComplexModes:
+    def _spot_check(self, point: OperatingPoint, found: ComplexModes,
+                    entry: TableEntry) -> ComplexModes:
         """Compare an answer with the full solve; an anchor that was wrong goes."""
         truth = complex_modes(self.model, point, tolerances=self._tolerances)
         self.statistics.audits += 1
@@ -333,10 +341,10 @@ class Tabulation:
         return truth
 
 
-def _distance(found: ComplexModes, truth: ComplexModes, settings: TableSettings) -> float:
+def _distance(found: ComplexModes, truth: ComplexModes, settings: SolverSettings) -> float:
     """Return how far roots of oscillating modes are from the true ones, over what may be."""
     limit = found.tolerances.oscillation
-    ours, theirs = (m.roots[m.roots.imag > limit] for m in (found, truth))
+    ours, theirs = (m.mode_eigenvalues[m.mode_eigenvalues.imag > limit] for m in (found, truth))
     if ours.size != theirs.size:
         return np.inf
     away = np.abs(ours[:, None] - theirs) / np.maximum(

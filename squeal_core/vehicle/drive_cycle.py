@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, readonly, short_repr
+from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import SquealError
 from squeal_core.common.ranges import Warn, warn_implausible
@@ -66,7 +66,7 @@ class DriveCycle:
     speed: FloatArray
     source: str = ''
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'time', readonly(self.time))

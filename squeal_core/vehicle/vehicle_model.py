@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, readonly, short_repr
-from squeal_core.common.errors import did_you_mean, quoted, SquealError
+from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
+from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.common.ranges import Ends, hint, Warn, warn_implausible
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.vehicle.drive_cycle import DriveCycle
@@ -196,7 +196,7 @@ class BrakeSignals:
     temperature: FloatArray
     friction: FloatArray
 
-    __repr__ = short_repr
+    __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -225,7 +225,8 @@ def read_vehicle(path: str | Path, *, warn: Warn = warn_implausible) -> Vehicle:
     content = read_yaml(path, _file_error)
     try:
         if not isinstance(content, dict):
-            raise VehicleError(f'{quoted(content)} is no vehicle; write one "key: value" a line')
+            raise VehicleError(
+                f'{short_repr(content)} is no vehicle; write one "key: value" a line')
         vehicle = _vehicle(content)
     except VehicleError as error:
         raise VehicleError(f'{path}: {error}') from None
@@ -332,7 +333,7 @@ def _vehicle(content: dict[Any, Any]) -> Vehicle:
     for key, value in content.items():
         if key not in keys:
             raise VehicleError(
-                f'unknown key {quoted(key)} = {quoted(value)}; use: {", ".join(keys)}'
+                f'unknown key {short_repr(key)} = {short_repr(value)}; use: {", ".join(keys)}'
                 f'{did_you_mean(key, keys)}')
     values = {}
     for key, item in keys.items():
@@ -343,7 +344,7 @@ def _vehicle(content: dict[Any, Any]) -> Vehicle:
             values[item.name] = number * item.metadata['scale'] + item.metadata['offset']
         elif not isinstance(content[key], list):
             raise VehicleError(
-                f'{key} = {quoted(content[key])} is no list; write four in brackets')
+                f'{key} = {short_repr(content[key])} is no list; write four in brackets')
     factors = enumerate(content['friction_factors'])
     values['friction_factors'] = tuple(_number(f'friction_factors[{i}]', x) for i, x in factors)
     values['brakes'] = tuple(str(name) for name in content['brakes'])
@@ -357,7 +358,7 @@ def _number(key: str, value: Any) -> float:
         return float(value)  # a text too: YAML 1.1 takes 1e5 for one
     except (TypeError, ValueError, OverflowError):
         raise VehicleError(
-            f'{key} = {quoted(value)} is no number; write a decimal number') from None
+            f'{key} = {short_repr(value)} is no number; write a decimal number') from None
 
 
 def _check_range(value: float, key: str, possible: Ends, usual: Ends | None = None,

@@ -34,10 +34,10 @@ from squeal_core.verification.claims import components, maps
 from squeal_core.verification.friction_claims import pad_pair, third_doublet
 from squeal_core.verification.paper import FAST, PRINTED, SLOW, SOFTER
 from squeal_core.verification.parts import Parts, parts_or_why
-from squeal_core.verification.row import Row, table, Verdict
+from squeal_core.verification.row import ClaimResult, table, Verdict
 from squeal_core.verification.speed_claims import over_speed, torsion
 
-__all__ = ['as_text', 'Case', 'Parts', 'Row', 'Verdict', 'Verification', 'verify']
+__all__ = ['as_text', 'Case', 'Parts', 'ClaimResult', 'Verdict', 'Verification', 'verify']
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,7 +45,7 @@ class Verification:
     """Rows of the table, the sweeps behind them and K09's figures, and what was left out why."""
 
     model: BrakeModel
-    rows: tuple[Row, ...]
+    rows: tuple[ClaimResult, ...]
     records: Mapping[str, Sweep]
     parts: Parts | None
     skipped: tuple[str, ...]
@@ -89,7 +89,7 @@ def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: Non
     parts, skipped = parts_or_why(model)
     progress('sweeps')
     records = sweeps(model, parts, workers)
-    rows: list[Row] = []
+    rows: list[ClaimResult] = []
     for row in _rows(Case(model), records, parts):
         progress(row.claim)
         rows.append(row)
@@ -97,7 +97,7 @@ def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: Non
                         skipped=skipped)
 
 
-def _rows(case: Case, records: Mapping[str, Sweep], parts: Parts | None) -> Iterator[Row]:
+def _rows(case: Case, records: Mapping[str, Sweep], parts: Parts | None) -> Iterator[ClaimResult]:
     return chain(components(case), maps(case), third_doublet(case), pad_pair(case, parts),
                  over_speed(case, records['figure 15']), torsion(case, parts))
 

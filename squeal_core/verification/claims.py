@@ -22,10 +22,10 @@ from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.mechanism import Mechanism, mechanisms
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import EXACT, FAST, FIT, PADS, Pair, PRINTED, SLOW, THIRD
-from squeal_core.verification.row import Row, said
+from squeal_core.verification.row import ClaimResult, said
 
 
-def components(case: Case) -> Iterator[Row]:
+def components(case: Case) -> Iterator[ClaimResult]:
     """Frequencies of disc and pads that K09 prints."""
     for printed, name, words, source, why in PRINTED:
         own = case.model.angular_frequencies[case.model.names.index(name)] / 2.0 / np.pi
@@ -35,7 +35,7 @@ def components(case: Case) -> Iterator[Row]:
                    tolerance=f'{100 * EXACT:g}/{100 * FIT:g} %')
 
 
-def maps(case: Case) -> Iterator[Row]:
+def maps(case: Case) -> Iterator[ClaimResult]:
     """Figs 10 and 13: which pairs squeal at full stiffness, and who takes part."""
     before, meant, added = added_pairs(case)
     yield said('pairs that squeal at 5 rad/s', 'fig. 10', names([THIRD, PADS]), names(before),
@@ -51,7 +51,7 @@ def maps(case: Case) -> Iterator[Row]:
                           if pair not in meant.values()})
 
 
-def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[Row]:
+def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[ClaimResult]:
     """Return what moves in the two pairs that squeal at 5 rad/s."""
     third = np.array([name[:-1] == 'disc (3,0)' for name in case.model.names])
     for pair, words, part in ((THIRD, 'third disc doublet', third),
@@ -61,7 +61,7 @@ def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[Row]:
                    f'{share:.0%} of the energy', bool(share > 0.5), tolerance='over 50 %')
 
 
-def _added(pair: Pair, own: Pair, found: Mechanism | None) -> Row:
+def _added(pair: Pair, own: Pair, found: Mechanism | None) -> ClaimResult:
     claim, tolerance = f'{names([pair])} squeal at 20 rad/s only', 'one place'
     if found is None:
         return said(claim, 'fig. 14', names([pair]), 'none', False, tolerance=tolerance)
@@ -72,7 +72,7 @@ def _added(pair: Pair, own: Pair, found: Mechanism | None) -> Row:
                 f'neighbours, which a fitted hat moves; in this mode take part {parts}, ...')
 
 
-def _gyroscopic(case: Case, found: Mechanism) -> Row:
+def _gyroscopic(case: Case, found: Mechanism) -> ClaimResult:
     mode, without = found.mode, found.without
     free = complex_modes(replace(case.model, radial_dissipation=None), case.at(SLOW))
     slow = max((other for other in free.modes if abs(
@@ -88,7 +88,7 @@ def _gyroscopic(case: Case, found: Mechanism) -> Row:
         'it, but is not needed')
 
 
-def _further(case: Case, others: Mapping[Pair, Mode]) -> Row:
+def _further(case: Case, others: Mapping[Pair, Mode]) -> ClaimResult:
     """Pairs that squeal at 20 rad/s and that the text does not name."""
     found = {pair: mechanisms(case.model, case.at(FAST), [mode])[0]
              for pair, mode in others.items()}

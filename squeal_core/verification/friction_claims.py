@@ -19,12 +19,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from squeal_core.stability.eigensolution import Mode
-from squeal_core.stability.exceptional_point import merging
+from squeal_core.stability.exceptional_point import nearest_exceptional_point
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.verification.case import Case, gap, merged
 from squeal_core.verification.paper import PADS, SLOW, SOFTER, THIRD
 from squeal_core.verification.parts import Parts
-from squeal_core.verification.row import Row, said
+from squeal_core.verification.row import ClaimResult, said
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class _Variants:
         return Case(replace(self.case.model, gyroscopic=None, negative_slope=None))
 
 
-def third_doublet(case: Case) -> Iterator[Row]:
+def third_doublet(case: Case) -> Iterator[ClaimResult]:
     """Fig. 12 and what section 3.1 says of rotation."""
     variants, slow = _Variants(case), case.at(SLOW)
     still = variants.still
     first, second = still.pair(THIRD, slow)
-    at = merging(still.model, slow, modes=(first, second)).value.real
+    at = nearest_exceptional_point(still.model, slow, modes=(first, second)).value.real
     yield said('13/14 merge without rotation', 'fig. 12', 'merge', f'at friction {at:.3f}; '
                f'{gap(first, second):.2f} Hz apart at 0.42', merged(first, second))
     turning = Case(replace(case.model, radial_dissipation=None, negative_slope=None))
@@ -60,7 +60,7 @@ def third_doublet(case: Case) -> Iterator[Row]:
                f'{low:.3f} to {high:.3f}; all rotation {both:.3f}', high > low)
 
 
-def pad_pair(case: Case, parts: Parts | None) -> Iterator[Row]:
+def pad_pair(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
     """Fig. 11: two rigid modes of the pads."""
     variants, slow = _Variants(case), case.at(SLOW)
     still = variants.still
@@ -82,7 +82,8 @@ def pad_pair(case: Case, parts: Parts | None) -> Iterator[Row]:
 
 def _mergings(still: Case, softer: Sequence[tuple[Mode, Mode]]) -> str:
     """Frictions at which pairs merge at the softer contact stiffnesses."""
-    found = (merging(still.model, still.at(SLOW, stiffness=k), modes=pair).value.real
+    found = (nearest_exceptional_point(still.model, still.at(SLOW, stiffness=k),
+                                       modes=pair).value.real
              for k, pair in zip(SOFTER, softer, strict=True))
     return ', '.join(f'{value:.2f}' for value in found)
 
@@ -98,7 +99,7 @@ def _why_apart(apart: float, near: str, parts: Parts | None) -> str:
     return why
 
 
-def _raised(variants: _Variants, softer: tuple[Mode, Mode]) -> Row:
+def _raised(variants: _Variants, softer: tuple[Mode, Mode]) -> ClaimResult:
     """Return what the radial term does to the critical friction, at full and at 71 % stiffness."""
     both = variants.still, variants.damped
     low, high = (case.critical_friction(PADS) for case in both)

@@ -21,7 +21,7 @@ import numpy as np
 from squeal_core.assembly.build import contact_arrays, contact_faces
 from squeal_core.brake.brake_yaml import parse_brake
 from squeal_core.brake.dimensions import Brake, HatDisc
-from squeal_core.common.errors import quoted, SquealError
+from squeal_core.common.errors import short_repr, SquealError
 from squeal_core.model import operators
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.modes.modal_basis import ModalBasis
@@ -72,7 +72,7 @@ def rebuild(model: BrakeModel) -> Parts:
     settings = model.provenance['settings']
     elements, half = tuple(settings['pad_elements']), 0.5 * _hat(brake).rotor_thickness
     if not all(type(count) is int and 1 <= count <= _MOST_ELEMENTS for count in elements):
-        raise SquealError(f'pads of {quoted(elements)} elements; build the model again')
+        raise SquealError(f'pads of {short_repr(elements)} elements; build the model again')
     disc = disc_modes(_hat(brake), brake.disc_modes, order=settings['disc_order'])
     pad = pad_modes(brake.pad, brake.contact, brake.pad_modes, elements=elements)
     pads = replace(pad, offset=half), replace(pad, offset=-half - brake.pad.thickness)

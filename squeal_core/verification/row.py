@@ -27,7 +27,7 @@ _HEAD = ('claim', 'source', 'K09', 'here', 'tolerance', 'verdict')
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
+class ClaimResult:
     """
     One claim of the paper, in our words, and what becomes of it here.
 
@@ -45,14 +45,15 @@ class Row:
 
 
 def said(claim: str, source: str, paper: str, project: str, holds: bool, *, known: bool = False,
-         why: str = '', fit: bool = False, tolerance: str = 'as said') -> Row:
+         why: str = '', fit: bool = False, tolerance: str = 'as said') -> ClaimResult:
     """Return the row of a statement that holds, nearly holds (`fit`) or does not."""
     verdict: Verdict = 'reproduced' if holds else 'within fit' if fit else 'NOT reproduced'
-    return Row(claim=claim, source=source, paper=paper, project=project, tolerance=tolerance,
-               verdict=verdict, reason='' if holds else why, known=known and not holds)
+    return ClaimResult(claim=claim, source=source, paper=paper, project=project,
+                       tolerance=tolerance, verdict=verdict, reason='' if holds else why,
+                       known=known and not holds)
 
 
-def table(rows: Sequence[Row], skipped: Sequence[str], *, passed: bool) -> str:
+def table(rows: Sequence[ClaimResult], skipped: Sequence[str], *, passed: bool) -> str:
     """Return rows as text, 99 columns wide, and what is not reproduced with its reason."""
     lines = [*_cells(_HEAD), '-' * 99]
     for row in rows:
@@ -66,7 +67,7 @@ def table(rows: Sequence[Row], skipped: Sequence[str], *, passed: bool) -> str:
                       f'{FIT:.1%}.', f'{len(rows)} claims: {counts}; {end}'])
 
 
-def _reasons(rows: Sequence[Row], skipped: Sequence[str]) -> list[str]:
+def _reasons(rows: Sequence[ClaimResult], skipped: Sequence[str]) -> list[str]:
     """Each reason once, with all claims that share it."""
     reasons: dict[tuple[str, str], list[str]] = {}
     for row in rows:

@@ -27,10 +27,10 @@ from squeal_core.studies.sweep_file import Sweep
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import ADDED, FAST, FRICTION, PADS, SLOW, THIRD, TORSION
 from squeal_core.verification.parts import Parts
-from squeal_core.verification.row import Row, said
+from squeal_core.verification.row import ClaimResult, said
 
 
-def over_speed(case: Case, record: Sweep) -> Iterator[Row]:
+def over_speed(case: Case, record: Sweep) -> Iterator[ClaimResult]:
     """Fig. 15: growth rates over speed, friction by its law; of a tracked sweep."""
     yield _torsion_over_speed(case, record)
     yield from _pads_over_speed(case, record)
@@ -38,7 +38,7 @@ def over_speed(case: Case, record: Sweep) -> Iterator[Row]:
     yield _divergence(case)
 
 
-def _torsion_over_speed(case: Case, record: Sweep) -> Row:
+def _torsion_over_speed(case: Case, record: Sweep) -> ClaimResult:
     start = case.by_law(SLOW)
     place = case.of_torsion(complex_modes(case.model, start), start).index - 1
     number = identify(case.model, start).identities[place].numbers[0]
@@ -48,7 +48,7 @@ def _torsion_over_speed(case: Case, record: Sweep) -> Row:
                 bool(np.all(np.diff(growth) < 0.0)))
 
 
-def _pads_over_speed(case: Case, record: Sweep) -> Iterator[Row]:
+def _pads_over_speed(case: Case, record: Sweep) -> Iterator[ClaimResult]:
     speeds = record.axes['rotor_speed']
     pads = np.fmax(*(record.of(number).real for number in PADS))
     top = int(np.argmax(pads))
@@ -66,7 +66,7 @@ def _pads_over_speed(case: Case, record: Sweep) -> Iterator[Row]:
                f'sliding instead: ten times that at 5 rad/s leaves {locked:+.1f} 1/s')
 
 
-def _doublets(case: Case, record: Sweep) -> Iterator[Row]:
+def _doublets(case: Case, record: Sweep) -> Iterator[ClaimResult]:
     speeds = record.axes['rotor_speed']
     for words, numbers in (('third', THIRD), ('fourth', added_pairs(case)[1][ADDED[0]])):
         edge = case.critical_speed(numbers, FAST)
@@ -75,7 +75,7 @@ def _doublets(case: Case, record: Sweep) -> Iterator[Row]:
                    f'below {edge:.1f} rad/s', bool(below.size and np.all(below <= 0.0)))
 
 
-def _divergence(case: Case) -> Row:
+def _divergence(case: Case) -> ClaimResult:
     start = case.by_law(SLOW)
     found = [[m.growth_rate for m in complex_modes(case.model, q).modes if m.kind == 'divergence']
              for q in (start, replace(start, friction_slope=0.0))]
@@ -84,7 +84,7 @@ def _divergence(case: Case) -> Row:
                 bool(found[0]) and not found[1])
 
 
-def torsion(case: Case, parts: Parts | None) -> Iterator[Row]:
+def torsion(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
     """Fig. 16 and section 3.2: in-plane torsion squeals by the negative slope alone."""
     place = case.model.names.index(TORSION)
     size = max(float(np.abs(array[:, place]).max() / np.abs(array).max()) for array in (
@@ -101,7 +101,7 @@ def torsion(case: Case, parts: Parts | None) -> Iterator[Row]:
         yield _follower(case, parts)
 
 
-def _by_slope(case: Case) -> Row:
+def _by_slope(case: Case) -> ClaimResult:
     start = case.by_law(SLOW)
     mode = case.of_torsion(complex_modes(case.model, start), start)
     found = mechanisms(case.model, start, [mode])[0]
@@ -112,7 +112,7 @@ def _by_slope(case: Case) -> Row:
                 found.label == 'negative slope' and without['friction_couple'] > 0.0)
 
 
-def _follower(case: Case, parts: Parts) -> Row:
+def _follower(case: Case, parts: Parts) -> ClaimResult:
     follower = replace(parts.model, follower=operators.follower(parts.faces))
     change = max(abs(old.growth_rate - new.growth_rate) for q in (case.at(SLOW), case.at(FAST))
                  for old, new in zip(complex_modes(parts.model, q).modes, complex_modes(

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.history import Row
+from squeal_core.monitor.history import AssessmentRecord
 
 _FREQUENCY_STEP = 10.0  # Hz; modes of an interval closer than this are one mark
 
@@ -48,7 +48,7 @@ class BrakeEnvelope:
         return cls(np.full((count, 2), np.nan), np.full((count, 2), np.nan),
                    np.full(count, np.nan))
 
-    def add(self, at: int, row: Row) -> None:
+    def add(self, at: int, row: AssessmentRecord) -> None:
         for extremes, value in ((self.rotor_speed, row.rotor_speed_rad_s),
                                 (self.pressure, row.pressure_pa)):
             extremes[at, 0] = np.fmin(extremes[at, 0], value)
@@ -81,7 +81,7 @@ class DriveEnvelope:
         """Middles of the intervals [s], array (n,)."""
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
-    def add(self, row: Row) -> None:
+    def add(self, row: AssessmentRecord) -> None:
         count = self.edges.size - 1
         width = self.edges[1] - self.edges[0]
         at = min(max(math.floor((row.time_s - self.edges[0]) / width), 0), count - 1)
@@ -101,7 +101,8 @@ class DriveEnvelope:
                          for (at, step), growth in self.modes.items()]).reshape(-1, 3)
 
 
-def drive_envelope(rows: Callable[[], Iterable[Row]], *, most: int = 1500) -> DriveEnvelope:
+def drive_envelope(rows: Callable[[], Iterable[AssessmentRecord]], *,
+                   most: int = 1500) -> DriveEnvelope:
     """
     Return the envelope of a drive, in two passes over its rows.
 

@@ -23,12 +23,12 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
-from squeal_core.monitor.history import Row
+from squeal_core.monitor.history import AssessmentRecord
 from squeal_core.view.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.view.saving import FigureTarget, save_figure
 
 
-def plot_drive(rows: Callable[[], Iterable[Row]], path: FigureTarget, *, title: str,
+def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], path: FigureTarget, *, title: str,
                wheel_radius: float, squeal_band_hz: tuple[float, float]) -> None:
     """
     Draw a drive to a PNG file; of a long one the extremes in each pixel or so.

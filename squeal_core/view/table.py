@@ -29,7 +29,7 @@ try:
 except ImportError as error:
     raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
-from squeal_core.monitor.history import Row, SquealEvent
+from squeal_core.monitor.history import AssessmentRecord, SquealEvent
 
 _UNKNOWN = '-'
 
@@ -63,7 +63,7 @@ class DriveDisplay:
         self._next_block = -math.inf
         self._live: Live | None = None
 
-    def update(self, time: float, vehicle_speed: float, rows: Sequence[Row],
+    def update(self, time: float, vehicle_speed: float, rows: Sequence[AssessmentRecord],
                ticks_done: int, ticks_lost: int) -> None:
         """Show one tick; time in s, vehicle speed in m/s."""
         caption = f'ticks done {ticks_done}, lost {ticks_lost}'
@@ -83,7 +83,7 @@ class DriveDisplay:
             yield self
         self._live = None
 
-    def _table(self, time: float, vehicle_speed: float, rows: Sequence[Row],
+    def _table(self, time: float, vehicle_speed: float, rows: Sequence[AssessmentRecord],
                caption: str) -> Table:
         table = Table(box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True,
                       title=f'{self._title}   t = {time:6.1f} s   {vehicle_speed * 3.6:5.1f} km/h',
@@ -113,13 +113,13 @@ def events_table(events: Sequence[SquealEvent], *, most: int = 12) -> Table:
     return table
 
 
-def _cells(row: Row) -> tuple[str | Text, ...]:
+def _cells(row: AssessmentRecord) -> tuple[str | Text, ...]:
     return (row.brake, _number(row.pressure_pa / 1e5, '.1f'), _number(row.friction, '.3f'),
             _number(row.squeal_risk, '.2f'), _number(row.worst_frequency_hz, '.0f'),
             _number(row.growth_rate_1_s, '+.1f'), row.state, Text(_reason(row)))
 
 
-def _reason(row: Row) -> str:
+def _reason(row: AssessmentRecord) -> str:
     """Return what the other columns do not say of a row."""
     return row.reason.partition('; ')[2] if row.state == 'steady' else row.reason
 
@@ -128,7 +128,7 @@ def _number(value: float, form: str) -> str:
     return _UNKNOWN if math.isnan(value) else format(value, form)
 
 
-def _style(row: Row, warning: float) -> Any:
+def _style(row: AssessmentRecord, warning: float) -> Any:
     if row.state in ('stale', 'invalid', 'outside validated range'):
         return 'magenta'
     return 'bold red' if row.squeal_risk >= warning else ''

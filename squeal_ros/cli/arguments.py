@@ -21,7 +21,7 @@ from pathlib import Path
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
-from squeal_core.common.errors import did_you_mean, quoted, SquealError
+from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.common.output import check_target, OutputError
 from squeal_core.model.brake_model import BrakeModel
 
@@ -111,7 +111,7 @@ def shipped(kind: str, name: str, suffix: str) -> Path:
         there = False
     if not there:
         known = resources.names(kind, suffix)
-        raise SquealError(f'{quoted(name)}: there is no such file, and none of {kind} that are '
-                          f'shipped; give a path, or one of {", ".join(known)}'
-                          f'{did_you_mean(name, known)}')
+        raise SquealError(
+            f'{short_repr(name)}: there is no such file, and none of {kind} that are '
+            f'shipped; give a path, or one of {", ".join(known)}{did_you_mean(name, known)}')
     return path

@@ -30,7 +30,7 @@ from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import check_target, make_folder, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.history import CsvWriter, read_rows, Row, SquealEvent
+from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows, SquealEvent
 from squeal_core.monitor.settings import load_settings, MONITOR_KEYS, MonitorSettings
 from squeal_core.vehicle.drive_cycle import DriveCycle
 from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, Vehicle
@@ -103,11 +103,11 @@ class DemoFiles:
         for _, path in self.described():  # no mixture of two demos if this one fails
             path.unlink(missing_ok=True)
 
-    def replayed_rows(self) -> Iterator[Row]:
+    def replayed_rows(self) -> Iterator[AssessmentRecord]:
         """Yield the replayed assessments, on the drive's time."""
         return map(on_drive_time, read_rows(self.table))
 
-    def live_rows(self) -> Iterator[Row]:
+    def live_rows(self) -> Iterator[AssessmentRecord]:
         """Yield the assessments of the node, on the drive's time."""
         return map(on_drive_time, read_rows(self.live_table))
 
@@ -251,7 +251,7 @@ def _on_drive_time(seconds: float) -> float:
     return round(seconds - ORIGIN * 1e-9, 6)
 
 
-def on_drive_time(row: Row) -> Row:
+def on_drive_time(row: AssessmentRecord) -> AssessmentRecord:
     """Return a row with its time counted from the start of the drive."""
     return replace(row, time_s=_on_drive_time(row.time_s))
 

@@ -36,7 +36,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 from std_msgs.msg import Float64, Header
 
-from squeal_core.monitor.history import Row  # noqa: I100
+from squeal_core.monitor.history import AssessmentRecord  # noqa: I100
 from squeal_core.monitor.settings import NODE_NAME
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 
@@ -51,7 +51,7 @@ Record = Callable[[str, str, int, bytes], None]
 class Progress:
     """What the monitor said last: one row a brake, and its ticks done and lost."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[AssessmentRecord, ...]
     ticks_done: int
     ticks_lost: int
 
@@ -216,8 +216,8 @@ def _discovery(reach: str | None) -> Iterator[None]:
         os.environ.update({name: before[name]} if name in before else {})
 
 
-def _row(seconds: float, brake: str, reason: str, values: dict[str, str]) -> Row:
-    return Row(
+def _row(seconds: float, brake: str, reason: str, values: dict[str, str]) -> AssessmentRecord:
+    return AssessmentRecord(
         time_s=seconds, brake=brake, state=values['state'],
         rotor_speed_rad_s=float(values['rotor_speed_input']),
         pressure_pa=float(values['pressure_input']), friction=float(values['friction']),

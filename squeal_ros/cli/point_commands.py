@@ -33,7 +33,7 @@ from squeal_core.model.model_file import load_with_header
 from squeal_core.monitor.settings import load_settings, pressure_references
 from squeal_core.monitor.settings_document import settings_document
 from squeal_core.stability.eigensolution import complex_modes, Mode
-from squeal_core.stability.eigenvectors import Trust, trust
+from squeal_core.stability.eigenvectors import eigenvalue_conditions, EigenvalueCondition
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.stability.sensitivity import parameter_sensitivity
@@ -90,7 +90,7 @@ def modes(options: argparse.Namespace) -> int:
     why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
     numbers = [str(identity) for identity in identities(model, point)]
     if options.json:
-        worth = trust(model, point, found.modes)
+        worth = eigenvalue_conditions(model, point, found.modes)
         print(json.dumps(plain({
             'model': options.model, 'rotation': not options.without_rotation,
             'point': asdict(point),
@@ -233,7 +233,7 @@ def _in_brief(why: Mechanism | None) -> str:
     return f'{why.label}: {parts}'
 
 
-def _mode_json(mode: Mode, identity: str, worth: Trust) -> dict[str, Any]:
+def _mode_json(mode: Mode, identity: str, worth: EigenvalueCondition) -> dict[str, Any]:
     """Return a mode as `--json` prints it: what it is, and how far its root can be trusted."""
     return {'index': mode.index, 'identity': identity, 'kind': mode.kind,
             'frequency_hz': mode.frequency_hz, 'growth_rate': mode.growth_rate,

@@ -28,7 +28,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import did_you_mean, quoted, SquealError
+from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value, CriticalValue
 from squeal_core.stability.mechanism import without_rotation
@@ -91,7 +91,7 @@ def locus(options: argparse.Namespace) -> int:
 def critical(options: argparse.Namespace) -> int:
     """Where a parameter has a mode begin to grow, bracketed and confirmed."""
     if options.parameter not in PARAMETERS:
-        raise SquealError(f'--parameter: is {quoted(options.parameter)}; give one of '
+        raise SquealError(f'--parameter: is {short_repr(options.parameter)}; give one of '
                           f'{", ".join(PARAMETERS)}{did_you_mean(options.parameter, PARAMETERS)}')
     check_point(options)
     check_values(f'--bounds of {options.parameter}', options.parameter, options.bounds or ())
@@ -161,7 +161,8 @@ def _check(options: argparse.Namespace) -> None:
 
 def _check_numbers(numbers: list[int], model: BrakeModel) -> None:
     if not set(numbers) <= set(range(1, model.size + 1)):
-        raise SquealError(f'--modes: {quoted(numbers)}; give numbers of modes, 1 to {model.size}')
+        raise SquealError(
+            f'--modes: {short_repr(numbers)}; give numbers of modes, 1 to {model.size}')
 
 
 def _start(options: argparse.Namespace,
@@ -213,7 +214,7 @@ def _axis(text: str) -> tuple[str, FloatArray]:
     except ValueError:
         near = '' if name in PARAMETERS else did_you_mean(name, PARAMETERS)
         raise SquealError(
-            f'--over: {quoted(text)} is no axis; write NAME=FROM:TO:COUNT with a name out of '
+            f'--over: {short_repr(text)} is no axis; write NAME=FROM:TO:COUNT with a name out of '
             f'{", ".join(PARAMETERS)}, at most {MOST_POINTS} points{near}') from None
 
 

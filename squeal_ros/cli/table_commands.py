@@ -28,14 +28,14 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
 from squeal_core.surrogate.coverage import (
     braking_points,
+    build_table,
     covered,
     Envelope,
-    lay_down,
     random_places,
     Range,
 )
 from squeal_core.surrogate.table_file import write_table
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import read_vehicle
 from squeal_ros.cli.arguments import check_output, positive, shipped
@@ -52,9 +52,9 @@ def tabulate(options: argparse.Namespace) -> int:
     """Lay anchors down, write them, and say how much they cover; 1 where it is less than asked."""
     _check(options)
     model = BrakeModel.load(options.model)
-    tolerance = options.tolerance or TableSettings.of(model).tolerance
-    table = Tabulation(model, TableSettings(tolerance=tolerance, memory=1e6 * options.memory,
-                                            audit_every=0))
+    tolerance = options.tolerance or SolverSettings.of(model).tolerance
+    table = TabulatedSolver(model, SolverSettings(tolerance=tolerance, memory=1e6 * options.memory,
+                                                  audit_every=0))
     about: dict[str, Any] = {'seed': options.seed, 'tolerance': tolerance}
     laid: Iterable[OperatingPoint]
     tests: Iterable[OperatingPoint]
@@ -67,8 +67,8 @@ def tabulate(options: argparse.Namespace) -> int:
         about['envelope'] = {name: list(ends) for name, ends in envelope.ranges.items()}
         laid, tests = (envelope.points(model, random_places(options.seed + i)) for i in (0, 1))
     with ProgressBar('anchors at most') as progress:
-        summary = lay_down(table, laid, coverage=options.coverage, most=options.most,
-                           progress=lambda anchors, _: progress(anchors, options.most))
+        summary = build_table(table, laid, coverage=options.coverage, most=options.most,
+                              progress=lambda anchors, _: progress(anchors, options.most))
     share = covered(table, tests, _TESTS)
     write_table(table.anchors, model, options.output, about={**about, 'coverage': share},
                 overwrite=options.force)

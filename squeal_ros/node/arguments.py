@@ -20,7 +20,7 @@ import re
 from typing import NoReturn
 
 from squeal_core import __version__
-from squeal_core.common.errors import ConfigurationError, did_you_mean, quoted
+from squeal_core.common.errors import ConfigurationError, did_you_mean, short_repr
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.monitor.settings import NODE_NAME, parameter_sections
 
@@ -117,5 +117,5 @@ def _check_files(paths: Sequence[str], names: Container[str]) -> None:
     if contents and not any(True for content in contents
                             for _ in parameter_sections(content, names)):
         raise ConfigurationError(
-            paths[-1], f'has no ros__parameters for {NODE_NAME}, only {quoted(contents[-1])}',
+            paths[-1], f'has no ros__parameters for {NODE_NAME}, only {short_repr(contents[-1])}',
             f'write them below {NODE_NAME}: or /**:')

@@ -66,9 +66,9 @@ class Reporter:
         self._growth = {'deadline misses': Growth(), 'unreadable messages': Growth(),
                         'errors': Growth()}
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         self._settings = settings
-        self._alarms.retune(settings)
+        self._alarms.update_settings(settings)
 
     def report(self, assessments: Sequence[Assessment]) -> None:
         """Take note of a tick, and publish diagnostics if they are due."""

@@ -33,7 +33,7 @@ from squeal_core.common.errors import in_one_line
 Report = Callable[[Exception], None]
 
 
-class SturdyExecutor(SingleThreadedExecutor):  # type: ignore[misc]
+class ResilientExecutor(SingleThreadedExecutor):  # type: ignore[misc]
     """Spins on after an exception, which it reports, until its context ends."""
 
     def __init__(self, *, context: Context, report: Report) -> None:
@@ -60,7 +60,7 @@ class SturdyExecutor(SingleThreadedExecutor):  # type: ignore[misc]
         return super()._make_handler(entity, node, take)
 
 
-class Aside(MutuallyExclusiveCallbackGroup):  # type: ignore[misc]
+class DeferredCallbackGroup(MutuallyExclusiveCallbackGroup):  # type: ignore[misc]
     """
     Entities that an executor neither waits for nor serves, unless `open` is set.
 
@@ -73,7 +73,7 @@ class Aside(MutuallyExclusiveCallbackGroup):  # type: ignore[misc]
         return self.open and bool(super().can_execute(entity))
 
 
-def guarded(callback: Callable[..., None], report: Report) -> Callable[..., None]:
+def report_exceptions(callback: Callable[..., None], report: Report) -> Callable[..., None]:
     """Return a callback that reports what the given one raises."""
     def call(*arguments: Any) -> None:
         try:

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal
-from squeal_core.monitor.vehicle_monitor import Sample, Unreadable
+from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
 
 _STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d{1,9})\]|\[([A-Za-z_]\w*)=([^\]]+)\]')
 _OF_JOINTS = ('position', 'velocity', 'effort')  # of a JointState, as long as its `name`
@@ -243,7 +243,7 @@ class Router:
         return self._inputs[topic]
 
     def samples(self, topic: str, message: Any, received: int, number: int = 0,
-                connection: int = 0) -> Iterator[tuple[str, Signal, Sample | Unreadable]]:
+                connection: int = 0) -> Iterator[tuple[str, Signal, Sample | MissingValue]]:
         """
         Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
 
@@ -263,7 +263,7 @@ class Router:
 
         """
         for source in self._inputs[topic]:
-            found: Sample | Unreadable
+            found: Sample | MissingValue
             try:
                 found = source.sample(message, received, number, connection)
                 source.sight.see(received)
@@ -272,5 +272,5 @@ class Router:
                 if not is_other or source.sight.misses(
                         received, round(source.settings.max_age * 1e9)):
                     self.problems[f'{topic}: {error}'] += 1
-                found = Unreadable(str(error), is_other)
+                found = MissingValue(str(error), is_other)
             yield source.brake, source.signal, found

@@ -34,7 +34,12 @@ from squeal_core.monitor.settings import MonitorSettings, NODE_NAME, pressure_re
 from squeal_core.monitor.vehicle_monitor import Assessment, Reading, VehicleMonitor
 from squeal_ros.node.arguments import check_arguments
 from squeal_ros.node.diagnostics import Reporter
-from squeal_ros.node.executor import Aside, guard_services, guarded, SturdyExecutor
+from squeal_ros.node.executor import (
+    DeferredCallbackGroup,
+    guard_services,
+    report_exceptions,
+    ResilientExecutor,
+)
 from squeal_ros.node.field_check import check_fields
 from squeal_ros.node.field_paths import Router
 from squeal_ros.node.markers import ModeShapes
@@ -43,7 +48,7 @@ from squeal_ros.node.node_statistics import Health
 from squeal_ros.node.parameters import NodeParameters
 from squeal_ros.node.publishers import OutputTopics
 from squeal_ros.node.subscriptions import InputTopics
-from squeal_ros.node.tick_grid import Beat
+from squeal_ros.node.tick_grid import Tick
 from squeal_ros.node.ticker import Ticker
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -81,7 +86,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         guard_services(self, self.report)
         self._parameters_of_ours = NodeParameters(
             self, lambda: self._configured is not None, self._retune)
-        self._ticker = Ticker(self, *(guarded(call, self.report) for call in (
+        self._ticker = Ticker(self, *(report_exceptions(call, self.report) for call in (
             self._gather, self._tick, self._clock_stopped)), alone=alone)
 
     def declare_parameters(self, namespace: str, parameters: Any, *rest: Any,
@@ -168,21 +173,21 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         """Take changed parameters: what is fixed while configured is not among them."""
         if self._configured is None:
             return
-        self._configured.retune(settings)
+        self._configured.update_settings(settings)
         self._ticker.retime(settings.period, round(settings.clock_timeout * 1e9))
 
     def _gather(self) -> None:
         if self._configured is not None:
             self._configured.inputs.take()
 
-    def _tick(self, beat: Beat) -> None:
+    def _tick(self, tick: Tick) -> None:
         if self._configured is None:
             return
         start = time.perf_counter_ns()
         self._last_unknown = None
-        self.health.begin(beat, self.settings.period)
+        self.health.begin(tick, self.settings.period)
         try:
-            self._configured.assess(beat)
+            self._configured.assess(tick)
         finally:
             self.health.end(time.perf_counter_ns() - start, self.settings.period)
 
@@ -202,13 +207,14 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         """Stop ticking; the last word, which late subscribers get, is that nothing is known."""
         self._ticker.stop()
         if self._configured is not None:
-            guarded(self._configured.say_unknown, self.report)('the monitor is not active')
+            say_unknown = report_exceptions(self._configured.say_unknown, self.report)
+            say_unknown('the monitor is not active')
 
     def _release(self) -> None:
         self._ticker.stop()
         configured, self._configured = self._configured, None
         if configured is not None:
-            guarded(configured.destroy, self.report)()
+            report_exceptions(configured.destroy, self.report)()
 
 
 class _Configured:
@@ -221,10 +227,11 @@ class _Configured:
         check_fields(node.settings, library.fields, node.get_logger().warning)
         self.monitor = VehicleMonitor(node.settings, model)
         self._said: set[str] = set()
-        aside = Aside()
+        aside = DeferredCallbackGroup()
         with ExitStack() as undo:
             self.inputs = InputTopics(node, library, self.router.types, aside,
-                                      guarded(self._receive, node.report), self._complain)
+                                      report_exceptions(self._receive, node.report),
+                                      self._complain)
             undo.callback(self.inputs.destroy)
             self.outputs = OutputTopics(
                 node, library, self.monitor.brakes, node.settings.mode_shapes, aside)
@@ -254,16 +261,16 @@ class _Configured:
         self.inputs.destroy()
         self.outputs.destroy()
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         self.router = Router.of(settings, self.router.problems)
-        self.monitor.retune(settings)
-        self.reporter.retune(settings)
+        self.monitor.update_settings(settings)
+        self.reporter.update_settings(settings)
         if self.pictures:
-            self.pictures.retune(settings)
+            self.pictures.update_settings(settings)
 
-    def assess(self, beat: Beat) -> None:
+    def assess(self, tick: Tick) -> None:
         """Assess all brakes at a tick and publish what came out."""
-        assessments = self.monitor.assess(beat.time)
+        assessments = self.monitor.assess(tick.time)
         self.outputs.publish(assessments)
         self.reporter.report(assessments)
         if self.pictures:
@@ -307,7 +314,7 @@ def main(arguments: list[str] | None = None) -> int:
         started = True
         starting.cancel()
         node = SquealMonitor(alone=True, context=context)
-        executor = SturdyExecutor(context=context, report=node.report)
+        executor = ResilientExecutor(context=context, report=node.report)
         executor.add_node(node)
         node.bring_up()
         executor.spin()

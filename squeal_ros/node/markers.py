@@ -59,7 +59,7 @@ class ModeShapes:
         """Return what there is to see, in words."""
         return 'published' if self._model.surface else 'no shapes in this model: build it again'
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         self._settings = settings
 
     def update(self, assessments: Sequence[Assessment], steady: int) -> None:

@@ -65,7 +65,7 @@ def brake_values(assessment: Assessment) -> tuple[tuple[str, float], ...]:
 
 def frequencies_hz(assessment: Assessment) -> list[float]:
     """Return those of all flutter modes [Hz], worst first; empty: none; one NaN: not known."""
-    return [m.frequency_hz for m in assessment.flutter] if assessment.known else [math.nan]
+    return [m.frequency_hz for m in assessment.flutter] if assessment.is_valid else [math.nan]
 
 
 def frequency_list(library: MessageLibrary, frequencies: Sequence[float]) -> Any:
@@ -88,9 +88,9 @@ class Levels:
     def __init__(self, settings: MonitorSettings) -> None:
         self._alarms = {brake.name: Alarm(*_thresholds(settings)) for brake in settings.brakes}
 
-    def retune(self, settings: MonitorSettings) -> None:
+    def update_settings(self, settings: MonitorSettings) -> None:
         for alarm in self._alarms.values():
-            alarm.retune(*_thresholds(settings))
+            alarm.update_settings(*_thresholds(settings))
 
     def of(self, assessments: Sequence[Assessment]) -> list[int]:
         """Return the level of each assessment of a tick."""

@@ -18,7 +18,7 @@ from collections import deque
 from dataclasses import dataclass, field
 import math
 
-from squeal_ros.node.tick_grid import Beat
+from squeal_ros.node.tick_grid import Tick
 
 _KEPT = 1000  # ticks that percentiles are taken of
 RECENT = 10_000_000_000  # ns; for so long a fault of the node's own shows in its level
@@ -56,18 +56,18 @@ class Health:
     work: Series = field(default_factory=Series)
     lateness: Series = field(default_factory=Series)
 
-    def begin(self, beat: Beat, period: int) -> None:
+    def begin(self, tick: Tick, period: int) -> None:
         """
         Count a tick; one that comes more than a period late missed its deadline.
 
         Its lateness counts from the first of those that were passed over for it [ns]. One that is
         late by the steps of a simulated clock missed nothing.
         """
-        late = beat.late + beat.lost * period
+        late = tick.late + tick.lost * period
         self.ticks_done += 1
-        self.ticks_lost += beat.lost
-        self.deadline_misses += beat.lost > 0 or (late > period and not beat.simulated)
-        self.clock_jumps += beat.jump != ''
+        self.ticks_lost += tick.lost
+        self.deadline_misses += tick.lost > 0 or (late > period and not tick.simulated)
+        self.clock_jumps += tick.jump != ''
         self.lateness.add(late)
 
     def end(self, work: int, period: int) -> None:

@@ -26,10 +26,10 @@ from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.settings import (
     flatten,
     is_built_in,
-    Key,
     MonitorSettings,
     read_settings,
     settings_keys,
+    SettingSpec,
 )
 
 _QOS = 'qos_overrides.'
@@ -134,7 +134,7 @@ def _real(parameter: Parameter) -> float | None:
     return float(parameter.value)
 
 
-def _descriptor(key: Key) -> ParameterDescriptor:
+def _descriptor(key: SettingSpec) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=f'{key.meaning} [{key.unit}]', additional_constraints=_CHANGE[key.change],
         read_only=key.change == 'start')

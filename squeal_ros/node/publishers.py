@@ -22,7 +22,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
-from squeal_ros.node.executor import Aside
+from squeal_ros.node.executor import DeferredCallbackGroup
 from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.subscriptions import naming, POLICIES
 
@@ -40,7 +40,7 @@ class OutputTopics:
     brakes : iterable of str
     mode_shapes : bool
         Whether there are markers, too.
-    aside : Aside
+    aside : DeferredCallbackGroup
         For the events of the publishers.
 
     Raises
@@ -51,7 +51,7 @@ class OutputTopics:
     """
 
     def __init__(self, node: LifecycleNode, library: RosMessages, brakes: Iterable[str],
-                 mode_shapes: bool, aside: Aside) -> None:
+                 mode_shapes: bool, aside: DeferredCallbackGroup) -> None:
         self._node, self._library, self._aside = node, library, aside
         self._publishers: dict[tuple[str, str], Any] = {}
         types = dict(messages.TYPES)

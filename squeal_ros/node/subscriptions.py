@@ -27,7 +27,7 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from squeal_core.common.errors import ConfigurationError, did_you_mean
-from squeal_ros.node.executor import Aside
+from squeal_ros.node.executor import DeferredCallbackGroup
 from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.node_statistics import Rate
 from squeal_ros.node.silence import Silence
@@ -94,7 +94,7 @@ class InputTopics:
     library : RosMessages
     types : mapping
         Message type of each topic.
-    aside : Aside
+    aside : DeferredCallbackGroup
         For the subscriptions and all events; served once a second.
     receive : callable
     complain : callable
@@ -107,8 +107,8 @@ class InputTopics:
 
     """
 
-    def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str], aside: Aside,
-                 receive: Callable[[str, Any, int, int], None],
+    def __init__(self, node: Node, library: RosMessages, types: Mapping[str, str],
+                 aside: DeferredCallbackGroup, receive: Callable[[str, Any, int, int], None],
                  complain: Callable[[str], None]) -> None:
         self._node, self._receive, self._complain = node, receive, complain
         self._aside = aside

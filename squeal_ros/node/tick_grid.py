@@ -25,7 +25,7 @@ _LATEST = 100_000_000  # ns: a tick that comes later is of no use to anyone, so 
 
 
 @dataclass(frozen=True)
-class Beat:
+class Tick:
     """
     A tick that is due: its time, how late it is and how many before it were passed over.
 
@@ -81,7 +81,7 @@ class TickGrid:
         # a clock that was set back by less than a period does not tick twice, and forgets nothing
         return self._last is None or tick > self._last or tick < self._last - 1
 
-    def beat(self, now: int, steady: int, *, simulated: bool) -> Beat | None:
+    def next_tick(self, now: int, steady: int, *, simulated: bool) -> Tick | None:
         """
         Return the tick that is due now, if one is.
 
@@ -102,7 +102,7 @@ class TickGrid:
         if lost and now - (tick - lost) * self.period <= _LATEST:
             tick, lost = tick - lost, 0
         self._last, self._last_steady = tick, steady
-        return Beat(tick * self.period, now - tick * self.period, lost, jump, simulated)
+        return Tick(tick * self.period, now - tick * self.period, lost, jump, simulated)
 
     def _step(self, tick: int, steady: int) -> tuple[Jump, int]:
         """Return how time jumped, and how many ticks there are from the last one to this."""

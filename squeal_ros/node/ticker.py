@@ -31,7 +31,7 @@ from rclpy.clock import Clock, JumpThreshold
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
-from squeal_ros.node.tick_grid import Beat, StandstillWatch, TickGrid
+from squeal_ros.node.tick_grid import StandstillWatch, Tick, TickGrid
 
 _LOOKS = 4  # at a simulated clock within its timeout
 _LONGEST = 10_000_000  # ns between two beats: in so short a time no queue of messages fills
@@ -51,7 +51,7 @@ class Ticker:
         Takes the messages that came: called at every beat before all else, and before simulated
         time changes, so that each finds the time at which it came.
     on_tick : callable
-        Given a `Beat`.
+        Given a `Tick`.
     on_stop : callable
         Given what the clock does, in words; called again and again until it goes on.
     alone : bool
@@ -59,7 +59,7 @@ class Ticker:
 
     """
 
-    def __init__(self, node: Node, gather: Callable[[], None], on_tick: Callable[[Beat], None],
+    def __init__(self, node: Node, gather: Callable[[], None], on_tick: Callable[[Tick], None],
                  on_stop: Callable[[str], None], *, alone: bool = False) -> None:
         self._node, self._gather, self._alone = node, gather, alone
         self._on_tick, self._on_stop = on_tick, on_stop
@@ -144,9 +144,9 @@ class Ticker:
                 self._on_stop(_in_words(now, standstill))
         else:
             self._watch = StandstillWatch(steady)
-        beat = self._grid.beat(now, steady, simulated=simulated)
-        if beat is not None:
-            self._on_tick(beat)
+        tick = self._grid.next_tick(now, steady, simulated=simulated)
+        if tick is not None:
+            self._on_tick(tick)
 
     def _arm(self) -> None:
         """Wait for the next beat; with simulated time, for the next look at it."""

@@ -21,7 +21,7 @@ from itertools import groupby
 import math
 from operator import itemgetter
 
-from squeal_core.monitor.history import Row
+from squeal_core.monitor.history import AssessmentRecord
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Agreement:
                 f'a neighbouring sample; largest difference of risk {self.largest_difference:.2g}')
 
 
-def agreement(live: Iterable[Row], replayed: Iterable[Row]) -> Agreement:
+def agreement(live: Iterable[AssessmentRecord], replayed: Iterable[AssessmentRecord]) -> Agreement:
     """
     Compare tick by tick; holds no rows but those of a tick.
 
@@ -75,7 +75,7 @@ def agreement(live: Iterable[Row], replayed: Iterable[Row]) -> Agreement:
 
     Parameters
     ----------
-    live, replayed : iterables of Row
+    live, replayed : iterables of AssessmentRecord
         In order of time.
 
     """
@@ -98,20 +98,20 @@ def agreement(live: Iterable[Row], replayed: Iterable[Row]) -> Agreement:
     return Agreement(compared, same, equal, parted_at, before, equal_before, largest)
 
 
-def _ticks(live: Iterable[Row], replayed: Iterable[Row]
-           ) -> Iterator[tuple[float, dict[str, Row], dict[str, Row]]]:
+def _ticks(live: Iterable[AssessmentRecord], replayed: Iterable[AssessmentRecord]
+           ) -> Iterator[tuple[float, dict[str, AssessmentRecord], dict[str, AssessmentRecord]]]:
     """Yield time and rows by brake of each tick of either record; a tick's last row counts."""
     both = heapq.merge(((round(row.time_s, 6), 0, row) for row in live),
                        ((round(row.time_s, 6), 1, row) for row in replayed),
                        key=itemgetter(0))
     for time, entries in groupby(both, key=itemgetter(0)):
-        found: tuple[dict[str, Row], dict[str, Row]] = {}, {}
+        found: tuple[dict[str, AssessmentRecord], dict[str, AssessmentRecord]] = {}, {}
         for _, which, row in entries:
             found[which][row.brake] = row
         yield time, *found
 
 
-def _parted(a: Row | None, b: Row | None) -> bool:
+def _parted(a: AssessmentRecord | None, b: AssessmentRecord | None) -> bool:
     """
     Whether one brake's engine was asked for something else, or nothing, in one record.
 
@@ -121,9 +121,9 @@ def _parted(a: Row | None, b: Row | None) -> bool:
     return bool(asked) and (a is None or b is None or _inputs(a) != _inputs(b))
 
 
-def _inputs(row: Row) -> str:
+def _inputs(row: AssessmentRecord) -> str:
     return repr((row.state, row.rotor_speed_rad_s, row.pressure_pa, row.friction))
 
 
-def _numbers(row: Row) -> str:
+def _numbers(row: AssessmentRecord) -> str:
     return repr(replace(row, time_s=0.0, reason=''))

@@ -28,7 +28,7 @@ except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
 from squeal_core.common.bounded_reader import kind_of
-from squeal_core.common.errors import in_one_line, quoted, SquealError
+from squeal_core.common.errors import in_one_line, short_repr, SquealError
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_ros.recordings.bag_bounds import (
     bound_decompression,
@@ -230,7 +230,7 @@ class Bag:
             self._expected.clear()
             return present
         if packed in ('file', 'message') and form != 'zstd':
-            raise BagError(self.path, f'is compressed by {quoted(form)}', 'unpack it first')
+            raise BagError(self.path, f'is compressed by {short_repr(form)}', 'unpack it first')
         if packed == 'message':
             self._unpack = unpack_message
         files = [file for file in listed if file.is_file()]

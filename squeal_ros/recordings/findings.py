@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.errors import nearest_word, SquealError
-from squeal_core.monitor.input_channel import Sample, Unreadable
+from squeal_core.monitor.input_channel import MissingValue, Sample
 from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal
 from squeal_ros.node.field_paths import FieldPath
 
@@ -140,11 +140,11 @@ class InputFindings:
         """Return what was seen of an input, to be told of its samples."""
         return self._seen[brake, signal]
 
-    def value(self, brake: str, signal: Signal, sample: Sample | Unreadable, message: Any,
+    def value(self, brake: str, signal: Signal, sample: Sample | MissingValue, message: Any,
               received: int) -> None:
         """Take note of what an input got of a message received at a time [ns]."""
         seen = self._seen[brake, signal]
-        if isinstance(sample, Unreadable):
+        if isinstance(sample, MissingValue):
             seen.messages += 1
             if seen.unreadable == seen.of_others and not (sample.is_other and seen.unreadable):
                 seen.reason, seen.hint = sample.reason, hint(seen.path, message)

@@ -33,7 +33,7 @@ except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
 from squeal_core.common.bounded_reader import read_text_bounded
-from squeal_core.common.errors import in_one_line, PlacedError
+from squeal_core.common.errors import in_one_line, LocatedError
 from squeal_ros.recordings.bag_bounds import least_size
 from squeal_ros.recordings.findings import full_type_name
 
@@ -48,7 +48,7 @@ _MOST_FILES = 100_000  # looked through in a folder of definitions
 _LONGEST_ARRAY = 1_000_000  # entries of an array of fixed length
 
 
-class DefinitionError(PlacedError):
+class DefinitionError(LocatedError):
     """A message type without a definition that can be used."""
 
 

@@ -20,7 +20,7 @@ from itertools import chain
 from typing import Any, NamedTuple
 
 from squeal_core.monitor.settings import MonitorSettings, Signal
-from squeal_core.monitor.vehicle_monitor import Sample, Unreadable
+from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
 from squeal_ros.node.field_paths import Router, Source
 from squeal_ros.recordings.bag_reader import Bag, Record
 from squeal_ros.recordings.findings import absolute, identity_of, InputFindings
@@ -29,7 +29,7 @@ from squeal_ros.recordings.message_layout import Key, LayoutError, MessageLayout
 _MOST_LAYOUTS = 4  # of a topic and type; messages of others are decoded
 _STAMP: tuple[Key, ...] = (('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec'))
 
-Samples = list[tuple[str, Signal, Sample | Unreadable]]
+Samples = list[tuple[str, Signal, Sample | MissingValue]]
 
 
 class _KnownLayout(NamedTuple):
@@ -78,7 +78,7 @@ class SampleReader:
             self._topics[absolute(topic, namespace)].append(topic)
         self._layouts: defaultdict[Any, list[_KnownLayout]] = defaultdict(list)
 
-    def samples(self, record: Record) -> Sequence[tuple[str, Signal, Sample | Unreadable]]:
+    def samples(self, record: Record) -> Sequence[tuple[str, Signal, Sample | MissingValue]]:
         """
         Return brake, signal and sample of all that a message holds.
 

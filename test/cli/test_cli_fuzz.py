@@ -34,7 +34,7 @@ import warnings
 import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.common.resources import find
-from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.table_file import write_table
 from squeal_ros.cli.main import main
 from support.engine_models import point
@@ -122,8 +122,8 @@ class Files:
         self.model = folder / 'whole.npz'
         model.save(self.model)
         self.table = folder / 'table.npz'
-        write_table([anchor_at(model, point(rotor_speed=speed)) for speed in (20.0, 40.0)], model,
-                    self.table)
+        write_table([expand_spectrum(model, point(rotor_speed=speed)) for speed in (20.0, 40.0)],
+                    model, self.table)
         self.settings = self._yaml('settings.yaml', self._parameters())
         self.bag = folder / 'in.mcap'
         from support.bags import float_messages, write_floats

@@ -34,7 +34,7 @@ pytest.importorskip('matplotlib', reason='needs matplotlib')
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402, I100
 import numpy as np  # noqa: E402
-from squeal_core.monitor.history import Row  # noqa: E402
+from squeal_core.monitor.history import AssessmentRecord  # noqa: E402
 from squeal_core.vehicle.vehicle_model import BrakeSignals  # noqa: E402
 from squeal_core.view.table import drive_console, DriveDisplay  # noqa: E402
 from squeal_ros.cli.demo import (  # noqa: E402
@@ -219,10 +219,11 @@ def test_topics_in_full_are_the_demos_too(tmp_path: Path) -> None:
 
 def test_the_table_gives_the_reason_of_what_is_not_known() -> None:
     """In full, with the brackets of a field path; a steady brake's columns say all of it."""
-    row = Row(time_s=1.0, brake='front_left', state='stale', rotor_speed_rad_s=40.0,
-              pressure_pa=1e6, friction=0.4, squeal_risk=float('nan'), growth_rate_1_s=1.0,
-              worst_frequency_hz=2000.0, friction_margin=0.1, unstable_frequencies_hz=(),
-              unstable_growth_rates_1_s=(), reason='no velocity[name=fl] in the list')
+    row = AssessmentRecord(time_s=1.0, brake='front_left', state='stale', rotor_speed_rad_s=40.0,
+                           pressure_pa=1e6, friction=0.4, squeal_risk=float('nan'),
+                           growth_rate_1_s=1.0, worst_frequency_hz=2000.0, friction_margin=0.1,
+                           unstable_frequencies_hz=(), unstable_growth_rates_1_s=(),
+                           reason='no velocity[name=fl] in the list')
     console = drive_console()
     with console.capture() as captured:
         DriveDisplay(console, 'us06').update(1.0, 2.0, [row, replace(

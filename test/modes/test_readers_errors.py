@@ -19,14 +19,14 @@ import re
 import sys
 
 import pytest
-from squeal_core.common.errors import PlacedError, SquealError
+from squeal_core.common.errors import LocatedError, SquealError
 from squeal_core.modes.readers import FORMATS, read_modes, ReaderError
 from squeal_core.modes.readers import raw as limits
 from support.reader_samples import FRD, options, PAD, refusal, SAMPLES, write_sample
 
 
 def test_the_error_is_one_of_a_place() -> None:
-    assert issubclass(ReaderError, PlacedError)
+    assert issubclass(ReaderError, LocatedError)
     assert issubclass(ReaderError, SquealError)
 
 

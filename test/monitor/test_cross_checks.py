@@ -140,7 +140,7 @@ def test_the_reason_names_both_inputs_and_values() -> None:
     samples = stream(stop(60.0, 12.0, front=15.0), SENSORS, [
         Fault('kPa', 'pressure', (FL,), PRESSURE_LIES['kPa'][0], 0.0)])
     seconds, found = next(x for x in play(samples, vehicle) if x[0] >= 5.0)
-    assert (found[FL].state, found[FL].known, str(found[FL].risk)) == ('invalid', False, 'nan')
+    assert (found[FL].state, found[FL].is_valid, str(found[FL].risk)) == ('invalid', False, 'nan')
     assert found[FL].reason == (
         'pressure is 1500 Pa, though front_right pressure is 1.5e+06 Pa, as kPa given as Pa would '
         'be, until it brakes with 1 bar or more as the others do (0.00 s old)')
@@ -222,7 +222,7 @@ def test_a_check_that_is_turned_off_ends_what_it_told() -> None:
             status = readings[fault.wheels[0]][fault.signal].status
             if seconds == 7.0:
                 assert status == 'implausible'
-                car.monitor.retune(settings(**{off: 0.0}))
+                car.monitor.update_settings(settings(**{off: 0.0}))
             elif seconds > 7.0:
                 assert status == 'good'
 

@@ -63,7 +63,7 @@ def play(stream: Stream, ticks: list[int], vehicle: VehicleMonitor) -> Iterator[
 
 def check(found: Assessment, causes: list[tuple[Signal, Fault]]) -> None:
     """Check an assessment under faults that are past their limit: no number, and why."""
-    assert not found.known, found
+    assert not found.is_valid, found
     assert np.isnan([found.risk, found.growth_rate, found.worst_frequency_hz,
                      found.friction_margin]).all()
     assert (found.modes, found.point) == ((), None)
@@ -173,7 +173,7 @@ def test_clock_back(by: int) -> None:
     assert before.state == 'steady'
     tick = START - STEP - by
     found, = vehicle.assess(tick)
-    assert (found.state, found.known, str(found.risk)) == ('stale', False, 'nan')
+    assert (found.state, found.is_valid, str(found.risk)) == ('stale', False, 'nan')
     assert found.reason.split('; ') == [
         f'{signal} not received since time went backwards' for signal in MEASURED]
     assert {r.status for r in found.inputs.values()} == {'time went backwards'}
@@ -227,7 +227,7 @@ def test_storm(seed: int, per_tick: int) -> None:
 
 
 def check_sound(found: Assessment) -> None:
-    if not found.known:
+    if not found.is_valid:
         assert np.isnan([found.risk, found.growth_rate]).all()
         assert found.reason
         return
@@ -251,7 +251,7 @@ def test_storms_meet_good_moments() -> None:
         for count, (signal, stamp, value) in enumerate(zip(*storm(seed), strict=True)):
             vehicle.receive('a', signal, Sample(stamp, value))
             if count % 20 == 0:
-                known += vehicle.assess(BEGIN + count * SECOND // 200)[0].known
+                known += vehicle.assess(BEGIN + count * SECOND // 200)[0].is_valid
     assert known > 10
 
 

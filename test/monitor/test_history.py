@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.drive_summary import DriveSummary, worst_reason
-from squeal_core.monitor.history import Row, squeal_events
+from squeal_core.monitor.history import AssessmentRecord, squeal_events
 from squeal_core.monitor.input_channel import Reading, Status
 from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.view.drive_envelope import drive_envelope
@@ -37,11 +37,12 @@ def settings(**values: Any) -> MonitorSettings:
 
 
 def row(time: float, risk: float, growth: float = 1.0, frequency: float = 2000.0,
-        brake: str = 'fl') -> Row:
-    return Row(time_s=time, brake=brake, state='steady', rotor_speed_rad_s=40.0, pressure_pa=1e6,
-               friction=0.4, squeal_risk=risk, growth_rate_1_s=growth,
-               worst_frequency_hz=frequency, friction_margin=NAN, unstable_frequencies_hz=(),
-               unstable_growth_rates_1_s=(), reason='')
+        brake: str = 'fl') -> AssessmentRecord:
+    return AssessmentRecord(time_s=time, brake=brake, state='steady', rotor_speed_rad_s=40.0,
+                            pressure_pa=1e6, friction=0.4, squeal_risk=risk,
+                            growth_rate_1_s=growth, worst_frequency_hz=frequency,
+                            friction_margin=NAN, unstable_frequencies_hz=(),
+                            unstable_growth_rates_1_s=(), reason='')
 
 
 def test_an_event_has_the_figures_of_its_worst_row() -> None:
@@ -158,7 +159,7 @@ def test_silence_is_counted() -> None:
     assert counted.silence == pytest.approx(3.0)
 
 
-def drive(ticks: int) -> Iterator[Row]:
+def drive(ticks: int) -> Iterator[AssessmentRecord]:
     """Return a brake whose risk is known at every other tick, with one mode at one tick."""
     for tick in range(ticks):
         one = row(0.5 * tick, float(tick % 7 == 3) if tick % 2 else NAN)

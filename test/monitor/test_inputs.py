@@ -30,12 +30,12 @@ from squeal_core.monitor.plausibility import (
     AbsoluteGuard,
     BarGuard,
     GaugeGuard,
-    Guard,
+    PlausibilityCheck,
     RPM,
     RpmGuard,
 )
-from squeal_core.monitor.stuck_signal import SignalStep, StuckGuard
-from squeal_core.monitor.vehicle_monitor import BrakeMonitor, Sample, Unreadable
+from squeal_core.monitor.stuck_signal import SignalStep, StuckCheck
+from squeal_core.monitor.vehicle_monitor import BrakeMonitor, MissingValue, Sample
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, read_vehicle
 from support.brake_monitors import (
@@ -58,7 +58,7 @@ def speeds(**changes: float) -> RpmGuard:
     return RpmGuard(**{'maximum': 400.0, 'leap': 500.0, 'ramp': 40.0, 'memory': 0.5, **changes})
 
 
-def judged(guard: Guard, values: Sequence[float], rate: float = 100.0,
+def judged(guard: PlausibilityCheck, values: Sequence[float], rate: float = 100.0,
            start: float = 0.0) -> list[str]:
     said = [guard.check(round((start + i / rate) * SECOND), float(value))
             for i, value in enumerate(values)]
@@ -90,7 +90,7 @@ def test_what_is_told_is_remembered_over_a_change_of_other_settings() -> None:
         feed(watch, TICK + tenths * SECOND // 10, **{**GOOD, 'pressure': 20.0})
     last = TICK + 2 * SECOND
     for settings, told in ((other, True), (off, False)):
-        watch.retune(settings.brake, settings._settings)
+        watch.update_settings(settings.brake, settings._settings)
         feed(watch, last, **{**GOOD, 'pressure': 20.0})
         assert ('bar given as Pa' in watch.assess(last).reason) is told
         last += SECOND // 10
@@ -348,7 +348,7 @@ def test_connections_of_a_recording_are_publishers() -> None:
 
 def held(values: Sequence[float], others: Sequence[int], *, sliding: bool = True,
          rate: float = 10.0, **changes: Any) -> list[bool]:
-    guard = StuckGuard(**{
+    guard = StuckCheck(**{
         'after': 2.0, 'changes': 5, 'longest_gap': 0.5, 'movement': 1.0, **changes})
     return [bool(guard.check(round(i / rate * SECOND), value, sliding=sliding, others=other))
             for i, (value, other) in enumerate(zip(values, others, strict=True))]
@@ -523,7 +523,7 @@ def test_only_samples_ahead() -> None:
         feed(watch, time, rotor_speed=10.0, pressure=2e6)
         watch.receive('friction', Sample(time + 5 * SECOND, 0.4))
         found = watch.assess(time)
-        assert found.known == (tenths <= 5)
+        assert found.is_valid == (tenths <= 5)
     assert found.reason == 'friction is 0.4, stamped ahead of time by 5.00 s'
     assert (found.state, found.inputs['friction'].status) == ('invalid', 'invalid')
     feed(watch, time + 1, friction=0.5)
@@ -539,7 +539,7 @@ def test_how_far_ahead_is_a_setting(tolerance: float, known: bool) -> None:
     for tenths in range(10):
         feed(watch, TICK + (tenths + 2) * SECOND // 10, **GOOD)
         found = watch.assess(TICK + tenths * SECOND // 10)
-    assert found.known is known
+    assert found.is_valid is known
     assert watch.refused.total() == (0 if known else 30)
 
 
@@ -559,7 +559,7 @@ def test_samples_without_a_stamp_are_refused_and_named() -> None:
 
 def test_messages_without_the_value_are_named_until_one_has_it() -> None:
     watch = feed(monitor(), rotor_speed=10.0, pressure=2e6)
-    watch.receive('friction', Unreadable('data[2]: the list is too short'))
+    watch.receive('friction', MissingValue('data[2]: the list is too short'))
     found = watch.assess(TICK)
     assert (found.state, found.inputs['friction'].status) == ('stale', 'never received')
     why = 'messages come without it (data[2]: the list is too short)'
@@ -568,7 +568,7 @@ def test_messages_without_the_value_are_named_until_one_has_it() -> None:
     later = TICK + SECOND
     feed(watch, later, rotor_speed=10.0, pressure=2e6)
     assert watch.assess(later).reason == 'friction is 1.00 s old: 0.4'
-    watch.receive('friction', Unreadable('data[2]: the list is too short'))
+    watch.receive('friction', MissingValue('data[2]: the list is too short'))
     assert watch.assess(later).reason == f'friction is 1.00 s old: 0.4, {why}'
     assert watch.refused == {'friction unreadable': 2}
     watch.reset()
@@ -590,10 +590,10 @@ def test_other_settings_while_running() -> None:
     limits = {'a.friction.maximum': 0.4, 'a.rotor_speed.max_age': 9}
     other, late = monitor(**limits), monitor(release_pressure=3e6, **limits)
     assert watch.assess(TICK).state == 'steady'
-    watch.retune(other.brake, other._settings)
+    watch.update_settings(other.brake, other._settings)
     assert watch.assess(TICK).reason == (
         'friction is 0.5, outside its range 0.01 to 0.4 (0.00 s old)')
-    watch.retune(late.brake, late._settings)
+    watch.update_settings(late.brake, late._settings)
     feed(watch, TICK + SECOND, pressure=2e6)
     assert watch.assess(TICK + SECOND).state == 'released'
 
@@ -610,7 +610,7 @@ def test_outside_the_validated_range(signal: str, value: float, shown: str) -> N
     if signal == 'rotor_speed':  # of a released brake, too
         assert assess({**GOOD, 'pressure': 0.0, signal: value}).reason.startswith(signal)
     found = assess({**GOOD, signal: value})
-    assert (found.state, found.known) == ('outside validated range', False)
+    assert (found.state, found.is_valid) == ('outside validated range', False)
     assert found.reason == shown.format("outside the model's validated range") + ' (0.00 s old)'
     assert np.isnan(found.risk)
     assert found.inputs[signal].status == 'outside validated range'
@@ -645,7 +645,7 @@ def test_a_table_is_not_extrapolated(kelvin: float, friction: float) -> None:
 def test_a_temperature_outside_the_table(kelvin: float, others: dict[str, str]) -> None:
     values = {'rotor_speed': 10.0, 'pressure': 2e6, 'temperature': kelvin}
     found = assess(values, **{'a.temperature.topic': '/t', **others})
-    assert not found.known
+    assert not found.is_valid
     assert found.reason.endswith(f"temperature is {kelvin:g} K, outside the model's validated "
                                  'range 300 to 500 (0.00 s old)')
     if others:
@@ -692,7 +692,7 @@ def test_an_alarm_can_always_end() -> None:
     alarm = Alarm(0.3, 0.9, 0.0)
     assert [alarm.update(i, risk) for i, risk in enumerate((0.3, 0.01, 0.0))] == [
         True, True, False]
-    alarm.retune(0.0, 0.0, 0.0)
+    alarm.update_settings(0.0, 0.0, 0.0)
     assert alarm.update(9, 0.0)
 
 

@@ -67,7 +67,7 @@ class FullSolutions:
         point = self.model.operating_point(rotor_speed=speed, pressure=pressure,
                                            friction=friction)
         modes = complex_modes(self.model, point)
-        return complex(least_stable(modes.roots[None], kind, self.band_hz,
+        return complex(least_stable(modes.mode_eigenvalues[None], kind, self.band_hz,
                                     modes.tolerances)[0]) + self.off
 
 

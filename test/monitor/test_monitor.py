@@ -50,7 +50,7 @@ from support.brake_monitors import (
 
 def test_steady_and_squealing() -> None:
     found = assess(GOOD)
-    assert (found.state, found.known, found.brake, found.time) == ('steady', True, 'a', TICK)
+    assert (found.state, found.is_valid, found.brake, found.time) == ('steady', True, 'a', TICK)
     assert (found.friction, found.friction_source) == (0.5, 'measured')
     assert [round(m.frequency_hz, -2) for m in found.flutter] == [2000.0]
     assert found.flutter[0].growth_rate == found.growth_rate > 0.0
@@ -98,14 +98,14 @@ def test_the_limits_themselves_are_believed(signal: str) -> None:
     wide = {'validated_rotor_speed_high': 400.0, 'validated_preload_high': 3e7 * 2.5e-3,
             'validated_friction_low': 0.01, 'validated_friction_high': 1.5}
     for limit in LIMITS[signal]:
-        assert assess({**GOOD, signal: limit}, **wide).known
+        assert assess({**GOOD, signal: limit}, **wide).is_valid
 
 
 @pytest.mark.parametrize('pressure', [0.0, 4.9999e4, -4e4])
 @pytest.mark.parametrize('speed', [10.0, -10.0, 0.0])
 def test_released(pressure: float, speed: float) -> None:
     found = assess({**GOOD, 'pressure': pressure, 'rotor_speed': speed})
-    assert (found.state, found.risk, found.known, found.modes) == ('released', 0.0, True, ())
+    assert (found.state, found.risk, found.is_valid, found.modes) == ('released', 0.0, True, ())
 
 
 @pytest.mark.parametrize('pressure', [-9e4, -101325.0, -1.05e5])
@@ -127,7 +127,7 @@ def test_friction_is_judged_when_it_is_needed(friction: dict[str, float],
                                               idle: dict[str, float]) -> None:
     values = {'rotor_speed': 10.0, 'pressure': 2e6, **friction}
     parameters = WITH_TABLE if 'temperature' in friction else {}
-    assert not assess(values, **parameters).known
+    assert not assess(values, **parameters).is_valid
     found = assess({**values, **idle}, **parameters)
     assert found.state == ('released' if 'pressure' in idle else 'not sliding')
     assert 'friction' not in found.reason

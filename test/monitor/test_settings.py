@@ -23,10 +23,10 @@ from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.settings import (
     flatten,
     InputSettings,
-    Key,
     load_settings,
     read_settings,
     settings_keys,
+    SettingSpec,
 )
 from support.rows import each
 
@@ -113,13 +113,13 @@ def test_integers_count_as_numbers_and_become_them() -> None:
 
 @each('key', NUMBERS)
 @each('value', ['10', '', None, True, False, [1.0], {}, 1j])
-def test_what_is_no_number(key: Key, value: Any) -> None:
+def test_what_is_no_number(key: SettingSpec, value: Any) -> None:
     assert 'give a number' in refused(key.name, value)
 
 
 @each('key', NUMBERS)
 @each('value', [math.nan, math.inf, -math.inf])
-def test_numbers_that_are_not_finite(key: Key, value: float) -> None:
+def test_numbers_that_are_not_finite(key: SettingSpec, value: float) -> None:
     remedy = 'give a number from' if math.isfinite(key.minimum) else 'give a finite number'
     assert remedy in refused(key.name, value)
 
@@ -139,7 +139,7 @@ def test_refusals_stay_short(key: str, value: Any) -> None:
 
 
 @each('key', [k for k in NUMBERS if k.maximum < math.inf])
-def test_numbers_out_of_range(key: Key) -> None:
+def test_numbers_out_of_range(key: SettingSpec) -> None:
     for value in (math.nextafter(key.minimum, -math.inf), math.nextafter(key.maximum, math.inf)):
         assert f'give a number from {key.minimum:g} to {key.maximum:g}' in refused(
             key.name, value)
@@ -163,7 +163,7 @@ def test_what_must_not_be_zero(key: str) -> None:
 
 @each('key', TEXTS)
 @each('value', [1, 1.5, None, True, ['x'], {}])
-def test_what_is_no_text(key: Key, value: Any) -> None:
+def test_what_is_no_text(key: SettingSpec, value: Any) -> None:
     assert 'give a str' in refused(key.name, value)
 
 

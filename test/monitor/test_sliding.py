@@ -20,13 +20,18 @@ import math
 import pytest
 from squeal_core import BrakeModel
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.monitor.brake_stability import Sliding, SlidingBrake
+from squeal_core.monitor.brake_stability import BrakeEvaluator, BrakeStability
 from squeal_core.monitor.settings import MonitorSettings, read_settings
-from squeal_core.monitor.vehicle_stability import Engines
-from squeal_core.risk.probability import Deviations, first_order_risk, Inputs, risks_by_series
+from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.risk.probability import (
+    first_order_risk,
+    Inputs,
+    InputUncertainty,
+    risks_by_series,
+)
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 
 SPEED, PRESSURE, FRICTION = 20.0, 7.84e5, 0.42
 PERIOD = 20_000_000  # ns
@@ -37,16 +42,17 @@ def settings(**changes: object) -> MonitorSettings:
                           **changes})
 
 
-def ticks(brake: SlidingBrake, count: int, begin: int = 0, *, speed: float = SPEED) -> Sliding:
+def ticks(brake: BrakeEvaluator, count: int, begin: int = 0, *,
+          speed: float = SPEED) -> BrakeStability:
     for i in range(count):
-        found = brake.judge(speed, PRESSURE, FRICTION, (begin + i) * PERIOD)
+        found = brake.evaluate(speed, PRESSURE, FRICTION, (begin + i) * PERIOD)
     return found
 
 
 def test_margins_come_confirmed_and_as_the_offline_search_has_them(kang: BrakeModel) -> None:
     at = settings()
-    engines = Engines(kang, at)
-    brake, count = SlidingBrake(engines, at), 0
+    engines = VehicleStability(kang, at)
+    brake, count = BrakeEvaluator(engines, at), 0
     while math.isnan((found := ticks(brake, 10, count)).friction_margin):
         count += 10
         assert count < 2000
@@ -58,7 +64,7 @@ def test_margins_come_confirmed_and_as_the_offline_search_has_them(kang: BrakeMo
     assert margin.converged
     assert found.friction_margin == pytest.approx(expected.value - FRICTION, abs=2e-4)
     assert margin.frequency_hz == pytest.approx(expected.frequency_hz, rel=1e-3)
-    later = brake.judge(1.5 * SPEED, PRESSURE, FRICTION, (count + 10) * PERIOD)
+    later = brake.evaluate(1.5 * SPEED, PRESSURE, FRICTION, (count + 10) * PERIOD)
     assert math.isnan(later.friction_margin)  # was found for another speed
 
 
@@ -67,12 +73,12 @@ def test_same_ticks_same_numbers_with_workers_beside(kang: BrakeModel) -> None:
     runs = []
     for _ in range(2):
         at = settings(anchor_delay=0.2)
-        engines = Engines(kang, at)
-        brake = SlidingBrake(engines, at)
+        engines = VehicleStability(kang, at)
+        brake = BrakeEvaluator(engines, at)
         runs.append([ticks(brake, 1, i, speed=SPEED * (1.0 - 2e-3 * i)) for i in range(60)])
         engines.close()
     for one, other in zip(*runs, strict=True):
-        assert one.modes.roots.tolist() == other.modes.roots.tolist()
+        assert one.modes.mode_eigenvalues.tolist() == other.modes.mode_eigenvalues.tolist()
         assert repr(one.risk) == repr(other.risk)  # NaN equals itself in print alone
         assert one.modes.source == other.modes.source
     assert {one.modes.source for one in runs[0]} == {'full', 'table'}
@@ -80,8 +86,8 @@ def test_same_ticks_same_numbers_with_workers_beside(kang: BrakeModel) -> None:
 
 def test_modes_are_those_of_the_full_solution(kang: BrakeModel) -> None:
     at = settings()
-    engines = Engines(kang, at)
-    found = ticks(SlidingBrake(engines, at), 40)
+    engines = VehicleStability(kang, at)
+    found = ticks(BrakeEvaluator(engines, at), 40)
     engines.close()
     truth = complex_modes(kang, found.point)
     assert found.modes.source == 'table'
@@ -93,14 +99,15 @@ def test_modes_are_those_of_the_full_solution(kang: BrakeModel) -> None:
 
 @pytest.mark.parametrize('friction', [0.1, 0.16, 0.42])
 def test_tangent_by_series_is_that_by_vectors(kang: BrakeModel, friction: float) -> None:
-    deviations = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.05)
+    deviations = InputUncertainty(friction=0.02, pressure=0.03, rotor_speed=0.01,
+                                  contact_stiffness=0.05)
     at = Inputs(rotor_speed=SPEED, pressure=PRESSURE, friction=friction,
                 contact_stiffness=kang.nominal_contact_stiffness)
 
     def point_of(inputs: Inputs) -> OperatingPoint:
         return kang.operating_point(**vars(inputs))
 
-    found = Tabulation(kang).complex_modes(point_of(at))
+    found = TabulatedSolver(kang).complex_modes(point_of(at))
     modes = found.least_stable(1250.0, 16000.0, 3)
     expected = first_order_risk(kang, point_of, at, modes, deviations).each
     # differences over a fiftieth of a deviation: of second order in it
@@ -116,8 +123,8 @@ def test_without_uncertainty_the_risk_is_zero_or_one(kang: BrakeModel) -> None:
     certain = {f'{name}_deviation': 0.0 for name in (
         'friction', 'pressure', 'rotor_speed', 'contact_stiffness')}
     at = settings(**certain)
-    engines = Engines(kang, at)
-    brake = SlidingBrake(engines, at)
-    assert brake.judge(SPEED, PRESSURE, FRICTION, 0).risk.probability == 1.0
-    assert brake.judge(SPEED, PRESSURE, 0.05, 0).risk.probability == 0.0
+    engines = VehicleStability(kang, at)
+    brake = BrakeEvaluator(engines, at)
+    assert brake.evaluate(SPEED, PRESSURE, FRICTION, 0).risk.probability == 1.0
+    assert brake.evaluate(SPEED, PRESSURE, 0.05, 0).risk.probability == 0.0
     engines.close()

@@ -24,24 +24,25 @@ import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.dimensions import StiffnessTable
 from squeal_core.brake.friction import FrictionLaw
-from squeal_core.monitor.brake_stability import judge_together, SlidingBrake
+from squeal_core.monitor.brake_stability import BrakeEvaluator, evaluate_brakes
 from squeal_core.monitor.settings import MonitorSettings, read_settings, Signal
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
-from squeal_core.monitor.vehicle_stability import Engines
-from squeal_core.risk.margin import MarginInputs
-from squeal_core.risk.probability import Deviations, Inputs
+from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.risk.margin import SlidingConditions
+from squeal_core.risk.probability import Inputs, InputUncertainty
 from squeal_core.risk.risk_cell import Family
 from squeal_core.risk.risk_table import RiskSettings, RiskTable
 from squeal_core.stability.eigensolution import classify, classify_rows, complex_modes, Tolerances
 from squeal_core.surrogate import workers
-from squeal_core.surrogate.expansion_builder import anchor_at
+from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.steps import Call
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from squeal_core.surrogate.workers import Worker
 from support.engine_models import point, random_model
 
 TICK = 1_000_000_000
-DEVIATIONS = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
+DEVIATIONS = InputUncertainty(friction=0.02, pressure=0.03, rotor_speed=0.01,
+                              contact_stiffness=0.1)
 # of sums in another order: of roots up to 1e5 1/s, and of probabilities
 ROUNDING, OF_RISK = 1e-7, 1e-9
 
@@ -73,13 +74,13 @@ def settings(**changes: object) -> MonitorSettings:
 def test_modes_together_are_those_of_the_full_solver(kang: BrakeModel, delay: int,
                                                      ticks: int) -> None:
     """Within the tolerance, wherever they come from, with anchors made meanwhile."""
-    table = Tabulation(kang, TableSettings(delay=delay, audit_every=7))
+    table = TabulatedSolver(kang, SolverSettings(delay=delay, audit_every=7))
     for brakes in way(kang, ticks):
         for found, at in zip(table.complex_modes_of(brakes), brakes, strict=True):
             truth = complex_modes(kang, at)
-            assert found.roots.size == truth.roots.size
-            away = np.abs(found.roots[:, None] - truth.roots).min(axis=1)
-            assert np.all(away <= np.maximum(0.1, -0.02 * found.roots.real))
+            assert found.mode_eigenvalues.size == truth.mode_eigenvalues.size
+            away = np.abs(found.mode_eigenvalues[:, None] - truth.mode_eigenvalues).min(axis=1)
+            assert np.all(away <= np.maximum(0.1, -0.02 * found.mode_eigenvalues.real))
             assert [m.index for m in found.unstable] == [m.index for m in truth.unstable]
     table.close()
     figures = table.statistics
@@ -91,7 +92,7 @@ def test_modes_together_are_those_of_the_full_solver(kang: BrakeModel, delay: in
 
 def test_together_or_one_by_one(kang: BrakeModel) -> None:
     """From the same table: the same numbers but for rounding, the same counts and entries."""
-    one, other = (Tabulation(kang, TableSettings(audit_every=0)) for _ in range(2))
+    one, other = (TabulatedSolver(kang, SolverSettings(audit_every=0)) for _ in range(2))
     for brakes in way(kang, 15):
         apart = [one.complex_modes(at) for at in brakes]
         for anchor in one.anchors[len(other.anchors):]:
@@ -99,7 +100,8 @@ def test_together_or_one_by_one(kang: BrakeModel) -> None:
         for found, alone in zip(other.complex_modes_of(brakes), apart, strict=True):
             assert found.source == alone.source
             if found.series is alone.series:
-                np.testing.assert_allclose(found.roots, alone.roots, atol=ROUNDING, rtol=0.0)
+                np.testing.assert_allclose(found.mode_eigenvalues, alone.mode_eigenvalues,
+                                           atol=ROUNDING, rtol=0.0)
                 np.testing.assert_allclose(found.errors, alone.errors, rtol=1e-3, atol=ROUNDING)
                 np.testing.assert_allclose(found.eigenvalues, alone.eigenvalues, atol=ROUNDING)
     assert one.statistics.tabulated == other.statistics.tabulated
@@ -108,20 +110,21 @@ def test_together_or_one_by_one(kang: BrakeModel) -> None:
 
 def test_one_point_far_from_all_others(kang: BrakeModel) -> None:
     """What no anchor has is solved for itself; the others stay."""
-    table = Tabulation(kang)
+    table = TabulatedSolver(kang)
     near = points(kang, axles(kang, 40.0, 1.2e6, 0.4))
     table.complex_modes_of(near)
     table.settings = replace(table.settings, delay=10**6)
     far = points(kang, axles(kang, 3.0, 6e6, 0.7))[:1]
     found = table.complex_modes_of([near[0], *far, near[3]])
     assert [modes.source for modes in found] == ['table', 'full', 'table']
-    np.testing.assert_array_equal(found[1].roots, complex_modes(kang, far[0]).roots)
+    np.testing.assert_array_equal(found[1].mode_eigenvalues,
+                                  complex_modes(kang, far[0]).mode_eigenvalues)
     table.close()
 
 
 def test_axles_near_each_other_share_an_anchor(kang: BrakeModel) -> None:
     """It is made amid them, and asked for all of them at once, though each had a nearer one."""
-    table = Tabulation(kang)
+    table = TabulatedSolver(kang)
     brakes = [kang.operating_point(rotor_speed=40.0, pressure=pressure, friction=0.42)
               for pressure in (1.5e6, 1.5e6, 1.2e6, 1.2e6)]
     found = table.complex_modes_of(brakes)
@@ -130,21 +133,21 @@ def test_axles_near_each_other_share_an_anchor(kang: BrakeModel) -> None:
     assert brakes[2].contact_pressure < middle < brakes[0].contact_pressure
     # of a quarter of the distance between the axles, to the fourth power
     assert max(modes.errors.max() for modes in found) < 0.02
-    table.add(anchor_at(kang, brakes[2]))
+    table.add(expand_spectrum(kang, brakes[2]))
     again = table.complex_modes_of(brakes)
     assert {id(modes.series) for modes in again} == {id(table.anchors[0])}
     far = kang.operating_point(rotor_speed=40.0, pressure=0.8e6, friction=0.42)
-    table.add(anchor_at(kang, far))
+    table.add(expand_spectrum(kang, far))
     apart = table.complex_modes_of([*brakes[:2], far])
     assert [id(modes.series) for modes in apart] == [
         *[id(table.anchors[0])] * 2, id(table.anchors[2])]
 
 
 def test_one_point_is_answered_as_ever(kang: BrakeModel) -> None:
-    one, other = Tabulation(kang), Tabulation(kang)
+    one, other = TabulatedSolver(kang), TabulatedSolver(kang)
     for brakes in way(kang, 4):
         alone, (found,) = one.complex_modes(brakes[0]), other.complex_modes_of(brakes[:1])
-        np.testing.assert_array_equal(found.roots, alone.roots)
+        np.testing.assert_array_equal(found.mode_eigenvalues, alone.mode_eigenvalues)
         np.testing.assert_array_equal(found.errors, alone.errors)
 
 
@@ -159,7 +162,7 @@ def test_rows_sorted_as_each_by_itself(seed: int) -> None:
     roots, errors = growth + 1j * frequency, generator.random(frequency.shape)
     for row, found in enumerate(classify_rows(roots, limits, errors, 'series')):
         alone = classify(roots[row], limits, errors[row], 'series', 'table')
-        for name in ('quiet', 'upper', 'roots', 'errors'):
+        for name in ('nonoscillatory', 'oscillatory', 'mode_eigenvalues', 'errors'):
             np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
             assert not getattr(found, name).flags.writeable
         assert (found.source, found.series) == ('table', 'series')
@@ -169,12 +172,12 @@ def test_many_models_with_coordinates_that_nothing_holds() -> None:
     """Roots at zero are in every row."""
     for seed in range(5):
         model = random_model(6, seed=seed)
-        table = Tabulation(model)
+        table = TabulatedSolver(model)
         brakes = [replace(point(), friction=0.3 + 0.001 * i) for i in range(4)]
         for _ in range(2):
             for found, at in zip(table.complex_modes_of(brakes), brakes, strict=True):
                 truth = complex_modes(model, at)
-                assert found.quiet.size == truth.quiet.size
+                assert found.nonoscillatory.size == truth.nonoscillatory.size
                 assert [m.kind for m in found.modes] == [m.kind for m in truth.modes]
 
 
@@ -263,14 +266,14 @@ def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """The others are assessed, though the brakes are judged together."""
     watch = VehicleMonitor(settings(anchor_delay=0.0, risk_delay=0.0), kang)
-    solve = Tabulation.complex_modes_of
+    solve = TabulatedSolver.complex_modes_of
 
-    def failing(table: Tabulation, of: Sequence[OperatingPoint]) -> object:
+    def failing(table: TabulatedSolver, of: Sequence[OperatingPoint]) -> object:
         if any(at.friction > 0.5 for at in of):
             raise np.linalg.LinAlgError('did not converge')
         return solve(table, of)
 
-    monkeypatch.setattr(Tabulation, 'complex_modes_of', failing)
+    monkeypatch.setattr(TabulatedSolver, 'complex_modes_of', failing)
     for i, brake in enumerate(watch.brakes):
         for signal, value in (('rotor_speed', 40.0), ('pressure', 1.2e6),
                               ('friction', 0.6 if i == 1 else 0.4)):
@@ -284,15 +287,15 @@ def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
 def driven(kang: BrakeModel, begin: Callable[[], None] = lambda: None) -> str:
     """Return what is known of four brakes over some ticks, to the last bit."""
     at = settings(anchor_delay=0.1, risk_delay=0.2)
-    engines, found = Engines(kang, at), []
-    brakes = [SlidingBrake(engines, at, brake.name) for brake in at.brakes]
+    engines, found = VehicleStability(kang, at), []
+    brakes = [BrakeEvaluator(engines, at, brake.name) for brake in at.brakes]
     for i in range(100):
         begin()
         found.append([
-            (known.modes.roots.tobytes(), known.risk.probability, known.friction_margin)
-            for known in judge_together(list(zip(brakes, (
-                MarginInputs(rotor_speed=one.rotor_speed, pressure=one.pressure,
-                             friction=one.friction)
+            (known.modes.mode_eigenvalues.tobytes(), known.risk.probability, known.friction_margin)
+            for known in evaluate_brakes(list(zip(brakes, (
+                SlidingConditions(rotor_speed=one.rotor_speed, pressure=one.pressure,
+                                  friction=one.friction)
                 for one in axles(kang, 30.0 * 0.996**i, 8e5, 0.4)), strict=True)),
                 i * at.period)])
     assert engines.modes.statistics.made > 1

@@ -20,7 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from squeal_ros.node.node_statistics import Growth, Health, Rate, RECENT, Series
-from squeal_ros.node.tick_grid import Beat, StandstillWatch, TickGrid
+from squeal_ros.node.tick_grid import StandstillWatch, Tick, TickGrid
 
 MS = 1_000_000
 SECOND = 1000 * MS
@@ -55,8 +55,8 @@ def test_a_long_wait_is_cut_into_as_few_parts_as_will_do(
 
 def test_the_first_tick_is_the_one_that_comes_next() -> None:
     found = grid(1000 * SECOND + 1)
-    assert found.beat(1000 * SECOND + PERIOD - 1, 0, simulated=False) is None
-    assert found.beat(1000 * SECOND + PERIOD + 3 * MS, 0, simulated=False) == Beat(
+    assert found.next_tick(1000 * SECOND + PERIOD - 1, 0, simulated=False) is None
+    assert found.next_tick(1000 * SECOND + PERIOD + 3 * MS, 0, simulated=False) == Tick(
         1000 * SECOND + PERIOD, 3 * MS, 0)
     assert not found.due(1000 * SECOND + PERIOD + 4 * MS)
 
@@ -64,23 +64,23 @@ def test_the_first_tick_is_the_one_that_comes_next() -> None:
 @pytest.mark.parametrize('found', [TickGrid(PERIOD), grid()])
 def test_a_time_of_zero_has_no_tick(found: TickGrid) -> None:
     assert not found.due(0)
-    assert found.beat(0, 0, simulated=True) is None
-    assert found.beat(1001 * SECOND, 0, simulated=True) is not None
+    assert found.next_tick(0, 0, simulated=True) is None
+    assert found.next_tick(1001 * SECOND, 0, simulated=True) is not None
 
 
 def test_without_a_time_the_first_tick_is_due_at_once() -> None:
-    assert TickGrid(PERIOD).beat(SECOND + 5, 0, simulated=True) == Beat(
+    assert TickGrid(PERIOD).next_tick(SECOND + 5, 0, simulated=True) == Tick(
         SECOND, 5, 0, simulated=True)
 
 
 def test_a_tick_that_came_during_the_last_one_is_late_and_not_lost() -> None:
     """Work that takes longer than a period now and then costs no tick."""
     found, start = grid(), 1000 * SECOND
-    assert found.beat(start + PERIOD, PERIOD, simulated=False) == Beat(start + PERIOD, 0, 0)
+    assert found.next_tick(start + PERIOD, PERIOD, simulated=False) == Tick(start + PERIOD, 0, 0)
     assert found.wait(start + 2 * PERIOD - 1) == 1
     over = start + 2 * PERIOD + 20 * MS
     assert found.wait(over, MS) == 0
-    assert found.beat(over, 2 * PERIOD + 20 * MS, simulated=False) == Beat(
+    assert found.next_tick(over, 2 * PERIOD + 20 * MS, simulated=False) == Tick(
         start + 2 * PERIOD, 20 * MS, 0)
     assert found.wait(over + 5 * MS) == 75 * MS
 
@@ -90,29 +90,29 @@ def test_ticks_that_came_meanwhile_are_made_up(simulated: bool) -> None:
     """Of a node that is kept by one of them, or of a clock with steps of many periods."""
     period, start = 10 * MS, 1000 * SECOND
     found = TickGrid(period, start, 0)
-    assert found.beat(start + period, period, simulated=simulated)
+    assert found.next_tick(start + period, period, simulated=simulated)
     made = []
     for now in range(start + 100 * MS, start + 120 * MS, 2 * MS):
-        while (beat := found.beat(now, now - start, simulated=simulated)) is not None:
+        while (beat := found.next_tick(now, now - start, simulated=simulated)) is not None:
             made.append(beat)
     assert [beat.time - start for beat in made] == [n * period for n in range(2, 12)]
     assert [beat.late for beat in made] == [n * period for n in range(8, -1, -1)] + [0]
     assert {beat.lost for beat in made} == {0}
-    assert found.beat(start + 119 * MS, 119 * MS, simulated=simulated) is None
+    assert found.next_tick(start + 119 * MS, 119 * MS, simulated=simulated) is None
 
 
 def test_ticks_that_came_too_long_ago_are_passed_over() -> None:
     period, start = 10 * MS, 1000 * SECOND
     found = TickGrid(period, start, 0)
-    assert found.beat(start + period, period, simulated=False)
+    assert found.next_tick(start + period, period, simulated=False)
     now = start + 123 * MS  # the next tick would be 103 ms late
-    assert found.beat(now, 123 * MS, simulated=False) == Beat(start + 12 * period, 3 * MS, 10)
+    assert found.next_tick(now, 123 * MS, simulated=False) == Tick(start + 12 * period, 3 * MS, 10)
     assert not found.due(now)
 
 
 def test_ticks_passed_over_are_counted() -> None:
     found, start = grid(), 1000 * SECOND
-    assert found.beat(start + 4 * PERIOD, 4 * PERIOD, simulated=False) == Beat(
+    assert found.next_tick(start + 4 * PERIOD, 4 * PERIOD, simulated=False) == Tick(
         start + 4 * PERIOD, 0, 3)
 
 
@@ -120,19 +120,19 @@ def test_ticks_passed_over_are_counted() -> None:
 def test_a_small_step_back_ticks_no_time_twice(step: int) -> None:
     """The system clock is slewed and stepped by some ms every day."""
     found, start = grid(), 1000 * SECOND
-    assert found.beat(start + 5 * PERIOD, 5 * PERIOD, simulated=False)
+    assert found.next_tick(start + 5 * PERIOD, 5 * PERIOD, simulated=False)
     back = start + 6 * PERIOD - 1 - step
-    assert found.beat(back, 6 * PERIOD, simulated=False) is None
-    assert found.beat(start + 6 * PERIOD, 7 * PERIOD, simulated=False) == Beat(
+    assert found.next_tick(back, 6 * PERIOD, simulated=False) is None
+    assert found.next_tick(start + 6 * PERIOD, 7 * PERIOD, simulated=False) == Tick(
         start + 6 * PERIOD, 0, 0)
 
 
 def test_a_step_back_goes_on_from_there() -> None:
     found = grid()
-    assert found.beat(1000 * SECOND + PERIOD, PERIOD, simulated=False)
-    assert found.beat(10 * SECOND, 2 * PERIOD, simulated=False) == Beat(
+    assert found.next_tick(1000 * SECOND + PERIOD, PERIOD, simulated=False)
+    assert found.next_tick(10 * SECOND, 2 * PERIOD, simulated=False) == Tick(
         10 * SECOND, 0, 0, 'back')
-    assert found.beat(10 * SECOND + PERIOD, 3 * PERIOD, simulated=False) == Beat(
+    assert found.next_tick(10 * SECOND + PERIOD, 3 * PERIOD, simulated=False) == Tick(
         10 * SECOND + PERIOD, 0, 0)
 
 
@@ -141,7 +141,7 @@ def test_a_step_back_goes_on_from_there() -> None:
     (False, 3600 * SECOND, ('', 36000 - 1))])
 def test_a_step_forward_is_no_lost_hour_but_a_blocked_node_is(
         simulated: bool, steady: int, beat: tuple[str, int]) -> None:
-    found = grid().beat(4600 * SECOND, steady, simulated=simulated)
+    found = grid().next_tick(4600 * SECOND, steady, simulated=simulated)
     assert found is not None
     assert (found.jump, found.lost) == beat
 
@@ -154,7 +154,7 @@ def test_ticks_go_forward_unless_they_say_so(
     now, last, found = 1000 * SECOND, 1000 * SECOND, TickGrid(period, 1000 * SECOND, 0)
     for steady, step in enumerate(steps):
         now += step
-        beat = found.beat(now, steady, simulated=simulated)
+        beat = found.next_tick(now, steady, simulated=simulated)
         if beat:
             assert beat.time % period == 0
             assert 0 <= beat.late == now - beat.time <= max(period, SECOND // 10)
@@ -183,7 +183,7 @@ def test_percentiles_of_the_last_thousand() -> None:
 def test_a_deadline_is_missed_by_work_or_by_delay() -> None:
     health = Health()
     for lost, work in ((0, PERIOD), (0, PERIOD + 1), (2, 5), (2, PERIOD + 1)):
-        health.begin(Beat(SECOND, MS, lost), PERIOD)
+        health.begin(Tick(SECOND, MS, lost), PERIOD)
         health.end(work, PERIOD)
     values = health.values()
     assert (values['ticks_done'], values['ticks_lost'], values['deadline_misses']) == (4, 4, 4)
@@ -194,9 +194,9 @@ def test_a_deadline_is_missed_by_work_or_by_delay() -> None:
 def test_steps_of_a_simulated_clock_are_no_missed_deadline() -> None:
     health = Health()
     for simulated in (True, False):
-        health.begin(Beat(SECOND, 2 * PERIOD, 0, simulated=simulated), PERIOD)
+        health.begin(Tick(SECOND, 2 * PERIOD, 0, simulated=simulated), PERIOD)
         assert health.deadline_misses == (0 if simulated else 1)
-    health.begin(Beat(SECOND, 2 * PERIOD, 1, simulated=True), PERIOD)
+    health.begin(Tick(SECOND, 2 * PERIOD, 1, simulated=True), PERIOD)
     assert (health.deadline_misses, health.ticks_lost) == (2, 1)
 
 

@@ -27,7 +27,7 @@ from support.faults import FAULTS, NODE_FAULTS, SECOND
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from squeal_core.monitor.settings import Signal  # noqa: E402
+from squeal_core.monitor.settings import Signal  # noqa: E402, I100
 from std_msgs.msg import Float32, Float64  # noqa: E402
 from support.fault_times import (  # noqa: E402
     bad,
@@ -39,7 +39,7 @@ from support.fault_times import (  # noqa: E402
     START,
 )
 from support.harness import stranger  # noqa: E402
-from support.stages import drive, stage, STREAM, TOPICS, TYPES
+from support.stages import drive, stage, STREAM, TOPICS, TYPES  # noqa: E402
 
 SHORT = [('off', 'friction'), ('stuck', 'rotor_speed'), ('NaN', 'friction'),
          ('wrong unit', 'pressure'), ('delayed', 'pressure'), ('out of order', 'rotor_speed')]

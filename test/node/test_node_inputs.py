@@ -32,7 +32,7 @@ from rclpy.qos import (  # noqa: E402
 from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from squeal_ros.node import subscriptions as input_topics  # noqa: E402
-from squeal_ros.node.executor import Aside  # noqa: E402
+from squeal_ros.node.executor import DeferredCallbackGroup  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from squeal_ros.node.subscriptions import InputTopics  # noqa: E402
 from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
@@ -180,7 +180,7 @@ def test_what_comes_and_what_is_dropped() -> None:
 
 def test_messages_wait_with_their_time_of_receipt_and_come_in_order() -> None:
     heard: list[tuple[str, float, int]] = []
-    aside, topics = Aside(), ('one', 'other')
+    aside, topics = DeferredCallbackGroup(), ('one', 'other')
     with vehicle(autostart=False, use_sim_time=False) as car:
         def now() -> int:
             return int(car.node.get_clock().now().nanoseconds)

@@ -22,7 +22,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from lifecycle_msgs.msg import State, Transition  # noqa: E402
+from lifecycle_msgs.msg import State, Transition  # noqa: E402, I100
 from lifecycle_msgs.srv import (  # noqa: E402
     ChangeState,
     GetAvailableStates,

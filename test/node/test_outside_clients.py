@@ -24,7 +24,7 @@ import yaml
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from lifecycle_msgs.msg import Transition  # noqa: E402
+from lifecycle_msgs.msg import Transition  # noqa: E402, I100
 from lifecycle_msgs.srv import (  # noqa: E402
     ChangeState,
     GetAvailableStates,

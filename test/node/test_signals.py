@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.settings import read_settings
-from squeal_core.monitor.vehicle_monitor import Sample, Unreadable
+from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
 from squeal_ros.node.field_paths import FieldError, FieldPath, Router, stamp_of
 
 SECOND = 1_000_000_000
@@ -222,11 +222,11 @@ def test_problems_are_counted_and_stop_nothing() -> None:
     message = Message(name=['b_wheel_joint'], velocity=[2.0])
     for at in (0, 5, 6, 7, 8):  # the first half a second says nothing yet
         assert list(found.samples('joint_states', message, at * SECOND // 10)) == [
-            ('a', 'rotor_speed', Unreadable(
+            ('a', 'rotor_speed', MissingValue(
                 "velocity[name=a_wheel_joint]: no 'a_wheel_joint' in the list 'name'", True)),
             ('b', 'rotor_speed', Sample(at * SECOND // 10, 2.0))]
     assert list(found.samples('a/friction', Message(value=1), 99)) == [
-        ('a', 'friction', Unreadable("data: the message has no field 'data'"))]
+        ('a', 'friction', MissingValue("data: the message has no field 'data'"))]
     assert found.problems.total() == 4
     (first, count), (second, once) = found.problems.most_common()
     assert (count, once) == (3, 1)

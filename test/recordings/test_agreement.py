@@ -17,17 +17,18 @@
 from dataclasses import replace
 import math
 
-from squeal_core.monitor.history import Row
+from squeal_core.monitor.history import AssessmentRecord
 from squeal_ros.recordings.agreement import agreement
 
-DRIVE = [Row(time_s=float(time), brake=brake, state='steady', rotor_speed_rad_s=40.0 - time,
-             pressure_pa=1e6, friction=0.4, squeal_risk=0.1 * time, growth_rate_1_s=5.0,
-             worst_frequency_hz=2500.0, friction_margin=math.nan,
-             unstable_frequencies_hz=(2500.0,), unstable_growth_rates_1_s=(5.0,), reason='live')
+DRIVE = [AssessmentRecord(time_s=float(time), brake=brake, state='steady',
+                          rotor_speed_rad_s=40.0 - time, pressure_pa=1e6, friction=0.4,
+                          squeal_risk=0.1 * time, growth_rate_1_s=5.0, worst_frequency_hz=2500.0,
+                          friction_margin=math.nan, unstable_frequencies_hz=(2500.0,),
+                          unstable_growth_rates_1_s=(5.0,), reason='live')
          for time in range(6) for brake in ('left', 'right')]
 
 
-def changed(time: float, **values: object) -> list[Row]:
+def changed(time: float, **values: object) -> list[AssessmentRecord]:
     """Return the drive with other values of the left brake at one time."""
     return [replace(row, **values) if (row.time_s, row.brake) == (time, 'left')  # type: ignore
             else replace(row, reason='replayed') for row in DRIVE]

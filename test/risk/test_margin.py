@@ -23,16 +23,16 @@ import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.dimensions import Caliper
-from squeal_core.risk.margin import Margin, MarginInputs, Margins, MarginSettings
+from squeal_core.risk.margin import Margin, Margins, MarginSettings, SlidingConditions
 from squeal_core.risk.margin_search import MarginSearch
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Source, Tolerances
 from squeal_core.surrogate.steps import in_a_step
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 
 BAND = (1250.0, 16000.0)
 SECOND = 1_000_000_000
-HERE = MarginInputs(rotor_speed=10.0, pressure=1e6, friction=0.3)
+HERE = SlidingConditions(rotor_speed=10.0, pressure=1e6, friction=0.3)
 W1, W2, DAMPING = 1e4, 1.02e4, 40.0
 SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
@@ -48,8 +48,9 @@ class Solver:
         return replace(complex_modes(self.model, point), source=self.source)
 
 
-def searched(model: BrakeModel, inputs: MarginInputs = HERE, *, band: tuple[float, float] = BAND,
-             settings: MarginSettings | None = None, solve: Any = None) -> Margins:
+def searched(model: BrakeModel, inputs: SlidingConditions = HERE, *,
+             band: tuple[float, float] = BAND, settings: MarginSettings | None = None,
+             solve: Any = None) -> Margins:
     """One round over all parameters."""
     search = MarginSearch(model, in_a_step(solve or Solver(model)), band, settings=settings)
     for call in range(1000):
@@ -189,8 +190,8 @@ def test_a_mode_that_leaves_the_band_is_a_jump() -> None:
 def test_as_the_offline_search_of_the_shipped_model(kang: BrakeModel, speed: float,
                                                     pressure: float, friction: float) -> None:
     band = (6500.0, 8000.0)
-    inputs = MarginInputs(rotor_speed=speed, pressure=pressure, friction=friction)
-    found = searched(kang, inputs, band=band, solve=Tabulation(kang).complex_modes).friction
+    inputs = SlidingConditions(rotor_speed=speed, pressure=pressure, friction=friction)
+    found = searched(kang, inputs, band=band, solve=TabulatedSolver(kang).complex_modes).friction
     assert found is not None
     assert found.converged
     point = kang.operating_point(rotor_speed=speed, pressure=pressure, friction=friction)
@@ -252,9 +253,9 @@ def test_stamped_with_the_call_it_began_with() -> None:
 
 def test_same_calls_same_margins(kang: BrakeModel) -> None:
     def play() -> list[str]:
-        table = Tabulation(kang, TableSettings(delay=5))
+        table = TabulatedSolver(kang, SolverSettings(delay=5))
         search = MarginSearch(kang, table.solving, (6500.0, 8000.0))
-        inputs = MarginInputs(rotor_speed=8.165, pressure=4.4e5, friction=0.425)
+        inputs = SlidingConditions(rotor_speed=8.165, pressure=4.4e5, friction=0.425)
         found = [repr(search.advance(inputs, call)) for call in range(40)]
         table.close()
         return found
@@ -275,7 +276,7 @@ def search_with(solver: Solver, **changes: float) -> MarginSearch:
 
 
 def rounds(search: MarginSearch, solver: Solver, begin: float, end: float,
-           inputs: MarginInputs = HERE) -> int:
+           inputs: SlidingConditions = HERE) -> int:
     """Call 50 times a second; how many solves that took."""
     before = solver.points.total()
     for call in range(round(50 * begin), round(50 * end)):
@@ -299,7 +300,7 @@ def test_margins_stand_where_inputs_rest() -> None:
 
 @pytest.mark.parametrize('changed', [
     replace(HERE, friction=0.306), replace(HERE, pressure=1.02e6), replace(HERE, rotor_speed=9.8)])
-def test_margins_are_looked_for_anew_at_other_inputs(changed: MarginInputs) -> None:
+def test_margins_are_looked_for_anew_at_other_inputs(changed: SlidingConditions) -> None:
     solver = Solver(flutter(5e-4))
     search = search_with(solver, rest=20.0)
     rounds(search, solver, 0.0, 10.0)

@@ -25,8 +25,8 @@ from squeal_core import BrakeModel
 from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.risk.integration import _roots, estimate
-from squeal_core.risk.probability import Deviations, first_order_risk, Inputs, Risk
-from squeal_core.risk.quadrature import Rule, rule_for
+from squeal_core.risk.probability import first_order_risk, Inputs, InputUncertainty, Risk
+from squeal_core.risk.quadrature import rule_for, TensorQuadrature
 from squeal_core.risk.risk_cell import box_around, Family, inside, Spread
 from squeal_core.risk.risk_cell_making import cell_steps
 from squeal_core.risk.risk_table import RiskSettings, RiskTable
@@ -34,8 +34,9 @@ from squeal_core.stability.eigensolution import complex_modes, eigenvalues, Tole
 from squeal_core.surrogate.steps import completed
 
 BAND = (1250.0, 16000.0)
-DEVIATIONS = Deviations(friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
-NONE = Deviations(friction=0.0, pressure=0.0, rotor_speed=0.0, contact_stiffness=0.0)
+DEVIATIONS = InputUncertainty(friction=0.02, pressure=0.03, rotor_speed=0.01,
+                              contact_stiffness=0.1)
+NONE = InputUncertainty(friction=0.0, pressure=0.0, rotor_speed=0.0, contact_stiffness=0.0)
 WITHIN = 0.02  # of a probability, as is asked of the estimate
 
 
@@ -61,13 +62,13 @@ def at(model: BrakeModel, speed: float = 10.0, pressure: float = 2e6,
                   contact_stiffness=model.nominal_contact_stiffness)
 
 
-def assess(table: RiskTable, inputs: Inputs, deviations: Deviations = DEVIATIONS) -> Risk:
+def assess(table: RiskTable, inputs: Inputs, deviations: InputUncertainty = DEVIATIONS) -> Risk:
     point = table.model.operating_point(rotor_speed=inputs.rotor_speed, pressure=inputs.pressure,
                                         friction=inputs.friction)
     return table.assess(inputs, complex_modes(table.model, point), deviations)
 
 
-def sampled(model: BrakeModel, inputs: Inputs, deviations: Deviations, count: int,
+def sampled(model: BrakeModel, inputs: Inputs, deviations: InputUncertainty, count: int,
             band: tuple[float, float]) -> tuple[float, float, float]:
     """Probability by full solves of random inputs, twice its standard error, growing modes."""
     rng = np.random.default_rng(7)
@@ -290,7 +291,7 @@ def test_without_uncertainty_the_verdict(friction: float, band: tuple[float, flo
 
 
 def test_a_tiny_uncertainty_comes_to_the_verdict() -> None:
-    tiny = Deviations(friction=1e-6, pressure=1e-6, rotor_speed=1e-6, contact_stiffness=1e-6)
+    tiny = InputUncertainty(friction=1e-6, pressure=1e-6, rotor_speed=1e-6, contact_stiffness=1e-6)
     table = RiskTable(SMALL, BAND)
     for friction in (0.1, 0.4):
         certain = assess(table, at(SMALL, friction=friction), NONE).probability
@@ -390,5 +391,6 @@ def test_a_box_covers_its_middle_and_shrinks() -> None:
 
 
 def test_rule_is_fixed() -> None:
-    assert rule_for(0.1, 3) == Rule(nodes=15, spacing=0.04, parts=3, stiffness_deviation=0.1,
-                                    friction_nodes=4, friction_points=17)
+    assert rule_for(0.1, 3) == TensorQuadrature(nodes=15, spacing=0.04, parts=3,
+                                                stiffness_deviation=0.1, friction_nodes=4,
+                                                friction_points=17)

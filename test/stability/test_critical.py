@@ -24,7 +24,7 @@ from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues, Tolerances
-from squeal_core.stability.exceptional_point import merging
+from squeal_core.stability.exceptional_point import nearest_exceptional_point
 from squeal_core.stability.mode_tracking import moved, PARAMETERS
 from squeal_core.stability.sensitivity import parameter_sensitivity
 
@@ -245,7 +245,7 @@ def test_parameters_there_are_not() -> None:
     with pytest.raises(OperatingPointError, match='1 to 2'):
         critical_value(flutter(1e-3), POINT, 'friction', (0.0, 1.0), numbers=(2, 3))
     with pytest.raises(OperatingPointError, match='give one of friction'):
-        merging(flutter(1e-3), POINT, 'rotor_speed')
+        nearest_exceptional_point(flutter(1e-3), POINT, 'rotor_speed')
 
 
 # ---------------------------------------------------------------- critical values: K09
@@ -288,10 +288,11 @@ def coupled(damping: tuple[float, float]) -> BrakeModel:
 def test_merging_of_undamped_modes(friction: float) -> None:
     """At (w2^2 - w1^2) / (2 k_c b), from either side."""
     point = replace(POINT, contact_stiffness=1e10, friction=friction)
-    found = merging(coupled((0.0, 0.0)), point, band_hz=EVERY) if friction else None
+    found = (nearest_exceptional_point(coupled((0.0, 0.0)), point, band_hz=EVERY)
+             if friction else None)
     expected = (W2**2 - W1**2) / 2e7
     if found is None:  # no way to go: the roots do not move to first order
-        assert not merging(coupled((0.0, 0.0)), point, band_hz=EVERY).converged
+        assert not nearest_exceptional_point(coupled((0.0, 0.0)), point, band_hz=EVERY).converged
         return
     assert found.converged
     assert found.value.real == pytest.approx(expected, rel=1e-7)
@@ -310,7 +311,8 @@ def test_merging_of_modes_that_damping_keeps_apart(damping: tuple[float, float])
     double = double[double.imag > 5e3]
     frictions = np.sqrt(-np.polyval(product, double)) / 1e7
     assert double.size == 1
-    found = merging(coupled(damping), replace(POINT, contact_stiffness=1e10, friction=0.15))
+    found = nearest_exceptional_point(coupled(damping),
+                                      replace(POINT, contact_stiffness=1e10, friction=0.15))
     assert found.eigenvalue == pytest.approx(complex(double[0]), rel=1e-8)
     assert found.value == pytest.approx(complex(frictions[0]), rel=1e-6)
     assert found.distance == pytest.approx(abs(frictions[0] - 0.15), rel=1e-6)
@@ -319,8 +321,8 @@ def test_merging_of_modes_that_damping_keeps_apart(damping: tuple[float, float])
 
 def test_merging_by_contact_stiffness() -> None:
     """As mode 1 is stiffened past mode 2: w1^2 + k a - w2^2 = +- 2 mu k b."""
-    found = merging(flutter(1e-4, 1e-3, damping=0.0), replace(POINT, contact_stiffness=3.3e9),
-                    'contact_stiffness')
+    found = nearest_exceptional_point(flutter(1e-4, 1e-3, damping=0.0),
+                                      replace(POINT, contact_stiffness=3.3e9), 'contact_stiffness')
     expected = (W2**2 - W1**2) / (1e-3 + 2.0 * 0.5 * 1e-4)
     assert found.value == pytest.approx(expected, rel=1e-7)
 
@@ -332,18 +334,18 @@ def test_the_closest_of_several_pairs() -> None:
     couple[0, 1], couple[1, 0] = 1e-3, -1e-3
     model = BrakeModel(angular_frequencies=[W1, W2, 1.025e4], damping_ratios=0.0,
                        friction_couple=couple)
-    found = merging(model, replace(POINT, contact_stiffness=1e10, friction=0.15))
+    found = nearest_exceptional_point(model, replace(POINT, contact_stiffness=1e10, friction=0.15))
     assert [m.index for m in found.modes] == [1, 2]
     assert found.value.real == pytest.approx((W2**2 - W1**2) / 2e7, rel=1e-3)
     modes = complex_modes(model, replace(POINT, contact_stiffness=1e10, friction=0.15)).modes
-    other = merging(model, replace(POINT, contact_stiffness=1e10, friction=0.15),
-                    modes=(modes[1], modes[2]))
+    other = nearest_exceptional_point(model, replace(POINT, contact_stiffness=1e10, friction=0.15),
+                                      modes=(modes[1], modes[2]))
     assert other.distance > found.distance
 
 
 def test_modes_that_nothing_couples_do_not_merge() -> None:
     model = BrakeModel(angular_frequencies=[W1, W2], damping_ratios=0.001)
-    found = merging(model, POINT)
+    found = nearest_exceptional_point(model, POINT)
     assert not found.converged
     assert found.distance == math.inf
 
@@ -354,7 +356,8 @@ def test_merging_without_rotation_in_k09(kang: BrakeModel) -> None:
     found = []
     for model in (still, kang):
         modes = complex_modes(model, at(model, 5.0, 0.3)).modes
-        found.append(merging(model, at(model, 5.0, 0.3), modes=(modes[12], modes[13])))
+        found.append(nearest_exceptional_point(model, at(model, 5.0, 0.3),
+                                               modes=(modes[12], modes[13])))
     assert all(m.converged for m in found)
     assert found[0].value.real == pytest.approx(0.348, abs=0.01)
     assert abs(found[0].value.imag) < 2e-3
@@ -367,7 +370,7 @@ def test_merging_without_rotation_in_k09(kang: BrakeModel) -> None:
 
 def test_a_band_of_one_mode() -> None:
     with pytest.raises(OperatingPointError, match='no two modes'):
-        merging(coupled((0.0, 0.0)), POINT, band_hz=(1.0, 2.0))
+        nearest_exceptional_point(coupled((0.0, 0.0)), POINT, band_hz=(1.0, 2.0))
     modes = complex_modes(coupled((0.0, 0.0)), POINT).modes
     with pytest.raises(OperatingPointError, match='the two are one'):
-        merging(coupled((0.0, 0.0)), POINT, modes=(modes[0], modes[0]))
+        nearest_exceptional_point(coupled((0.0, 0.0)), POINT, modes=(modes[0], modes[0]))

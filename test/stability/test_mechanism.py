@@ -22,7 +22,7 @@ from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import OPERATORS, SUPPORTS
 from squeal_core.stability.eigensolution import complex_modes, Mode
-from squeal_core.stability.eigenvectors import mode_vectors, trust
+from squeal_core.stability.eigenvectors import eigenvalue_conditions, mode_vectors
 from squeal_core.stability.mechanism import (
     contributions,
     Label,
@@ -331,7 +331,7 @@ def test_participants_in_k09(index: int, name: str, least: float, kang: BrakeMod
 def test_condition_of_one_mode() -> None:
     model = BrakeModel(angular_frequencies=[1e3], damping_ratios=0.1)
     mode = complex_modes(model, POINT).modes[0]
-    (found,) = trust(model, POINT, [mode])
+    (found,) = eigenvalue_conditions(model, POINT, [mode])
     root, d, k = mode.eigenvalue, 200.0, 1e6
     size = abs(root)**2 + abs(root) * d + k
     assert found.condition == pytest.approx(size / (abs(root) * abs(2.0 * root + d)), rel=1e-9)
@@ -354,7 +354,7 @@ def test_condition_is_reached_and_not_exceeded(seed: int) -> None:
 
     rng = np.random.default_rng(seed)
     for mode in complex_modes(model, POINT).modes:
-        (found,) = trust(model, POINT, [mode])
+        (found,) = eigenvalue_conditions(model, POINT, [mode])
         root, bound = mode.eigenvalue, found.condition * part * abs(mode.eigenvalue)
         v = mode_vectors(model, POINT, root)
         worst = np.outer(v.left, v.right.conj())
@@ -373,7 +373,8 @@ def test_condition_grows_towards_a_merging() -> None:
     def condition(part: float) -> float:
         model = BrakeModel(angular_frequencies=[W1, W2], damping_ratios=0.0,
                            friction_couple=part * MERGING / LOAD * SKEW)
-        return trust(model, POINT, complex_modes(model, POINT).modes[:1])[0].condition
+        return eigenvalue_conditions(model, POINT,
+                                     complex_modes(model, POINT).modes[:1])[0].condition
 
     far, near = condition(1.0 - 1e-4), condition(1.0 - 1e-6)
     assert near / far == pytest.approx(10.0, rel=0.01)
@@ -382,7 +383,7 @@ def test_condition_grows_towards_a_merging() -> None:
 def test_trust_of_the_shipped_model(kang: BrakeModel) -> None:
     point = at(kang, 5.0)
     modes = complex_modes(kang, point).modes
-    found = trust(kang, point, modes)
+    found = eigenvalue_conditions(kang, point, modes)
     assert len(found) == 92
     assert [t.condition for t in found[:6]] == [np.inf] * 6
     assert all(t.error < 1e-3 for t in found[6:])  # growth rates are of 1 to 100 1/s

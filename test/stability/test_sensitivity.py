@@ -22,7 +22,7 @@ from scipy.integrate import trapezoid
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.operating_point import Coefficients
 from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.risk.probability import Deviations, first_order_risk, Inputs
+from squeal_core.risk.probability import first_order_risk, Inputs, InputUncertainty
 from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.sensitivity import growth_change, root_sensitivity
 
@@ -149,7 +149,7 @@ TWO = BrakeModel(
     contact_stiffness=[[2e-3, 1e-4], [1e-4, 1e-3]], gyroscopic=[[0.0, 4.0], [-4.0, 0.0]],
     friction_couple=[[0.0, 2.0e-3], [-1.5e-3, 0.0]],
     radial_dissipation=[[5e-4, 0.0], [0.0, 1e-4]], negative_slope=[[3e-3, 1e-4], [1e-4, 2e-3]])
-SPREAD = Deviations(friction=0.004, pressure=0.02, rotor_speed=0.02, contact_stiffness=0.005)
+SPREAD = InputUncertainty(friction=0.004, pressure=0.02, rotor_speed=0.02, contact_stiffness=0.005)
 
 
 def point_of(inputs: Inputs) -> OperatingPoint:
@@ -202,7 +202,7 @@ def test_risk_against_monte_carlo(friction: float) -> None:
 @pytest.mark.parametrize('name', ['friction', 'pressure', 'rotor_speed', 'contact_stiffness'])
 def test_risk_of_one_uncertain_input(name: str) -> None:
     """The deviation of the growth rate is its change over one deviation of the input."""
-    none = Deviations(friction=0.0, pressure=0.0, rotor_speed=0.0, contact_stiffness=0.0)
+    none = InputUncertainty(friction=0.0, pressure=0.0, rotor_speed=0.0, contact_stiffness=0.0)
     at, spread = inputs(0.1725), 1e-3
     mode = growing(at)[0]
     step = spread if name == 'friction' else spread * getattr(at, name)

@@ -22,16 +22,16 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.monitor.brake_stability import SlidingBrake
+from squeal_core.monitor.brake_stability import BrakeEvaluator
 from squeal_core.monitor.settings import read_settings
-from squeal_core.monitor.vehicle_stability import Engines
+from squeal_core.monitor.vehicle_stability import VehicleStability
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
-from squeal_core.stability.exceptional_point import merging
+from squeal_core.stability.exceptional_point import nearest_exceptional_point
 from squeal_core.stability.mechanism import mechanisms
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.surrogate.batch import batch_modes, OperatingPoints
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 from support.engine_models import point, random_model
 
 _OF_TIME = {  # powers of the unit of frequency, with contact pressure and stiffness kept
@@ -79,7 +79,8 @@ def test_kinds_and_identities_in_any_unit_of_time(size: int, seed: int, scale: f
     other, there = faster(model, scale), faster_point(at, scale)
     assert kinds(other, there) == kinds(model, at)
     here, scaled = complex_modes(model, at), complex_modes(other, there)
-    np.testing.assert_allclose(scaled.roots / scale, here.roots, atol=1e-3, rtol=0.0)
+    np.testing.assert_allclose(scaled.mode_eigenvalues / scale, here.mode_eigenvalues, atol=1e-3,
+                               rtol=0.0)
     assert identities(other, there) == identities(model, at)
 
 
@@ -93,7 +94,7 @@ def test_analysis_in_any_unit_of_time(size: int, seed: int, scale: float) -> Non
         brake, where = faster(model, times), faster_point(at, times)
         band = (0.0, times * 1e5)
         critical = critical_value(brake, where, 'friction', (0.0, 1.0), band_hz=band)
-        merged = merging(brake, where, band_hz=band)
+        merged = nearest_exceptional_point(brake, where, band_hz=band)
         found.append((
             [critical.below.value, critical.above.value, merged.distance],
             [critical.below.converged, critical.above.converged, merged.converged],
@@ -118,7 +119,7 @@ def test_the_engine_in_any_unit_of_time(scale: float) -> None:
     """Series answer as often and as closely, relative to the spectrum."""
     model, at = faster(random_model(6), scale), faster_point(point(), scale)
     generator = np.random.default_rng(0)
-    table = Tabulation(model)
+    table = TabulatedSolver(model)
     points = OperatingPoints.of(
         rotor_speed=at.rotor_speed * generator.uniform(0.95, 1.05, 40),
         friction=at.friction * generator.uniform(0.95, 1.05, 40),
@@ -129,8 +130,9 @@ def test_the_engine_in_any_unit_of_time(scale: float) -> None:
     level = found.tolerances.growth
     for place in range(40):
         truth = complex_modes(model, points[place])
-        assert np.abs(found.roots[place] - truth.roots).max() < 0.01 * scale
-        assert ((found.roots[place].real > level) == (truth.roots.real > level)).all()
+        assert np.abs(found.mode_eigenvalues[place] - truth.mode_eigenvalues).max() < 0.01 * scale
+        assert ((found.mode_eigenvalues[place].real > level) == (
+            truth.mode_eigenvalues.real > level)).all()
 
 
 def test_tolerances_of_the_shipped_brake(kang: BrakeModel) -> None:
@@ -138,7 +140,7 @@ def test_tolerances_of_the_shipped_brake(kang: BrakeModel) -> None:
     found = Tolerances.of(kang)
     assert found.oscillation == pytest.approx(1.0, rel=0.01)
     assert found.growth == pytest.approx(0.01, rel=0.01)
-    assert Tabulation(kang).settings.tolerance == pytest.approx(0.1, rel=0.01)
+    assert TabulatedSolver(kang).settings.tolerance == pytest.approx(0.1, rel=0.01)
 
 
 # ---------------------------------------------------------------- models of order one
@@ -231,8 +233,8 @@ def test_the_threshold_of_growth_is_a_setting(kang: BrakeModel) -> None:
     counts = []
     for threshold in (0.01, 20.0, 1000.0):
         settings_ = read_settings({**common, 'growth_threshold': threshold})
-        engines = Engines(kang, settings_)
-        found = SlidingBrake(engines, settings_).judge(20.0, 7.84e5, 0.42, 0)
+        engines = VehicleStability(kang, settings_)
+        found = BrakeEvaluator(engines, settings_).evaluate(20.0, 7.84e5, 0.42, 0)
         engines.close()
         rates = [mode.growth_rate for mode in found.modes.unstable]
         assert all(rate > threshold for rate in rates)

@@ -81,7 +81,7 @@ def assess(values: dict[Any, float], model: BrakeModel = MODEL, **parameters: An
 
 
 def check_unknown(found: Assessment, state: str, reason: str) -> None:
-    assert (found.state, found.reason, found.known) == (state, reason, False)
+    assert (found.state, found.reason, found.is_valid) == (state, reason, False)
     assert (found.modes, found.point) == ((), None)
     assert np.isnan([found.risk, found.growth_rate, found.worst_frequency_hz,
                      found.friction_margin]).all()

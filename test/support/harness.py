@@ -39,7 +39,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rclpy.time import Time  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState, Temperature  # noqa: E402
-from squeal_ros.node.executor import SturdyExecutor  # noqa: E402
+from squeal_ros.node.executor import ResilientExecutor  # noqa: E402
 from squeal_ros.node.lifecycle_node import SquealMonitor  # noqa: E402
 from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
 from support.domains import free_domain  # noqa: E402
@@ -73,7 +73,7 @@ class Vehicle:
         self._namespace, self._rate = namespace, rate
         self.node = rclpy.create_node('vehicle', context=context, namespace=namespace,
                                       parameter_overrides=parameters(use_sim_time=simulated))
-        self.executor = SturdyExecutor(
+        self.executor = ResilientExecutor(
             context=context, report=monitor.report if monitor else self._fail)
         if monitor:
             self.executor.add_node(monitor)

@@ -34,26 +34,25 @@ import traceback
 from typing import Any
 import warnings
 
-from support.engine_models import point, random_model
-from support.mutants import mutant_of_archive, mutant_of_text
-
 from squeal_core import BrakeModel
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.brake_yaml import read_brake
+from squeal_core.brake.dimensions import Caliper, StiffnessTable
+from squeal_core.brake.friction import FrictionLaw, FrictionTable
 from squeal_core.common.errors import (
     BrakeDescriptionError,
     ModelFileError,
     SquealError,
     TableFileError,
 )
-from squeal_core.brake.friction import FrictionLaw, FrictionTable
-from squeal_core.model.model_file import load_model
-from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.common.resources import find
+from squeal_core.model.model_file import load_model
 from squeal_core.monitor.settings import read_settings
+from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
+from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.table_file import read_table, write_table
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
+from support.engine_models import point, random_model
+from support.mutants import mutant_of_archive, mutant_of_text
 
 LIMIT = 500_000_000  # bytes
 LONGEST = 700  # characters of an error beyond its path
@@ -90,8 +89,8 @@ def assess(model: BrakeModel) -> None:
         vehicle.receive('fl', signal, Sample(10**9, value))  # type: ignore[arg-type]
     found, = vehicle.assess(10**9)
     vehicle.close()
-    assert found.known == (0.0 <= found.risk <= 1.0)
-    assert found.known or found.reason
+    assert found.is_valid == (0.0 <= found.risk <= 1.0)
+    assert found.is_valid or found.reason
 
 
 def kind_of(name: str, folder: Path) -> Kind:
@@ -101,11 +100,12 @@ def kind_of(name: str, folder: Path) -> Kind:
                     lambda path: read_brake(path, warn=lambda _: None), BrakeDescriptionError)
     model = small_model()
     if name == 'table':
-        anchors = [anchor_at(model, point(rotor_speed=speed)) for speed in (20.0, 40.0)]
+        anchors = [expand_spectrum(model, point(rotor_speed=speed)) for speed in (20.0, 40.0)]
         write_table(anchors, model, path)
         return Kind(
             path.read_bytes(), mutant_of_archive, lambda file: read_table(file, model),
-            TableFileError, lambda found: Tabulation(model, anchors=found).complex_modes(point()))
+            TableFileError,
+            lambda found: TabulatedSolver(model, anchors=found).complex_modes(point()))
     if name == 'shipped model':
         return Kind(find('models', 'kang2009', '.npz').read_bytes(), mutant_of_archive,
                     load_model, ModelFileError)

@@ -23,8 +23,8 @@ from scipy.optimize import linear_sum_assignment
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.stability.eigensolution import eigenvalues
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from support.engine_models import between, companion_roots, near, point, random_model, random_point
 
 # terms from the second degree on are of single precision, and so large at most
@@ -33,17 +33,18 @@ OPERATORS = ('gyroscopic', 'contact_stiffness', 'friction_couple', 'radial_dissi
              'negative_slope')
 
 
-def series_at(anchor: Anchor, at: OperatingPoint) -> tuple[ComplexArray, FloatArray]:
-    roots, errors = anchor.roots(np.array(at.coefficients())[:, None])
+def series_at(anchor: SpectralExpansion, at: OperatingPoint) -> tuple[ComplexArray, FloatArray]:
+    roots, errors = anchor.eigenvalues(np.array(at.coefficients())[:, None])
     return roots[:, 0], errors[:, 0]
 
 
-def whole(anchor: Anchor, values: Any) -> Any:
+def whole(anchor: SpectralExpansion, values: Any) -> Any:
     """Values of the anchor's roots, then of their mirror images (conjugates)."""
     return np.concatenate([values, np.conj(values[anchor.mirrored])])
 
 
-def off(anchor: Anchor, roots: ComplexArray, truth: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def off(anchor: SpectralExpansion, roots: ComplexArray,
+        truth: ComplexArray) -> tuple[FloatArray, FloatArray]:
     """Distance of each root from its own of the truth, one to one; and the truth in that order."""
     every = whole(anchor, roots)
     zeros = np.zeros(truth.size - every.size)  # of coordinates that nothing holds
@@ -54,7 +55,7 @@ def off(anchor: Anchor, roots: ComplexArray, truth: ComplexArray) -> tuple[Float
     return away[:roots.size], truth[theirs][:roots.size]
 
 
-def blocks_of(anchor: Anchor) -> Any:
+def blocks_of(anchor: SpectralExpansion) -> Any:
     """Size of the block of each root."""
     return np.repeat(anchor.sizes, anchor.sizes)
 
@@ -73,7 +74,7 @@ def test_errors_fall_with_the_step(kang: BrakeModel, degree: int, which: str) ->
         'kang': (kang, kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42),
                  10.0 * SINGLE),
         'blocks': (random_model(14, seed=1), point(), 0.1 * SINGLE)}[which]
-    anchor = anchor_at(model, start, degree=degree)
+    anchor = expand_spectrum(model, start, degree=degree)
     end = replace(start, rotor_speed=22.0, friction=0.40, contact_stiffness=0.357e11,
                   contact_pressure=1.08 * start.contact_pressure)
     steps = 1.25 ** np.arange(8, -8, -1)
@@ -91,7 +92,7 @@ def test_errors_fall_with_the_step(kang: BrakeModel, degree: int, which: str) ->
         assert degree + 0.6 < np.median(of_size) < degree + 2.0
 
 
-def off_means(anchor: Anchor, model: BrakeModel, at: OperatingPoint) -> FloatArray:
+def off_means(anchor: SpectralExpansion, model: BrakeModel, at: OperatingPoint) -> FloatArray:
     """Return how far the mean of each block's roots is from that of the truth."""
     roots, _ = series_at(anchor, at)
     truth = eigenvalues(model, at)
@@ -105,7 +106,7 @@ def off_means(anchor: Anchor, model: BrakeModel, at: OperatingPoint) -> FloatArr
 def test_rate_of_a_single_mode_in_closed_form(degree: int) -> None:
     """Expand w -> sqrt(w^2 + k a - (d/2)^2): its series in k is known, and the error's rate."""
     model = BrakeModel(angular_frequencies=[1e3], contact_stiffness=[[1.0]])
-    anchor = anchor_at(model, point(contact_stiffness=2e6), degree=degree)
+    anchor = expand_spectrum(model, point(contact_stiffness=2e6), degree=degree)
 
     def error(step: float) -> float:
         k = 2e6 + step * 2e6
@@ -133,7 +134,7 @@ def test_flutter_of_two_modes(friction: float) -> None:
     def at(mu: float) -> OperatingPoint:
         return point(friction=mu, contact_stiffness=1e10)
 
-    anchor = anchor_at(flutter_pair(), at(0.48))
+    anchor = expand_spectrum(flutter_pair(), at(0.48))
     assert anchor.sizes.tolist() == [2]
     roots, errors = series_at(anchor, at(friction))
     split = np.emath.sqrt(5e6**2 - (friction * 1e7) ** 2)
@@ -160,7 +161,7 @@ def damped(turning: float, dissipation: float) -> OperatingPoint:
 @pytest.mark.parametrize('dissipation', [0.0, 8.0, 9.999, 9.999999, 10.001, 12.0, 500.0])
 def test_an_exceptional_point_inside_a_block_is_exact(dissipation: float) -> None:
     """+-sqrt(r^2 - g^2): all modes are in the block, so there is nothing that it leaves out."""
-    anchor = anchor_at(EXCEPTIONAL, damped(10.0, 8.0))
+    anchor = expand_spectrum(EXCEPTIONAL, damped(10.0, 8.0))
     assert anchor.sizes.tolist() == [2]
     roots, errors = series_at(anchor, damped(10.0, dissipation))
     exact = np.emath.sqrt(dissipation**2 - 100.0) * np.array([1.0, -1.0])
@@ -175,7 +176,7 @@ def test_an_exceptional_point_inside_a_block_is_exact(dissipation: float) -> Non
 def test_an_anchor_on_an_exceptional_point_does_not_pretend() -> None:
     """Its vectors do not span the space: whatever its series says is worth nothing nearby."""
     try:
-        anchor = anchor_at(EXCEPTIONAL, damped(10.0, 10.0))
+        anchor = expand_spectrum(EXCEPTIONAL, damped(10.0, 10.0))
     except np.linalg.LinAlgError:
         return
     for dissipation in (8.0, 9.9, 10.1, 12.0):
@@ -194,7 +195,7 @@ def test_veering(stiffness: float, couple: float, sizes: list[int]) -> None:
     """
     model = BrakeModel(angular_frequencies=np.sqrt([0.9e8, 1.1e8]), damping_ratios=0.0,
                        contact_stiffness=[[1e-3, couple], [couple, 0.0]])
-    anchor = anchor_at(model, point(contact_stiffness=1.9e10))
+    anchor = expand_spectrum(model, point(contact_stiffness=1.9e10))
     assert anchor.sizes.tolist() == sizes
     roots, errors = series_at(anchor, point(contact_stiffness=stiffness))
     k = np.array([[0.9e8 + 1e-3 * stiffness, couple * stiffness], [couple * stiffness, 1.1e8]])
@@ -211,7 +212,7 @@ def test_veering(stiffness: float, couple: float, sizes: list[int]) -> None:
 def test_two_equal_modes_that_have_nothing_to_do_with_each_other() -> None:
     model = BrakeModel(angular_frequencies=[1e4, 1e4, 3e4],
                        contact_stiffness=np.diag([0.0, 0.0, 1e-3]))
-    anchor = anchor_at(model, point(contact_stiffness=1e10))
+    anchor = expand_spectrum(model, point(contact_stiffness=1e10))
     at = point(contact_stiffness=1.2e10)
     roots, errors = series_at(anchor, at)
     away, _ = off(anchor, roots, companion_roots(model, at))
@@ -235,7 +236,7 @@ def test_errors_are_honest(kang: BrakeModel, seed: int) -> None:
     larger = beaten = answered = 0
     for _ in range(12):
         start = random_point(generator, kang.contact_area)
-        anchor = anchor_at(kang, start)
+        anchor = expand_spectrum(kang, start)
         for step in 10.0 ** generator.uniform(-2.5, -0.5, 6):
             at = near(start, float(step), generator)
             roots, errors = series_at(anchor, at)
@@ -255,14 +256,14 @@ def test_errors_are_honest(kang: BrakeModel, seed: int) -> None:
 
 
 def test_far_away_the_error_is_not_finite(kang: BrakeModel) -> None:
-    anchor = anchor_at(kang, point())
+    anchor = expand_spectrum(kang, point())
     for far in (point(rotor_speed=200.0), point(contact_stiffness=0.1e11), point(friction=0.9),
                 point(rotor_speed=1e6, contact_pressure=1e9)):
         assert series_at(anchor, far)[1].max() == np.inf
 
 
 def test_at_the_anchor_it_is_the_full_solution(kang: BrakeModel) -> None:
-    anchor = anchor_at(kang, point())
+    anchor = expand_spectrum(kang, point())
     roots, errors = series_at(anchor, point())
     away, _ = off(anchor, roots, eigenvalues(kang, point()))
     assert away.max() < 1e-4  # rounding of both, of matrices with entries of 1e10
@@ -271,13 +272,13 @@ def test_at_the_anchor_it_is_the_full_solution(kang: BrakeModel) -> None:
 
 def test_reach_is_where_errors_are_a_tenth(kang: BrakeModel) -> None:
     """A step of the reach in a single coefficient costs about 0.1 1/s, within its order."""
-    anchor = anchor_at(kang, point())
-    for row, reach in zip(anchor.rows, anchor.reach, strict=True):
+    anchor = expand_spectrum(kang, point())
+    for row, reach in zip(anchor.rows, anchor.trust_radius, strict=True):
         if anchor.centre[anchor.rows.tolist().index(row)] == 0.0 or reach > 1e10:
             continue
         moved = np.array(point().coefficients())[:, None]
         moved[row] += 0.3 * reach
-        assert 0.0 < anchor.roots(moved)[1].min() < 0.1
+        assert 0.0 < anchor.eigenvalues(moved)[1].min() < 0.1
 
 
 # ---------------------------------------------------------------- any model
@@ -285,7 +286,7 @@ def test_reach_is_where_errors_are_a_tenth(kang: BrakeModel) -> None:
 @pytest.mark.parametrize('size', [1, 2, 3, 60, 150])
 def test_models_of_any_size(size: int) -> None:
     model, generator = random_model(size, seed=size), np.random.default_rng(size)
-    anchor = anchor_at(model, point())
+    anchor = expand_spectrum(model, point())
     assert anchor.sizes.sum() + anchor.mirrored.sum() == 2 * size
     for step in (0.001, 0.01, 0.03):
         at = near(point(), step, generator)
@@ -310,7 +311,7 @@ def test_models_without_or_with(changes: dict[str, Any]) -> None:
     arrays = {name: scale if scale is None else scale * (
         shapes if name == 'follower' else symmetric) for name, scale in changes.items()}
     model = random_model(size, seed=4, **arrays)
-    anchor = anchor_at(model, point())
+    anchor = expand_spectrum(model, point())
     for step in (0.003, 0.02):
         at = near(point(), step, generator)
         roots, errors = series_at(anchor, at)
@@ -327,7 +328,7 @@ def test_models_without_or_with(changes: dict[str, Any]) -> None:
     {'contact_stiffness': 0.0}, {'rotor_speed': -20.0, 'friction': -0.42}])
 def test_points_where_a_coefficient_vanishes_or_is_negative(changes: dict[str, float]) -> None:
     model, start = random_model(12, seed=5), point(**changes)
-    anchor = anchor_at(model, start)
+    anchor = expand_spectrum(model, start)
     at = replace(start, rotor_speed=1.002 * start.rotor_speed,
                  friction_slope=start.friction_slope + 1e-4)
     roots, errors = series_at(anchor, at)
@@ -352,7 +353,7 @@ def turned(model: BrakeModel, angle: float) -> BrakeModel:
 
 def test_the_orientation_of_doublets_does_not_matter(kang: BrakeModel) -> None:
     start = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
-    first, second = anchor_at(kang, start), anchor_at(turned(kang, 0.7), start)
+    first, second = expand_spectrum(kang, start), expand_spectrum(turned(kang, 0.7), start)
     assert first.sizes.tolist() == second.sizes.tolist()
     at = replace(start, rotor_speed=21.0, friction=0.41)
     (roots, errors), (others, other_errors) = (series_at(a, at) for a in (first, second))
@@ -362,9 +363,9 @@ def test_the_orientation_of_doublets_does_not_matter(kang: BrakeModel) -> None:
 
 
 def test_many_points_at_once_are_each_of_them(kang: BrakeModel) -> None:
-    anchor, generator = anchor_at(kang, point()), np.random.default_rng(1)
+    anchor, generator = expand_spectrum(kang, point()), np.random.default_rng(1)
     points = [near(point(), step, generator) for step in (0.0, 0.01, 0.03, 0.1, 0.3)]
-    roots, errors = anchor.roots(np.transpose([p.coefficients() for p in points]))
+    roots, errors = anchor.eigenvalues(np.transpose([p.coefficients() for p in points]))
     for i, at in enumerate(points):
         alone = series_at(anchor, at)
         assert roots[:, i] == pytest.approx(alone[0], rel=1e-12, abs=1e-6)
@@ -372,9 +373,9 @@ def test_many_points_at_once_are_each_of_them(kang: BrakeModel) -> None:
 
 
 def test_an_anchor_cannot_be_changed(kang: BrakeModel) -> None:
-    anchor = anchor_at(kang, point())
-    for array in (anchor.series, anchor.nearness, anchor.scales, anchor.rounding,
-                  anchor.encounters.rates, *anchor.majorants):
+    anchor = expand_spectrum(kang, point())
+    for array in (anchor.series, anchor.coupling_ratio, anchor.scales, anchor.rounding,
+                  anchor.pair_remainder.rates, *anchor.term_norms):
         assert not array.flags.writeable
     assert 10_000 < anchor.nbytes < 1_000_000
 
@@ -387,10 +388,10 @@ def test_roots_alone_are_those_with_errors(kang: BrakeModel, speed: float, frict
                                            sizes: set[int]) -> None:
     """At many points at once, block by block: of larger blocks in whatever order."""
     start = kang.operating_point(rotor_speed=speed, pressure=7.84e5, friction=friction)
-    anchor, generator = anchor_at(kang, start), np.random.default_rng(2)
+    anchor, generator = expand_spectrum(kang, start), np.random.default_rng(2)
     assert set(anchor.sizes.tolist()) == sizes
     points = np.array([near(start, 0.05, generator).coefficients() for _ in range(6)])
-    alone, (roots, _) = anchor.roots_alone(points), anchor.roots_at(points)
+    alone, (roots, _) = anchor.eigenvalues_alone(points), anchor.eigenvalues_at(points)
     place = 0
     for size in anchor.sizes.tolist():
         ours, theirs = (np.sort_complex(found[:, place:place + size]) for found in (alone, roots))

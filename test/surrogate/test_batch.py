@@ -22,7 +22,7 @@ from squeal_core import BrakeModel
 from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.surrogate.batch import batch_modes, BatchModes, OperatingPoints
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 
 
 def around(model: BrakeModel, count: int, spread: float, seed: int = 0) -> OperatingPoints:
@@ -36,12 +36,12 @@ def around(model: BrakeModel, count: int, spread: float, seed: int = 0) -> Opera
 
 
 def single(model: BrakeModel, points: OperatingPoints) -> ComplexArray:
-    return np.array([complex_modes(model, points[i]).roots for i in range(len(points))])
+    return np.array([complex_modes(model, points[i]).mode_eigenvalues for i in range(len(points))])
 
 
 def check(found: BatchModes, expected: ComplexArray) -> None:
     """Within what each root is said to be off by, and rounding."""
-    assert (np.abs(found.roots - expected) <= found.errors + 1e-5).all()
+    assert (np.abs(found.mode_eigenvalues - expected) <= found.errors + 1e-5).all()
 
 
 def test_points_are_what_their_parameters_say(kang: BrakeModel) -> None:
@@ -58,7 +58,7 @@ def test_points_are_what_their_parameters_say(kang: BrakeModel) -> None:
 
 
 def test_a_cloud(kang: BrakeModel) -> None:
-    table, points = Tabulation(kang), around(kang, 60, 0.1)
+    table, points = TabulatedSolver(kang), around(kang, 60, 0.1)
     found, expected = batch_modes(table, points), single(kang, points)
     check(found, expected)
     assert np.count_nonzero(found.full) < 30
@@ -71,18 +71,18 @@ def test_a_cloud(kang: BrakeModel) -> None:
 
 
 def test_scattered_points_are_solved_in_full(kang: BrakeModel) -> None:
-    table = Tabulation(kang)
+    table = TabulatedSolver(kang)
     points = around(kang, 6, 1.5)
     found = batch_modes(table, points)
     assert found.full.all()
     assert table.anchors == ()
-    assert (found.roots == single(kang, points)).all()
+    assert (found.mode_eigenvalues == single(kang, points)).all()
     assert (found.errors == 0.0).all()
 
 
 def test_growth_in_a_band(kang: BrakeModel) -> None:
     points = around(kang, 40, 0.1, seed=1)
-    found = batch_modes(Tabulation(kang), points)
+    found = batch_modes(TabulatedSolver(kang), points)
     for band in ((1250.0, 16000.0), (3000.0, 4000.0)):
         growth, places = found.growth_rates(*band), found.least_stable(*band)
         for i in range(0, 40, 8):
@@ -108,26 +108,26 @@ def real_roots_model(**changes: Any) -> BrakeModel:
 def test_modes_that_do_not_oscillate() -> None:
     model = real_roots_model()
     points = around(model, 60, 0.15)
-    found = batch_modes(Tabulation(model), points)
+    found = batch_modes(TabulatedSolver(model), points)
     expected = single(model, points)
     check(found, expected)
     assert not found.full.all()
-    assert (found.roots[:, 0].imag == 0.0).all()
-    assert (found.roots[:, 0].real > 1e-2).any()
+    assert (found.mode_eigenvalues[:, 0].imag == 0.0).all()
+    assert (found.mode_eigenvalues[:, 0].real > 1e-2).any()
 
 
 def test_verdicts_do_not_hang_on_errors() -> None:
     """Points within their error of the edge of growth are solved in full."""
     model = real_roots_model()
-    table = Tabulation(model, TableSettings(tolerance=1e3, decay_tolerance=10.0))
+    table = TabulatedSolver(model, SolverSettings(tolerance=1e3, decay_tolerance=10.0))
     points = around(model, 400, 0.5)
     found, expected = batch_modes(table, points), single(model, points)
     level = Tolerances.of(model).growth
-    assert ((found.roots.real > level) == (expected.real > level)).all()
+    assert ((found.mode_eigenvalues.real > level) == (expected.real > level)).all()
 
 
 def test_same_points_same_numbers(kang: BrakeModel) -> None:
     points = around(kang, 30, 0.1)
-    first, second = (batch_modes(Tabulation(kang), points) for _ in range(2))
-    assert (first.roots == second.roots).all()
+    first, second = (batch_modes(TabulatedSolver(kang), points) for _ in range(2))
+    assert (first.mode_eigenvalues == second.mode_eigenvalues).all()
     assert (first.errors == second.errors).all()

@@ -27,9 +27,9 @@ from scipy.optimize import linear_sum_assignment
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.spectral_expansion import Anchor
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from support.engine_models import point
 
 TOLERANCE = 0.1  # 1/s
@@ -87,9 +87,11 @@ def rubbing(friction: float) -> OperatingPoint:
     return point(friction=friction, friction_slope=0.0, contact_stiffness=1e10)
 
 
-def errors(model: BrakeModel, anchor: Anchor, at: OperatingPoint) -> tuple[FloatArray, ...]:
+def errors(model: BrakeModel, anchor: SpectralExpansion,
+           at: OperatingPoint) -> tuple[FloatArray, ...]:
     """Return true and estimated errors of the roots, and what is tolerated."""
-    roots, estimates = (each[:, 0] for each in anchor.roots(np.array(at.coefficients())[:, None]))
+    roots, estimates = (each[:, 0]
+                        for each in anchor.eigenvalues(np.array(at.coefficients())[:, None]))
     every, truth = np.concatenate([roots, roots[anchor.mirrored].conj()]), eigenvalues(model, at)
     ours, theirs = linear_sum_assignment(np.abs(every[:, None] - truth))
     away = np.abs(every[ours] - truth[theirs])[:roots.size]
@@ -101,13 +103,13 @@ def test_a_ring_of_five_that_no_term_sees() -> None:
     couple = 0.05 * np.roll(np.eye(5), 1, axis=1)
     model = BrakeModel(angular_frequencies=2.0 * np.pi * np.array([2e3, 2.6e3, 3.3e3, 4.1e3, 5e3]),
                        friction_couple=couple)
-    anchor = anchor_at(model, rubbing(0.0))
+    anchor = expand_spectrum(model, rubbing(0.0))
     _, *higher = np.split(np.abs(anchor.series), [1])
     assert higher[0].max() < 1e-6
     away, estimates, _ = errors(model, anchor, rubbing(0.2))
     assert away.max() > 50.0
     assert np.all(away <= estimates)
-    table = Tabulation(model, TableSettings(delay=5), anchors=[anchor])
+    table = TabulatedSolver(model, SolverSettings(delay=5), anchors=[anchor])
     found = table.complex_modes(rubbing(0.2))
     table.close()
     assert found.source == 'full'
@@ -122,7 +124,7 @@ def test_accepted_answers_are_within_their_estimates(kind: Any, size: int) -> No
     for _ in range(8):
         model = coupled(kind(size, generator) * 10.0 ** generator.uniform(-3.0, -1.2), generator)
         start = float(generator.choice([0.0, 0.05, 0.2, 0.4]))
-        anchor = anchor_at(model, rubbing(start))
+        anchor = expand_spectrum(model, rubbing(start))
         for step in 10.0 ** generator.uniform(-3.0, -0.1, 12):
             away, estimates, tolerated = errors(model, anchor, rubbing(
                 start + float(step * generator.choice([-1.0, 1.0]))))
@@ -137,7 +139,7 @@ def test_rings_longer_than_a_walk_is_looked_for_are_far_below() -> None:
     """What a ring of n couplings brings falls as the n-th power: nothing is left of 13."""
     generator = np.random.default_rng(0)
     model = coupled(0.02 * ring(13, generator), generator)
-    anchor = anchor_at(model, rubbing(0.0))
+    anchor = expand_spectrum(model, rubbing(0.0))
     away, _, tolerated = errors(model, anchor, rubbing(0.3))
     assert np.all(away < 1e-3 * tolerated)
 
@@ -150,7 +152,7 @@ def test_a_ring_of_two_coefficients() -> None:
         (follower if row == 2 else friction)[row, (row + 1) % 5] = 1.0
     model = BrakeModel(angular_frequencies=frequencies, friction_couple=0.05 * friction,
                        follower=1e3 * follower)
-    anchor = anchor_at(model, rubbing(0.0))
+    anchor = expand_spectrum(model, rubbing(0.0))
     for step in (0.02, 0.05, 0.1, 0.2):
         away, estimates, tolerated = errors(model, anchor, rubbing(step))
         assert np.all(away <= np.maximum(estimates, NEGLIGIBLE * tolerated))
@@ -160,7 +162,7 @@ def test_a_ring_of_two_coefficients() -> None:
 def test_a_full_matrix_has_no_floor(kang: BrakeModel) -> None:
     """Its terms show what they leave out: few blocks have a floor above the estimate."""
     start = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
-    anchor = anchor_at(kang, start)
+    anchor = expand_spectrum(kang, start)
     steps = np.full((1, anchor.rows.size), 0.3)
     floor = anchor.floor.bound(steps)[0]
     assert np.count_nonzero(floor > 0.01 * TOLERANCE) <= 1

@@ -30,13 +30,13 @@ from squeal_core.common.errors import OperatingPointError
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.surrogate.coverage import (
     braking_points,
+    build_table,
     covered,
     Envelope,
-    lay_down,
     random_places,
 )
 from squeal_core.surrogate.table_file import read_table, read_table_header
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from squeal_ros.cli.main import main
 from support.engine_models import point, random_model
 
@@ -108,8 +108,8 @@ def test_ranges_that_are_none(changes: dict[str, Any], part: str) -> None:
 # ---------------------------------------------------------------- laying down
 
 def test_what_was_laid_down_covers_other_points() -> None:
-    table = Tabulation(MODEL)
-    summary = lay_down(table, ENVELOPE.points(MODEL, random_places(0)), coverage=0.9)
+    table = TabulatedSolver(MODEL)
+    summary = build_table(table, ENVELOPE.points(MODEL, random_places(0)), coverage=0.9)
     assert summary.complete
     assert summary.points >= 1000
     tests = list(islice(ENVELOPE.points(MODEL, random_places(1)), 300))
@@ -121,25 +121,26 @@ def test_what_was_laid_down_covers_other_points() -> None:
     for at in answered[::20]:
         found, truth = table.complex_modes(at), complex_modes(MODEL, at)
         assert found.source == 'table'
-        assert np.abs(found.roots - truth.roots).max() <= max(0.1, 1.5 * found.errors.max())
+        assert np.abs(found.mode_eigenvalues - truth.mode_eigenvalues).max() <= max(
+            0.1, 1.5 * found.errors.max())
 
 
 def test_covered_points_need_no_anchor() -> None:
-    table = Tabulation(MODEL)
+    table = TabulatedSolver(MODEL)
     calls: list[tuple[int, int]] = []
-    summary = lay_down(table, 5 * [point()] + 5 * [point(contact_stiffness=1e10)],
-                       progress=lambda *figures: calls.append(figures))
+    summary = build_table(table, 5 * [point()] + 5 * [point(contact_stiffness=1e10)],
+                          progress=lambda *figures: calls.append(figures))
     assert (len(table.anchors), summary.points, summary.undecided) == (2, 10, 0)
     assert calls == [(1, i) for i in range(1, 6)] + [(2, i) for i in range(6, 11)]
 
 
 @pytest.mark.parametrize('limits', [{'most': 3}, {'memory': 3.5}])
 def test_it_ends_at_its_limits(limits: dict[str, float]) -> None:
-    size = Tabulation(MODEL)
-    lay_down(size, [point()])
-    table = Tabulation(MODEL, TableSettings(memory=limits.pop('memory', 1e3) * size.nbytes))
+    size = TabulatedSolver(MODEL)
+    build_table(size, [point()])
+    table = TabulatedSolver(MODEL, SolverSettings(memory=limits.pop('memory', 1e3) * size.nbytes))
     points = [point(rotor_speed=2.0 * 2.0**i) for i in range(8)]
-    summary = lay_down(table, points, **limits)  # type: ignore[arg-type]
+    summary = build_table(table, points, **limits)  # type: ignore[arg-type]
     assert not summary.complete
     assert len(table.anchors) == 3
     assert all(table.covers(at) for at in points[:3])
@@ -150,8 +151,8 @@ def test_a_point_on_a_boundary_is_left_to_the_full_solver() -> None:
     model = BrakeModel(angular_frequencies=np.sqrt([1e8, 1.1e8]), damping_ratios=0.0,
                        contact_stiffness=np.diag([1e-3, 0.0]))
     for growth, undecided in ((0.0, 1), (0.01, 0)):  # growth rates are zero
-        table = Tabulation(model, tolerances=Tolerances(oscillation=1.0, growth=growth))
-        assert lay_down(table, [point()]).undecided == undecided
+        table = TabulatedSolver(model, tolerances=Tolerances(oscillation=1.0, growth=growth))
+        assert build_table(table, [point()]).undecided == undecided
         assert len(table.anchors) == 1 - undecided
 
 
@@ -179,7 +180,7 @@ def test_the_command_lays_down_an_envelope(model_path: str, tmp_path: Path,
     preload = 2.5e-3 * np.array([1e6, 2e6]) / MODEL.contact_area
     assert summary['envelope']['contact_pressure'] == pytest.approx(preload)
     assert read_table_header(path)['about']['coverage'] == summary['coverage']
-    table = Tabulation(MODEL, anchors=anchors)
+    table = TabulatedSolver(MODEL, anchors=anchors)
     tests = [MODEL.operating_point(rotor_speed=speed, pressure=1.4e6, friction=mu)
              for speed in (11.0, 14.0, 19.0) for mu in (0.39, 0.43)]
     assert sum(map(table.covers, tests)) >= 5

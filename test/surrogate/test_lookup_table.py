@@ -60,11 +60,12 @@ def test_answers_are_within_their_bounds_of_full_solutions(
     assert found.answered.mean() > 0.99
     for place in np.flatnonzero(found.answered).tolist():
         ours, truth = found.modes(place), complex_modes(model, points[place], tolerances=limits)
-        assert np.all(np.abs(ours.roots - truth.roots[ours.numbers - 1]) <= ours.errors + 1e-6)
-        assert np.all(ours.errors <= table.tolerances.allowed(ours.roots))
+        assert np.all(np.abs(ours.mode_eigenvalues - truth.mode_eigenvalues[
+            ours.numbers - 1]) <= ours.errors + 1e-6)
+        assert np.all(ours.errors <= table.tolerances.allowed(ours.mode_eigenvalues))
         omitted = np.setdiff1d(np.arange(model.size), ours.numbers - 1)
-        oscillating = truth.roots[omitted].imag > limits.oscillation
-        assert np.all(truth.roots[omitted].real[oscillating] < ours.omitted_below)
+        oscillating = truth.mode_eigenvalues[omitted].imag > limits.oscillation
+        assert np.all(truth.mode_eigenvalues[omitted].real[oscillating] < ours.omitted_below)
         assert [m.index for m in ours.unstable] == [m.index for m in truth.unstable]
 
 
@@ -111,7 +112,7 @@ def test_single_points_and_arrays_agree(model: BrakeModel, table: ExpansionTable
         if alone:
             ours = found.modes(place)
             assert alone[1] == found.cells[place]
-            np.testing.assert_allclose(alone[0].roots, ours.roots, rtol=1e-9)
+            np.testing.assert_allclose(alone[0].mode_eigenvalues, ours.mode_eigenvalues, rtol=1e-9)
             np.testing.assert_array_equal(alone[0].numbers, ours.numbers)
 
 
@@ -119,11 +120,11 @@ def test_points_that_hang_on_the_error_are_solved_in_full(
         model: BrakeModel, table: ExpansionTable) -> None:
     point = table.domain.points(model, places(table, 1))[0]
     truth = complex_modes(model, point)
-    worst = max(root.real for root in truth.roots)
+    worst = max(root.real for root in truth.mode_eigenvalues)
     limits = replace(Tolerances.of(model), growth=worst + 1e-9)
     solver = TableLookup(model, table, limits=limits)
-    np.testing.assert_array_equal(solver.solve(point).roots,
-                                  complex_modes(model, point, tolerances=limits).roots)
+    np.testing.assert_array_equal(solver.solve(point).mode_eigenvalues,
+                                  complex_modes(model, point, tolerances=limits).mode_eigenvalues)
     assert solver.statistics.full == 1
 
 
@@ -137,7 +138,8 @@ def test_points_that_leave_the_law_are_solved_in_full(
                 replace(point, rotor_speed=3.0), replace(point, friction=-point.friction)):
         assert solver.solve(off).source == 'full'
     assert solver.solve(backwards).source == 'table'
-    np.testing.assert_allclose(solver.solve(backwards).roots, solver.solve(point).roots)
+    np.testing.assert_allclose(solver.solve(backwards).mode_eigenvalues,
+                               solver.solve(point).mode_eigenvalues)
 
 
 def test_the_audit_finds_a_wrong_cell_and_does_not_use_it_again(
@@ -202,4 +204,4 @@ def test_a_stiffness_factor_is_that_of_a_stiffer_model(
     found = TableLookup(model, stiff).solve(point)
     assert found.source == 'table'
     truth = complex_modes(model, point)
-    assert np.abs(found.roots - truth.roots[found.numbers - 1]).max() <= 0.1
+    assert np.abs(found.mode_eigenvalues - truth.mode_eigenvalues[found.numbers - 1]).max() <= 0.1

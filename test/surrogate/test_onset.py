@@ -23,9 +23,9 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
-from squeal_core.monitor.vehicle_stability import Engines
+from squeal_core.monitor.vehicle_stability import VehicleStability
 from squeal_core.surrogate.onset import Onset
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from squeal_core.surrogate.workers import Worker
 
 RATE, SPEED, FRICTION = 50.0, 30.0, 0.42
@@ -100,7 +100,7 @@ def test_nothing_is_made_ready_for_what_cannot_come(kang: BrakeModel, changed: d
     assert watch.engines.modes.statistics.made == 0
 
 
-def covered(kang: BrakeModel, table: Tabulation, pressure: float) -> bool:
+def covered(kang: BrakeModel, table: TabulatedSolver, pressure: float) -> bool:
     return table.covers(point(kang, pressure))
 
 
@@ -109,7 +109,7 @@ def point(kang: BrakeModel, pressure: float) -> OperatingPoint:
 
 
 def test_from_light_to_firm_pressure(kang: BrakeModel) -> None:
-    table = Tabulation(kang, TableSettings(delay=12))
+    table = TabulatedSolver(kang, SolverSettings(delay=12))
     onset = Onset(table)
     for _ in range(300):
         onset.look([(SPEED, FRICTION)], RELEASED)
@@ -124,7 +124,7 @@ def test_from_light_to_firm_pressure(kang: BrakeModel) -> None:
 
 @pytest.mark.parametrize('pressure', [0.0, 1e7])
 def test_any_pressure_of_release(kang: BrakeModel, pressure: float) -> None:
-    table = Tabulation(kang, TableSettings(delay=12))
+    table = TabulatedSolver(kang, SolverSettings(delay=12))
     onset = Onset(table)
     for _ in range(120):
         onset.look([(SPEED, FRICTION)], pressure)
@@ -134,7 +134,7 @@ def test_any_pressure_of_release(kang: BrakeModel, pressure: float) -> None:
 
 
 def test_what_no_anchor_answers_is_not_made_again_and_again(kang: BrakeModel) -> None:
-    table = Tabulation(kang, TableSettings(delay=12, tolerance=1e-12))
+    table = TabulatedSolver(kang, SolverSettings(delay=12, tolerance=1e-12))
     onset = Onset(table)
     for _ in range(600):
         onset.look([(SPEED, FRICTION)], RELEASED)
@@ -144,7 +144,7 @@ def test_what_no_anchor_answers_is_not_made_again_and_again(kang: BrakeModel) ->
 
 def test_anchors_that_were_never_needed_keep_no_other_from_being_made(kang: BrakeModel) -> None:
     """After some that nobody used others are asked for less often, but for these."""
-    table = Tabulation(kang, TableSettings(delay=4))
+    table = TabulatedSolver(kang, SolverSettings(delay=4))
     onset = Onset(table)
     for step in range(4):
         for _ in range(120):
@@ -160,7 +160,7 @@ def test_anchors_that_were_never_needed_keep_no_other_from_being_made(kang: Brak
 
 def test_brakes_of_one_vehicle_take_turns(kang: BrakeModel) -> None:
     """At other frictions there are other anchors."""
-    engines = Engines(kang, settings())
+    engines = VehicleStability(kang, settings())
     for _ in range(600):
         engines.onset.look([(SPEED, 0.3), (SPEED, 0.6)], RELEASED)
     for friction in (0.3, 0.6):

@@ -32,14 +32,14 @@ from squeal_core import BrakeModel
 from squeal_core.common.errors import TableFileError
 from squeal_core.common.npz_archive import content_hash
 from squeal_core.common.output import OutputError
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_file import model_hash, read_table, read_table_header, write_table
-from squeal_core.surrogate.tabulated_solver import Tabulation
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 from support.engine_models import near, point, random_model
 
 MODEL = random_model(5, seed=6)
-ANCHORS = tuple(anchor_at(MODEL, point(rotor_speed=speed)) for speed in (5.0, 20.0, 80.0))
+ANCHORS = tuple(expand_spectrum(MODEL, point(rotor_speed=speed)) for speed in (5.0, 20.0, 80.0))
 
 
 def refusal(path: Path, model: BrakeModel = MODEL) -> str:
@@ -70,16 +70,16 @@ def rewrite(path: Path, header: Any = None, arrays: Any = None, *,
     return path
 
 
-def same(ours: Anchor, theirs: Anchor) -> bool:
+def same(ours: SpectralExpansion, theirs: SpectralExpansion) -> bool:
     """Whether two anchors give the same numbers, bit for bit, near and far."""
     generator = np.random.default_rng(0)
     points = [near(ours.point, step, generator) for step in (0.0, 1e-3, 0.03, 0.3, 2.0)]
     every = np.transpose([at.coefficients() for at in points])
     found = [[values for some in (every, every[:, 1:2], every[:, 2:3])
-              for values in anchor.roots(some)] for anchor in (ours, theirs)]
+              for values in anchor.eigenvalues(some)] for anchor in (ours, theirs)]
     return ours.point == theirs.point and np.array_equal(ours.mirrored, theirs.mirrored) and all(
         np.array_equal(a, b) for a, b in zip(*found, strict=True)) and np.array_equal(
-            ours.reach, theirs.reach)
+            ours.trust_radius, theirs.trust_radius)
 
 
 # ---------------------------------------------------------------- what comes back
@@ -100,19 +100,19 @@ def test_anchors_come_back_bit_for_bit(path: Path) -> None:
      'radial_dissipation': None, 'negative_slope': None}])
 def test_of_any_model_and_degree(tmp_path: Path, degree: int, changes: dict[str, Any]) -> None:
     model = random_model(5, seed=7, **changes)
-    anchors = [anchor_at(model, point(), degree=degree),
-               anchor_at(model, point(rotor_speed=2.0), degree=degree)]
+    anchors = [expand_spectrum(model, point(), degree=degree),
+               expand_spectrum(model, point(rotor_speed=2.0), degree=degree)]
     write_table(anchors, model, tmp_path / 'table.npz')
     assert all(map(same, anchors, read_table(tmp_path / 'table.npz', model)))
 
 
 def test_a_table_starts_warm_where_it_was_left(kang: BrakeModel, tmp_path: Path) -> None:
-    cold = Tabulation(kang)
+    cold = TabulatedSolver(kang)
     points = [kang.operating_point(rotor_speed=speed, pressure=8e5) for speed in (10.0, 11.0)]
     before = [cold.complex_modes(at) for at in points]
     assert len(cold.anchors) == 1
     write_table(cold.anchors, kang, tmp_path / 'table.npz')
-    warm = Tabulation(kang, anchors=read_table(tmp_path / 'table.npz', kang))
+    warm = TabulatedSolver(kang, anchors=read_table(tmp_path / 'table.npz', kang))
     for at, found in zip(points, before, strict=True):
         assert np.array_equal(warm.complex_modes(at).eigenvalues, found.eigenvalues)
     assert (warm.statistics.full, warm.statistics.made) == (0, 0)
@@ -276,7 +276,7 @@ def test_a_bomb_is_refused_before_allocation(path: Path, name: str, kind: str, s
 
 
 def test_what_cannot_be_written(tmp_path: Path) -> None:
-    fourth = anchor_at(MODEL, point(), degree=4)
+    fourth = expand_spectrum(MODEL, point(), degree=4)
     for anchors in ((), (ANCHORS[0], fourth)):
         with pytest.raises(TableFileError, match='cannot hold'):
             write_table(anchors, MODEL, tmp_path / 'table.npz')

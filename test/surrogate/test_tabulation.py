@@ -27,10 +27,10 @@ import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
 from squeal_core.surrogate import tabulated_solver as tabulation
-from squeal_core.surrogate.expansion_builder import anchor_at, anchor_steps
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import expand_spectrum, expansion_steps
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.steps import in_a_step, Steps
-from squeal_core.surrogate.tabulated_solver import TableSettings, Tabulation
+from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
 from support.engine_models import near, point, random_model, random_point
 
 SMALL = random_model(8, seed=3)
@@ -41,15 +41,15 @@ ROUNDING = 1e-4
 
 def compare(found: ComplexModes, truth: ComplexModes) -> None:
     """Assert the same modes, in the same order and of the same kinds, as right as they say."""
-    assert found.roots.size == truth.roots.size == found.errors.size
-    away = np.abs(found.roots - truth.roots)
+    assert found.mode_eigenvalues.size == truth.mode_eigenvalues.size == found.errors.size
+    away = np.abs(found.mode_eigenvalues - truth.mode_eigenvalues)
     # two modes of nearly one frequency may change places in the order
-    for i in np.flatnonzero((away > TOLERANCE) & (truth.roots.imag > 1.0)):
-        around = truth.roots[max(i - 1, 0):i + 2]
-        away[i] = np.abs(found.roots[i] - around).min()
+    for i in np.flatnonzero((away > TOLERANCE) & (truth.mode_eigenvalues.imag > 1.0)):
+        around = truth.mode_eigenvalues[max(i - 1, 0):i + 2]
+        away[i] = np.abs(found.mode_eigenvalues[i] - around).min()
         assert np.abs(np.diff(around.imag)).min() < 1.0
-    counted = truth.roots.imag > 1.0
-    allowed = np.maximum(TOLERANCE, -0.02 * truth.roots.real)
+    counted = truth.mode_eigenvalues.imag > 1.0
+    allowed = np.maximum(TOLERANCE, -0.02 * truth.mode_eigenvalues.real)
     assert np.all(away[counted] <= allowed[counted])
     for ours, theirs in zip(found.modes, truth.modes, strict=True):
         assert ours.index == theirs.index
@@ -59,11 +59,11 @@ def compare(found: ComplexModes, truth: ComplexModes) -> None:
     assert len(found.eigenvalues) == len(truth.eigenvalues)
 
 
-def follow(table: Tabulation, points: Iterable[OperatingPoint]) -> list[ComplexModes]:
+def follow(table: TabulatedSolver, points: Iterable[OperatingPoint]) -> list[ComplexModes]:
     return [table.complex_modes(at) for at in points]
 
 
-def check(table: Tabulation, points: Sequence[OperatingPoint]) -> float:
+def check(table: TabulatedSolver, points: Sequence[OperatingPoint]) -> float:
     """Compare all points with the full solver; the part that came from the table."""
     found = follow(table, points)
     for modes, at in zip(found, points, strict=True):
@@ -83,7 +83,7 @@ def walk(count: int, seed: int, *, step: float = 0.01) -> list[OperatingPoint]:
 
 def test_random_points_of_the_whole_range(kang: BrakeModel) -> None:
     """benchmark/online_accuracy.py is the same over 20,000 points."""
-    generator, table = np.random.default_rng(11), Tabulation(kang)
+    generator, table = np.random.default_rng(11), TabulatedSolver(kang)
     points = []
     for _ in range(15):
         start = random_point(generator, kang.contact_area)
@@ -97,10 +97,10 @@ def test_a_drive(kang: BrakeModel) -> None:
     speeds = np.linspace(25.0, 5.0, 60)
     points = [kang.operating_point(rotor_speed=speed, pressure=8e5 + 2e4 * np.sin(speed),
                                    friction=0.4 + 0.01 * np.cos(speed)) for speed in speeds]
-    table = Tabulation(kang)
+    table = TabulatedSolver(kang)
     assert check(table, points) > 0.9
     assert table.statistics.made < 15
-    again = Tabulation(kang, anchors=table.anchors)
+    again = TabulatedSolver(kang, anchors=table.anchors)
     found = follow(again, points)
     assert sum(modes.source == 'table' for modes in found) >= 54
     assert again.statistics.made <= 6
@@ -109,7 +109,7 @@ def test_a_drive(kang: BrakeModel) -> None:
 @pytest.mark.parametrize('delay', [0, 3])
 @pytest.mark.parametrize('size', [1, 2, 8, 40])
 def test_any_model(size: int, delay: int) -> None:
-    table = Tabulation(random_model(size, seed=size), TableSettings(delay=delay))
+    table = TabulatedSolver(random_model(size, seed=size), SolverSettings(delay=delay))
     check(table, walk(60, seed=size))
     assert table.statistics.tabulated > 20
     table.close()
@@ -118,12 +118,12 @@ def test_any_model(size: int, delay: int) -> None:
 @pytest.mark.parametrize('name', ['gyroscopic', 'contact_stiffness', 'friction_couple',
                                   'radial_dissipation', 'negative_slope'])
 def test_models_without_an_operator(name: str) -> None:
-    table = Tabulation(random_model(6, seed=1, **{name: None}))
+    table = TabulatedSolver(random_model(6, seed=1, **{name: None}))
     assert check(table, walk(30, seed=1)) > 0.5
 
 
 def test_a_model_that_nothing_changes() -> None:
-    table = Tabulation(BrakeModel(angular_frequencies=np.array([1e3, 2e3])))
+    table = TabulatedSolver(BrakeModel(angular_frequencies=np.array([1e3, 2e3])))
     assert check(table, [point(), point(friction=0.1), point(rotor_speed=150.0)]) == 1.0
     assert len(table.anchors) == 1
 
@@ -133,7 +133,7 @@ def test_coordinates_that_nothing_holds() -> None:
     shape = np.diag([0.0, 0.0, 1.0, 1.0])
     model = random_model(4, seed=2, angular_frequencies=[0.0, 0.0, 9e3, 2e4],
                          contact_stiffness=1e-2 * shape, friction_couple=None, gyroscopic=None)
-    table = Tabulation(model)
+    table = TabulatedSolver(model)
     check(table, walk(30, seed=2))
     found = table.complex_modes(point())
     assert [mode.kind for mode in found.modes[:2]] != ['flutter', 'flutter']
@@ -141,13 +141,13 @@ def test_coordinates_that_nothing_holds() -> None:
 
 
 def test_errors_are_those_of_the_modes() -> None:
-    table = Tabulation(SMALL, TableSettings())
+    table = TabulatedSolver(SMALL, SolverSettings())
     table.complex_modes(point())
     at = near(point(), 0.01, np.random.default_rng(0))
     found = table.complex_modes(at)
     assert found.source == 'table'
-    roots, errors = table.anchors[0].roots(np.array(at.coefficients())[:, None])
-    for root, error in zip(found.roots, found.errors, strict=True):
+    roots, errors = table.anchors[0].eigenvalues(np.array(at.coefficients())[:, None])
+    for root, error in zip(found.mode_eigenvalues, found.errors, strict=True):
         assert errors[np.flatnonzero(roots[:, 0] == root), 0].tolist() == [error]
     assert found.errors.max() <= TOLERANCE
     assert complex_modes(SMALL, at).errors.tolist() == [0.0] * 8
@@ -156,16 +156,16 @@ def test_errors_are_those_of_the_modes() -> None:
 
 def test_no_verdict_hangs_on_an_error() -> None:
     """Where a growth rate is within its error of the limit, the full solver answers."""
-    anchor, at = anchor_at(SMALL, point()), near(point(), 0.008, np.random.default_rng(1))
-    roots, errors = (values[:, 0] for values in anchor.roots(
+    anchor, at = expand_spectrum(SMALL, point()), near(point(), 0.008, np.random.default_rng(1))
+    roots, errors = (values[:, 0] for values in anchor.eigenvalues(
         np.array(at.coefficients())[:, None]))
     place = int(errors.argmax())
     assert 1e-3 < errors[place] < TOLERANCE
     for limit, source in ((roots[place].real + 0.5 * errors[place], 'full'),
                           (roots[place].real - 0.5 * errors[place], 'full'),
                           (roots.real.max() + 1.0, 'table')):
-        table = Tabulation(SMALL, TableSettings(delay=5), anchors=[anchor],
-                           tolerances=Tolerances(oscillation=1.0, growth=float(limit)))
+        table = TabulatedSolver(SMALL, SolverSettings(delay=5), anchors=[anchor],
+                                tolerances=Tolerances(oscillation=1.0, growth=float(limit)))
         assert table.covers(at) == (source == 'table')
         assert table.complex_modes(at).source == source
         table.close()
@@ -176,7 +176,7 @@ def test_no_verdict_hangs_on_an_error() -> None:
 def test_jumps_across_the_range_at_every_step() -> None:
     generator = np.random.default_rng(5)
     places = [random_point(generator, 0.0055) for _ in range(12)]
-    table = Tabulation(SMALL, TableSettings(delay=2))
+    table = TabulatedSolver(SMALL, SolverSettings(delay=2))
     points = [near(places[i % 12], 1e-3, generator) for i in range(200)]
     check(table, points)
     assert table.statistics.tabulated > 50
@@ -194,7 +194,7 @@ def flutter_pair() -> BrakeModel:
 
 @pytest.mark.parametrize('delay', [0, 4])
 def test_an_exceptional_point_crossed_back_and_forth(delay: int) -> None:
-    table = Tabulation(flutter_pair(), TableSettings(delay=delay))
+    table = TabulatedSolver(flutter_pair(), SolverSettings(delay=delay))
     friction = 0.5 + 0.03 * np.sin(0.1 * np.arange(300))
     points = [point(friction=float(mu), contact_stiffness=1e10) for mu in friction]
     assert check(table, points) > 0.8
@@ -211,16 +211,16 @@ def test_a_slow_drift_along_a_boundary_of_flutter() -> None:
         for _ in range(45):  # bisection for the friction at which the growth rate is zero
             middle = 0.5 * (low + high)
             at = point(friction=middle, contact_stiffness=float(stiffness))
-            grows = complex_modes(model, at).roots.real.max() > 0.0
+            grows = complex_modes(model, at).mode_eigenvalues.real.max() > 0.0
             low, high = (low, middle) if grows else (middle, high)
         points.append(point(friction=low * (1.0 + 1e-6 * (-1) ** i),
                             contact_stiffness=float(stiffness)))
-    table = Tabulation(model, TableSettings(delay=2))
+    table = TabulatedSolver(model, SolverSettings(delay=2))
     check(table, points)
     for at in points:
         truth, found = complex_modes(model, at), table.complex_modes(at)
-        assert abs(truth.roots.real.max()) < 0.3
-        if abs(truth.roots.real.max()) > 0.01 + TOLERANCE:
+        assert abs(truth.mode_eigenvalues.real.max()) < 0.3
+        if abs(truth.mode_eigenvalues.real.max()) > 0.01 + TOLERANCE:
             assert len(found.unstable) == len(truth.unstable)
     table.close()
 
@@ -234,12 +234,12 @@ def test_the_same_points_give_the_same_numbers(monkeypatch: pytest.MonkeyPatch,
     points, runs = walk(150, seed=9, step=0.02), []
     for pause in (0.0, 0.004, 0.0):
         def slowly(model: BrakeModel, at: OperatingPoint, pause: float = pause,
-                   **settings: Any) -> 'Steps[Anchor]':
+                   **settings: Any) -> 'Steps[SpectralExpansion]':
             yield partial(time.sleep, pause * (1.0 + np.cos(at.rotor_speed)))
-            return (yield from anchor_steps(model, at, **settings))
+            return (yield from expansion_steps(model, at, **settings))
 
-        monkeypatch.setattr(tabulation, 'anchor_steps', slowly)
-        table = Tabulation(SMALL, TableSettings(delay=delay, audit_every=10))
+        monkeypatch.setattr(tabulation, 'expansion_steps', slowly)
+        table = TabulatedSolver(SMALL, SolverSettings(delay=delay, audit_every=10))
         found = follow(table, points)
         runs.append(([(modes.source, modes.eigenvalues.tobytes(), modes.errors.tobytes())
                       for modes in found], table.figures()))
@@ -252,7 +252,7 @@ def test_the_same_points_give_the_same_numbers(monkeypatch: pytest.MonkeyPatch,
 def test_an_anchor_is_used_when_its_time_has_come() -> None:
     """No sooner than in its four steps, of which each solve is kept by one at most."""
     for delay, solves in ((1, 4), (4, 4), (6, 6)):
-        table = Tabulation(SMALL, TableSettings(delay=delay))
+        table = TabulatedSolver(SMALL, SolverSettings(delay=delay))
         sources = [modes.source for modes in follow(table, 10 * [point()])]
         assert sources == solves * ['full'] + (10 - solves) * ['table']
         table.close()
@@ -261,7 +261,7 @@ def test_an_anchor_is_used_when_its_time_has_come() -> None:
 @pytest.mark.parametrize(('brakes', 'solves'), [(1, 12), (2, 8), (3, 6), (4, 4), (6, 6)])
 def test_where_all_is_solved_in_full_an_anchor_is_due_earlier(brakes: int, solves: int) -> None:
     """An anchor costs five full solves, and a tick waits for no more of it than one a brake."""
-    table = Tabulation(SMALL, TableSettings(delay=100))
+    table = TabulatedSolver(SMALL, SolverSettings(delay=100))
     sources = [modes.source for _ in range(16) for modes in table.complex_modes_of(
         [point(friction=0.42 + 1e-3 * brake) for brake in range(brakes)])]
     assert sources == solves * ['full'] + (16 * brakes - solves) * ['table']
@@ -275,7 +275,7 @@ def test_a_steady_way_is_solved_in_full_at_its_beginning_only(
         kang: BrakeModel, ratios: dict[str, float]) -> None:
     """Anchors are there before the way leads out of those made so far."""
     delay = 10
-    table = Tabulation(kang, TableSettings(delay=delay))
+    table = TabulatedSolver(kang, SolverSettings(delay=delay))
     points = [point(**{name: getattr(point(), name) * ratio**i for name, ratio in ratios.items()})
               for i in range(250)]
     found = follow(table, points)
@@ -289,13 +289,13 @@ def test_a_steady_way_is_solved_in_full_at_its_beginning_only(
 
 def test_a_warm_table_asks_for_nothing() -> None:
     """On a way that stays where the table is."""
-    cold = Tabulation(SMALL, TableSettings())
+    cold = TabulatedSolver(SMALL, SolverSettings())
     turns = np.linspace(0.0, 4.0 * np.pi, 240)
     points = [point(rotor_speed=20.0 * np.exp(0.1 * np.cos(turn)),
                     contact_pressure=7e5 * np.exp(0.1 * np.sin(turn))) for turn in turns]
     follow(cold, points)
-    warm = Tabulation(SMALL, TableSettings(delay=5, tolerance=1.0), anchors=cold.anchors,
-                      tolerances=Tolerances(oscillation=1.0, growth=1e-2))
+    warm = TabulatedSolver(SMALL, SolverSettings(delay=5, tolerance=1.0), anchors=cold.anchors,
+                           tolerances=Tolerances(oscillation=1.0, growth=1e-2))
     assert {modes.source for modes in follow(warm, points)} == {'table'}
     assert (warm.statistics.made, warm.statistics.full) == (0, 0)
     assert not _workers()
@@ -310,8 +310,8 @@ def far_apart(count: int) -> list[OperatingPoint]:
 
 def test_the_least_recently_used_anchors_make_room() -> None:
     places = far_apart(4)
-    size = anchor_at(SMALL, places[0]).nbytes
-    table = Tabulation(SMALL, TableSettings(memory=3.9 * size))
+    size = expand_spectrum(SMALL, places[0]).nbytes
+    table = TabulatedSolver(SMALL, SolverSettings(memory=3.9 * size))
     follow(table, [places[0], places[1], places[2], places[0]])
     assert [table.covers(at) for at in places] == [True, True, True, False]
     table.complex_modes(places[3])
@@ -321,7 +321,7 @@ def test_the_least_recently_used_anchors_make_room() -> None:
 
 
 def test_memory_stays_bounded_and_the_newest_anchor_is_kept() -> None:
-    table = Tabulation(SMALL, TableSettings(memory=1.0))
+    table = TabulatedSolver(SMALL, SolverSettings(memory=1.0))
     for at in far_apart(4):
         assert table.complex_modes(at).source == 'table'
         assert len(table.anchors) == 1
@@ -329,8 +329,8 @@ def test_memory_stays_bounded_and_the_newest_anchor_is_kept() -> None:
 
 def test_memory_after_many_updates() -> None:
     generator = np.random.default_rng(8)
-    limit = 10.5 * anchor_at(SMALL, point()).nbytes
-    table = Tabulation(SMALL, TableSettings(memory=limit, delay=2))
+    limit = 10.5 * expand_spectrum(SMALL, point()).nbytes
+    table = TabulatedSolver(SMALL, SolverSettings(memory=limit, delay=2))
     places = [random_point(generator, 0.0055) for _ in range(60)]
     for i in range(3000):
         table.complex_modes(places[(i // 5) % 60])
@@ -342,21 +342,21 @@ def test_memory_after_many_updates() -> None:
 
 # ---------------------------------------------------------------- audits and failures
 
-def tampered(anchor: Anchor, by: float = 1e-4) -> Anchor:
+def tampered(anchor: SpectralExpansion, by: float = 1e-4) -> SpectralExpansion:
     series = np.array(anchor.series)
     series[:, 0] *= 1.0 + by  # 1 1/s at 1e4 rad/s, ten times the tolerance
     return replace(anchor, series=series)
 
 
 def test_an_audit_drops_an_anchor_that_is_wrong() -> None:
-    wrong = tampered(anchor_at(SMALL, point()))
-    table = Tabulation(SMALL, TableSettings(audit_every=3, delay=5), anchors=[wrong])
+    wrong = tampered(expand_spectrum(SMALL, point()))
+    table = TabulatedSolver(SMALL, SolverSettings(audit_every=3, delay=5), anchors=[wrong])
     first, second, audited, after = follow(table, 4 * [point()])
     truth = complex_modes(SMALL, point())
     assert (first.source, second.source, audited.source, after.source) == (
         'table', 'table', 'full', 'full')
     assert np.array_equal(audited.eigenvalues, truth.eigenvalues)
-    assert np.abs(first.roots - truth.roots).max() > TOLERANCE
+    assert np.abs(first.mode_eigenvalues - truth.mode_eigenvalues).max() > TOLERANCE
     statistics = table.statistics
     assert (statistics.audits, statistics.mismatches, statistics.dropped) == (1, 1, 1)
     assert statistics.worst_audit > 1.0
@@ -365,23 +365,24 @@ def test_an_audit_drops_an_anchor_that_is_wrong() -> None:
 
 
 def test_an_audit_keeps_an_anchor_that_is_right() -> None:
-    table = Tabulation(SMALL, TableSettings(audit_every=1))
+    table = TabulatedSolver(SMALL, SolverSettings(audit_every=1))
     found = follow(table, 10 * [point()])
     assert table.statistics.audits == table.statistics.tabulated == len(found)
     assert table.statistics.mismatches == 0
     assert table.statistics.worst_audit < ROUNDING / TOLERANCE
-    assert Tabulation(SMALL, TableSettings(audit_every=0)).complex_modes(point()).source == 'table'
+    assert TabulatedSolver(SMALL,
+                           SolverSettings(audit_every=0)).complex_modes(point()).source == 'table'
 
 
 @pytest.mark.parametrize('delay', [0, 2])
 def test_no_eigensolution_where_an_anchor_should_be(monkeypatch: pytest.MonkeyPatch,
                                                     delay: int) -> None:
     """The full solver answers as long as there is none."""
-    def fails(*_: Any, **__: Any) -> Anchor:
+    def fails(*_: Any, **__: Any) -> SpectralExpansion:
         raise np.linalg.LinAlgError('Singular matrix')
 
-    monkeypatch.setattr(tabulation, 'anchor_steps', in_a_step(fails))
-    table = Tabulation(SMALL, TableSettings(delay=delay))
+    monkeypatch.setattr(tabulation, 'expansion_steps', in_a_step(fails))
+    table = TabulatedSolver(SMALL, SolverSettings(delay=delay))
     found = follow(table, 30 * [point()])
     truth = complex_modes(SMALL, point())
     assert all(np.array_equal(modes.eigenvalues, truth.eigenvalues) for modes in found)
@@ -400,7 +401,7 @@ def test_on_an_exceptional_point() -> None:
                        radial_dissipation=np.diag([1.0, -1.0]))
     points = [point(rotor_speed=10.0, friction=0.5, friction_slope=0.0,
                     contact_pressure=20.0 * r) for r in (10.0, 9.0, 10.0, 11.0, 10.0)]
-    table = Tabulation(model)
+    table = TabulatedSolver(model)
     for at, found in zip(points, follow(table, points), strict=True):
         r = at.contact_pressure / 20.0
         exact = max(np.emath.sqrt(r * r - 100.0).real, 0.0)
@@ -431,20 +432,21 @@ def _ended(threads: Sequence[threading.Thread]) -> bool:
 
 
 def test_no_thread_is_left_after_close() -> None:
-    table = Tabulation(SMALL, TableSettings(delay=2))
+    table = TabulatedSolver(SMALL, SolverSettings(delay=2))
     follow(table, walk(20, seed=1, step=0.1))
     workers = _workers()
     assert len(workers) == 1
     table.close()
     assert _ended(workers)
     table.close()
-    assert table.complex_modes(point(rotor_speed=150.0)).roots.size == 8  # and it goes on
+    assert table.complex_modes(
+        point(rotor_speed=150.0)).mode_eigenvalues.size == 8  # and it goes on
     table.close()
     assert not _workers()
 
 
 def test_no_thread_is_left_without_close() -> None:
-    table = Tabulation(SMALL, TableSettings(delay=2))
+    table = TabulatedSolver(SMALL, SolverSettings(delay=2))
     follow(table, walk(20, seed=1, step=0.1))
     workers = _workers()
     assert workers
@@ -454,5 +456,5 @@ def test_no_thread_is_left_without_close() -> None:
 
 
 def test_without_delay_there_is_no_thread() -> None:
-    follow(Tabulation(SMALL), walk(20, seed=1))
+    follow(TabulatedSolver(SMALL), walk(20, seed=1))
     assert not _workers()

@@ -29,7 +29,7 @@ from squeal_core.brake.dimensions import Brake
 from squeal_core.common.errors import SquealError
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues
 from squeal_core.stability.mechanism import without_rotation
-from squeal_core.verification import as_text, Case, Parts, Row, Verification, verify
+from squeal_core.verification import as_text, Case, ClaimResult, Parts, Verification, verify
 from squeal_core.verification.claims import components, maps
 from squeal_core.verification.paper import PRINTED
 from squeal_core.verification.parts import parts_or_why
@@ -56,7 +56,7 @@ def parts(found: Verification) -> Parts:
     return found.parts
 
 
-def row(found: Verification, claim: str) -> Row:
+def row(found: Verification, claim: str) -> ClaimResult:
     (one,) = [r for r in found.rows if r.claim == claim]
     return one
 
@@ -183,7 +183,7 @@ def test_two_mode_formula_of_the_theory_page(seed: int) -> None:
 
 # ---------------------------------------------------------------- what ought to be noticed
 
-def verdicts(rows: Iterator[Row]) -> dict[str, Row]:
+def verdicts(rows: Iterator[ClaimResult]) -> dict[str, ClaimResult]:
     return {r.claim: r for r in rows}
 
 

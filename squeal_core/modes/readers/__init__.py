@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.nodal_modes import NodalModes
 from squeal_core.modes.readers import (
     frd,
@@ -106,7 +106,7 @@ def read_modes(path: str | Path, *, format: str | None = None, length_unit: str 
 def _reader(path: Path, format: str | None) -> Callable[[Path], RawModes]:  # noqa: A002
     name = _SUFFIXES.get(path.suffix.lower(), '') if format is None else format
     if name not in FORMATS:
-        what = (f'has the suffix {quoted(path.suffix)}' if format is None
-                else f'format is {quoted(format)}')
+        what = (f'has the suffix {short_repr(path.suffix)}' if format is None
+                else f'format is {short_repr(format)}')
         raise ReaderError(path, what, f'give format: one of {", ".join(FORMATS)}')
     return FORMATS[name]

@@ -25,7 +25,7 @@ from pathlib import Path
 import re
 
 import numpy as np
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.readers.raw import assemble, NodeField, RawModes, ReaderError
 from squeal_core.modes.readers.text import Text
 
@@ -141,7 +141,7 @@ def _check_kind(text: Text, i: int, line: str) -> None:
     """Refuse nodes and results that are not what this reads, by what the line says of them."""
     for pattern, what, remedy in _REFUSED:
         if pattern.search(line):
-            raise text.error(i, f'{what} ({quoted(line.strip())})', remedy)
+            raise text.error(i, f'{what} ({short_repr(line.strip())})', remedy)
     keyword = line.partition(',')[0].strip()
     following = text.lines[i + 1].strip() if i + 1 < len(text.lines) else b''
     if keyword in _MOVED and following and not following.startswith(b'*'):
@@ -165,7 +165,7 @@ def _head(text: Text, i: int, names: list[str], found: _Found) -> _Section:
         if len(places) < 3:
             continue
         if not all(_PLAIN_NAME.fullmatch(name) for name in names):
-            raise text.error(i, f'has the heading {quoted(text.line(i).decode("latin-1"))}: '
+            raise text.error(i, f'has the heading {short_repr(text.line(i).decode("latin-1"))}: '
                              f'{_NOT_READ}', _LAYOUTS)
         if known is _SHAPES and found.mode is None:
             raise text.error(i, 'begins displacements with no frequency above them',
@@ -182,7 +182,7 @@ def _row(text: Text, i: int, line: str, section: _Section) -> list[float]:
         raise (text.error(i, what, _REMEDY) if section.rows else
                text.error(i, f'{what}: {_NOT_READ}', _LAYOUTS))
     if len(words[0]) > 15:
-        raise text.error(i, f'has node number {quoted(words[0])}', 'number nodes below 1e15')
+        raise text.error(i, f'has node number {short_repr(words[0])}', 'number nodes below 1e15')
     return [int(words[0]), *(_number(text, i, words[1 + k]) for k in section.columns)]
 
 
@@ -190,4 +190,4 @@ def _number(text: Text, i: int, word: str) -> float:
     try:
         return float(word)
     except ValueError:
-        raise text.error(i, f'has {quoted(word)}, not a number', _REMEDY) from None
+        raise text.error(i, f'has {short_repr(word)}, not a number', _REMEDY) from None

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.fe.mass import mass_matrix, mass_products
 from squeal_core.modes.nodal_modes import ModesError, NodalModes
 from squeal_core.modes.readers.raw import ReaderError
@@ -58,7 +58,8 @@ def normalised(modes: NodalModes, stated: FloatArray | None, density: float | No
     """
     for name, value in (('density', density), ('total_mass', total_mass)):
         if value is not None and not 0.0 < value < np.inf:
-            raise ReaderError(modes.source, f'{name} is {quoted(value)}', 'give a positive number')
+            raise ReaderError(modes.source, f'{name} is {short_repr(value)}',
+                              'give a positive number')
     still = np.flatnonzero(~np.any(modes.shapes, axis=(1, 2)))
     if still.size:
         raise ReaderError(modes.source, f'mode {still[0] + 1} moves no node',
@@ -90,7 +91,7 @@ def stated_masses(source: str, count: int, given: float | Sequence[float] | None
         raise ReaderError(source, f'has {count} modes but {masses.size} modal masses',
                           'give one number, or one each mode')
     if not np.all((masses > 0.0) & (masses < np.inf)):
-        raise ReaderError(source, f'modal_mass is {quoted(given)}', 'give positive numbers')
+        raise ReaderError(source, f'modal_mass is {short_repr(given)}', 'give positive numbers')
     return np.broadcast_to(masses, (count,)) * unit_kg
 
 

@@ -19,7 +19,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.readers.raw import RawModes, ReaderError
 
 Axis: TypeAlias = Literal['x', 'y', 'z']
@@ -63,7 +63,8 @@ def placed(raw: RawModes, length_unit: str, axis: str,
     cycle = list(choice(raw, 'axis', axis, _CYCLES))
     point = np.array(origin, dtype=float)
     if point.shape != (3,) or not np.all(np.isfinite(point)):
-        raise ReaderError(raw.source, f'origin is {quoted(origin)}', 'give x, y and z of a point '
+        raise ReaderError(raw.source, f'origin is {short_repr(origin)}',
+                          'give x, y and z of a point '
                           'on the axis of rotation, in units of the file')
     where = (unit * (raw.coordinates - point))[:, cycle]
     extent = float(np.ptp(where, axis=0).max())
@@ -77,7 +78,7 @@ def placed(raw: RawModes, length_unit: str, axis: str,
 def choice(raw: RawModes, name: str, value: str, choices: dict[str, Any]) -> Any:
     """Return what a word stands for."""
     if value not in choices:
-        raise ReaderError(raw.source, f'{name} is {quoted(value)}',
+        raise ReaderError(raw.source, f'{name} is {short_repr(value)}',
                           f'give one of {", ".join(choices)}')
     return choices[value]
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray, readonly
 from squeal_core.common.bounded_reader import read_bounded
-from squeal_core.common.errors import PlacedError, quoted
+from squeal_core.common.errors import LocatedError, short_repr
 from squeal_core.modes.fe.mass import EDGES
 from squeal_core.modes.nodal_modes import ElementBlock
 
@@ -37,7 +37,7 @@ AGAIN = 'export it again'
 IntArray = NDArray[np.int64]
 
 
-class ReaderError(PlacedError):
+class ReaderError(LocatedError):
     """Modal results of another package that cannot be used."""
 
 
@@ -162,7 +162,8 @@ def _check_field(path: Path, field: NodeField) -> None:
                           f'{counts.max()} times', 'export one component, each node once')
     bad = ~(np.abs(field.values) < _ABSURD).all(axis=1)
     if bad.any():
-        raise ReaderError(f'{path}, {field.where}', f'has {quoted(field.values[bad][0].tolist())} '
+        raise ReaderError(f'{path}, {field.where}',
+                          f'has {short_repr(field.values[bad][0].tolist())} '
                           f'at node {field.ids[bad][0]}, which is not finite or absurd', AGAIN)
 
 

@@ -28,7 +28,7 @@ from pathlib import Path
 import re
 
 import numpy as np
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.readers import listing
 from squeal_core.modes.readers.raw import assemble, NodeField, RawModes
 from squeal_core.modes.readers.text import Text
@@ -97,7 +97,7 @@ def _numbers(text: Text, i: int, cells: list[str], start: int,
         return [float(cell) for cell in cells[start:]]
     except ValueError:
         bad = next(cell for cell in cells[start:] if not _is_number(cell))
-        raise text.error(i, f'has {quoted(bad)}, not a number', 'write decimals with a point'
+        raise text.error(i, f'has {short_repr(bad)}, not a number', 'write decimals with a point'
                          if re.fullmatch(r'[-+\d]+,\d+', bad) else _REMEDY) from None
 
 
@@ -116,7 +116,7 @@ def _check_names(text: Text, i: int, cells: list[str], modes: int) -> None:
     if names != wanted:
         place = next((k for k, pair in enumerate(zip(names, wanted, strict=False))
                       if pair[0] != pair[1]), min(len(names), len(wanted)))
-        found = quoted(cells[place]) if place < len(cells) else 'nothing'
+        found = short_repr(cells[place]) if place < len(cells) else 'nothing'
         raise text.error(i, f'has {found} in column {place + 1}, where {modes} modes have '
                          f'{wanted[place] if place < len(wanted) else "nothing"}', _REMEDY)
 

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.readers.raw import AGAIN, read_bytes, ReaderError
 
 
@@ -106,4 +106,4 @@ class Text:
 
 
 def _shown(line: bytes) -> str:
-    return quoted(line.decode('ascii', errors='replace'))
+    return short_repr(line.decode('ascii', errors='replace'))

@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.readers.phases import real_shape
 from squeal_core.modes.readers.raw import (
     AGAIN,
@@ -117,7 +117,7 @@ def _global_nodes(path: Path, found: _Found) -> NodeField:
         node, place, shift = found.placed[bad[0]].tolist()
         raise ReaderError(f'{path}, {found.nodes.where}', f'gives node {node} in coordinate '
                           f'systems {place} and {shift}; the global Cartesian one is read, which '
-                          f'{quoted(others)} is not', _EXPORT_GLOBAL)
+                          f'{short_repr(others)} is not', _EXPORT_GLOBAL)
     return found.nodes
 
 

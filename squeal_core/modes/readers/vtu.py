@@ -31,7 +31,7 @@ import zlib
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import quoted
+from squeal_core.common.errors import short_repr
 from squeal_core.modes.readers.raw import (
     AGAIN,
     assemble,
@@ -111,10 +111,11 @@ def _file(path: Path, root: ElementTree.Element, appended: bytes, size: int) -> 
     compressor = root.get('compressor', '')
     unpackers = {'': None, 'vtkZLibDataCompressor': _unzlib, 'vtkLZMADataCompressor': _unlzma}
     if root.tag != 'VTKFile' or root.get('type') != 'UnstructuredGrid':
-        raise ReaderError(path, f'is a {root.tag} of type {quoted(root.get("type"))}, no VTKFile '
+        raise ReaderError(path,
+                          f'is a {root.tag} of type {short_repr(root.get("type"))}, no VTKFile '
                           'of UnstructuredGrid', 'save an unstructured grid (.vtu)')
     if compressor not in unpackers:
-        raise ReaderError(path, f'is packed by {quoted(compressor)}',
+        raise ReaderError(path, f'is packed by {short_repr(compressor)}',
                           'save without compression, or with zlib')
     section = root.find('AppendedData')
     return _File(path, '>' if root.get('byte_order') == 'BigEndian' else '<',
@@ -155,9 +156,10 @@ def _modes(file: _File, piece: ElementTree.Element,
     numbers = [number for number, _ in found]
     if not found:
         raise file.error('has no array of vectors named as a mode, '
-                         f'but {quoted([*arrays])}', _REMEDY)
+                         f'but {short_repr([*arrays])}', _REMEDY)
     if numbers != list(range(numbers[0], numbers[0] + len(numbers))) or numbers[0] > 1:
-        raise file.error(f'has modes {quoted(numbers)}', 'give all modes from 0 or 1, each once')
+        raise file.error(f'has modes {short_repr(numbers)}',
+                         'give all modes from 0 or 1, each once')
     if 8 * size * len(found) > file.most:
         raise file.error(f'states {len(found)} modes at {size // 3} points, which so small a file '
                          'cannot hold')
@@ -208,7 +210,7 @@ def _array(file: _File, element: ElementTree.Element | None, size: int | None) -
         at = int(element.attrib['offset'])
         values = np.frombuffer(_block(file, file.appended[at:], file.encoded), dtype)
     if size is not None and values.size != size:
-        raise file.error(f'has {values.size} numbers in array {quoted(name)}, not {size}')
+        raise file.error(f'has {values.size} numbers in array {short_repr(name)}, not {size}')
     return values
 
 
