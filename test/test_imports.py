@@ -51,12 +51,11 @@ PACKAGES = (
 
 # optional packages, and the only modules (or packages of modules) that import them
 LEAVES = {
-    'lz4': ('squeal_ros.recordings.bag_bounds',),
+    'lz4': ('squeal_ros.recordings',),
     'rclpy': ('squeal_ros.node.executor', 'squeal_ros.node.parameters', 'squeal_ros.node.ticker',
               'squeal_ros.node.subscriptions', 'squeal_ros.node.publishers',
               'squeal_ros.node.lifecycle_node', 'squeal_ros.cli.player'),
-    'rosbags': ('squeal_ros.recordings.bag_bounds', 'squeal_ros.recordings.message_definitions',
-                'squeal_ros.recordings.bag_reader', 'squeal_ros.recordings.bag_writer'),
+    'rosbags': ('squeal_ros.recordings',),
     'skfem': ('squeal_core.modes.fe',),
     'yaml': ('squeal_core.common.yaml_reader',),
     'h5py': ('squeal_core.modes.readers.hdf5_tables',),
