@@ -31,7 +31,7 @@ _UNTIL: dict[Signal, str] = {
     'friction': 'until it is like the others while they brake'}
 _PAST = (' is ', ' was '), (' falls ', ' fell '), ('alternates', 'alternated')
 _OTHER_UNITS: dict[Signal, tuple[tuple[str, float], ...]] = {
-    'pressure': (('kPa', 1e-3), ('hPa', 1e-2), ('MPa', 1e-6), ('psi', 1.0 / 6894.76),
+    'pressure': (('kPa', 1e-3), ('hPa', 1e-2), ('MPa', 1e-6), ('psi', 1.0 / 6894.757),
                  ('bar', 1e-5)),
     'rotor_speed': (('rev/s', 1.0 / math.tau), ('rpm', 60.0 / math.tau),
                     ('deg/s', 360.0 / math.tau)),
