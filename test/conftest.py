@@ -77,14 +77,27 @@ def brake() -> Brake:
 
 
 @pytest.fixture(scope='session')
-def disc(brake: Brake):  # type: ignore[no-untyped-def]
+def solved_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Solve each finite element model once in this run, whichever process asks for it."""
+    from support.solved_modes import share
+
+    folder = tmp_path_factory.getbasetemp()
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        folder = folder.parent  # that of all workers
+    with pytest.MonkeyPatch.context() as patch:
+        share(folder / 'solved_modes', patch)
+        yield
+
+
+@pytest.fixture(scope='session')
+def disc(brake: Brake, solved_once: None):  # type: ignore[no-untyped-def]
     """Modes of the disc, with the settings of the shipped model; takes seconds."""
     from squeal_core.modes.fe.axisymmetric import disc_modes
     return disc_modes(brake.disc, brake.disc_modes)
 
 
 @pytest.fixture(scope='session')
-def pad(brake: Brake):  # type: ignore[no-untyped-def]
+def pad(brake: Brake, solved_once: None):  # type: ignore[no-untyped-def]
     """Modes of a pad, with the settings of the shipped model; takes seconds."""
     from squeal_core.modes.fe.solid import pad_modes
     return pad_modes(brake.pad, brake.contact, brake.pad_modes)

@@ -273,17 +273,14 @@ class _Match:
     def _assign(self) -> None:
         """Give each new mode its unit, and see what units share with others over the step."""
         self._units = list(dict.fromkeys(self._labels))
-        before = np.array([[label == unit for label in self._labels] for unit in self._units],
-                          float).reshape(len(self._units), len(self._labels))
+        before = _membership(self._units, self._labels)
         grouped = before @ self._overlap
         rows, columns = linear_sum_assignment(-np.abs(before.T @ grouped))
         self._new: list[Identity | None] = [None] * self._overlap.shape[1]
         for row, column in zip(rows, columns, strict=True):
             self._new[column] = self._labels[row]
         self._stopped = set(range(len(self._labels))) - set(rows.tolist())
-        after = np.array([[label == unit for unit in self._units] for label in self._new],
-                         float).reshape(len(self._new), len(self._units))
-        shared = grouped @ after
+        shared = grouped @ _membership(self._units, self._new).T
         self._unlike = np.abs(np.diag(shared) - before.sum(axis=1)) > OVERLAP
         self._shared = np.maximum(np.abs(shared), np.abs(shared).T)
         np.fill_diagonal(self._shared, 0.0)
@@ -313,6 +310,13 @@ class _Match:
         first = ([self._still] * quiet if self._mixed
                  else [Identity((number,)) for number in self._still.numbers])
         return (*first, *(self._still if label is None else label for label in self._new))
+
+
+def _membership(units: Sequence[Identity], labels: Sequence[Identity | None]) -> FloatArray:
+    """Return 1 where a label (column) is a unit's (row), else 0."""
+    row = {unit: i for i, unit in enumerate(units)}
+    rows = np.array([-1 if label is None else row[label] for label in labels], int)
+    return (rows == np.arange(len(units))[:, None]).astype(float)
 
 
 def matrices(model: BrakeModel, point: OperatingPoint) -> tuple[FloatArray, FloatArray]:
