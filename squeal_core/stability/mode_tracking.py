@@ -25,7 +25,6 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.common.errors import ModelError, OperatingPointError
@@ -272,6 +271,7 @@ class _Match:
 
     def _assign(self) -> None:
         """Give each new mode its unit, and see what units share with others over the step."""
+        from scipy.optimize import linear_sum_assignment  # slow to load, and few commands follow
         self._units = list(dict.fromkeys(self._labels))
         before = _membership(self._units, self._labels)
         grouped = before @ self._overlap

@@ -31,6 +31,8 @@ from squeal_core.modes.nodal_modes import NodalModes
 from squeal_core.stability.eigensolution import complex_modes
 import yaml
 
+pytestmark = pytest.mark.usefixtures('solved_once')
+
 SHIPPED = yaml.safe_load((config_folder() / 'brakes' / 'kang2009.yaml').read_text())
 COARSE: dict[str, Any] = {'disc_order': 3, 'pad_elements': (4, 8, 1), 'contact_points': 4}
 PAD = SHIPPED['pads']

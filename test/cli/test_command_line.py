@@ -30,6 +30,7 @@ from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import load_sweep, save_sweep
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_ros.cli.main import main
+from support.brake_monitors import small_model
 from support.rows import each
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +45,13 @@ def squeal(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, st
         code = int(end.code or 0)
     shown = capsys.readouterr()
     return code, shown.out, shown.err
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> str:
+    """Return a model file of four modes."""
+    small_model().save(tmp_path / 'small.npz')
+    return str(tmp_path / 'small.npz')
 
 
 def test_one_version_everywhere() -> None:
@@ -93,14 +101,16 @@ def test_squeal_is_listed_before_divergence(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize('command', ['map', 'locus'])
-def test_sweeps_without_a_file_print_their_result(command: str, kang: BrakeModel,
+def test_sweeps_without_a_file_print_their_result(command: str, small: str,
                                                   capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = (command, 'kang2009', '--over', 'friction=0.3:0.6:2')
+    model = BrakeModel.load(small)
+    arguments = (command, small, '--over', 'friction=0.3:0.6:2')
     _, out, _ = squeal(capsys, *arguments)
     lines = out.splitlines()
     assert len(lines) == 4  # headings, a line a point, the summary
-    point = dataclasses.replace(POINT, friction=0.6, contact_pressure=2000.0 / kang.contact_area)
-    unstable = complex_modes(kang, point).unstable
+    point = dataclasses.replace(POINT, friction=0.6, contact_pressure=2000.0 / model.contact_area,
+                                contact_stiffness=model.nominal_contact_stiffness)
+    unstable = complex_modes(model, point).unstable
     assert lines[2].split()[:2] == ['0.6', str(len(unstable))]
     assert f'{unstable[0].frequency_hz:.1f} ({unstable[0].growth_rate:+.3f})' in lines[2]
     _, out, _ = squeal(capsys, *arguments, '--json')
@@ -166,8 +176,8 @@ def test_wrong_words_of_a_command_line(arguments: list[str], words: str,
 
 
 def test_a_negative_number_with_an_exponent_is_no_option(
-        capsys: pytest.CaptureFixture[str]) -> None:
-    _, out, _ = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', '--friction', '0.4',
+        small: str, capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = squeal(capsys, 'modes', small, '--rotor-speed', '5', '--friction', '0.4',
                        '--friction-slope', '-1e-1')
     assert 'slope -0.1 s/m' in out
 
@@ -190,9 +200,9 @@ def test_options_that_nothing_can_follow(option: str, value: str, words: str,
     ('--friction', '0.02', 'models were validated at 0.05 to 0.9'),
     ('--contact-stiffness', '35', '35 N/mm^3 would be 3.5e+10 N/m^3'),
     ('--rotor-speed', '900', '900 rpm would be 94.2478 rad/s')])
-def test_options_that_are_doubted(option: str, value: str, words: str,
+def test_options_that_are_doubted(option: str, value: str, words: str, small: str,
                                   capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, err = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', option, value,
+    code, out, err = squeal(capsys, 'modes', small, '--rotor-speed', '5', option, value,
                             '--json')
     assert code == 0
     assert json.loads(out)['modes']
@@ -202,20 +212,21 @@ def test_options_that_are_doubted(option: str, value: str, words: str,
 
 
 @each(('arguments', 'words'), [
-    (('map', 'kang2009', '--over', 'contact_pressure=1:2:1'), '--over contact_pressure: is 1 Pa'),
-    (('critical', 'kang2009', '--rotor-speed', '5', '--friction', '0.4', '--band', '1.25', '16'),
+    (('map', '--over', 'contact_pressure=1:2:1'), '--over contact_pressure: is 1 Pa'),
+    (('critical', '--rotor-speed', '5', '--friction', '0.4', '--band', '1.25', '16'),
      '1.25 to 16 kHz would be 1250 16000')])
-def test_axes_and_bands_are_doubted(arguments: tuple[str, ...], words: str,
+def test_axes_and_bands_are_doubted(arguments: tuple[str, ...], words: str, small: str,
                                     capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = squeal(capsys, *arguments)
+    command, *options = arguments
+    code, _, err = squeal(capsys, command, small, *options)
     assert code == 0
     assert words in err
 
 
-def test_ordinary_points_are_not_doubted(capsys: pytest.CaptureFixture[str]) -> None:
+def test_ordinary_points_are_not_doubted(small: str, capsys: pytest.CaptureFixture[str]) -> None:
     for arguments in (('--preload', '2000'), ('--pressure', '8e5', '--friction', '0'),
                       ('--friction-law', '--contact-stiffness', '7e10')):
-        code, _, err = squeal(capsys, 'modes', 'kang2009', '--rotor-speed', '5', *arguments)
+        code, _, err = squeal(capsys, 'modes', small, '--rotor-speed', '5', *arguments)
         assert (code, err) == (0, '')
 
 

@@ -198,7 +198,7 @@ def annulus_frequency(thickness: float, diameters: int, clamped: bool) -> float:
     radii = np.concatenate([0.5 + ends, np.linspace(0.5, 1.0, 9)[1:-1], 1.0 - ends[::-1]])
     mesh = skfem.MeshQuad.init_tensor(radii, thickness * np.array([-0.5, 0.5]))
     basis = skfem.CellBasis(mesh, skfem.ElementVector(skfem.ElementQuadP(3), 3), intorder=6)
-    mass = axisymmetric._mass.assemble(basis) * STEEL.density
+    mass = axisymmetric._mass(basis, STEEL.density)
     held = basis.get_dofs(lambda x: np.isclose(x[0], 0.5)).all() if clamped else np.array([], int)
     stiffness = axisymmetric._stiffness_family(basis, STEEL)(diameters)
     return min(m.frequency for m in axisymmetric._harmonic(

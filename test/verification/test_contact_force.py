@@ -28,6 +28,7 @@ and its virtual work gives the generalised force (30), (31). What K09 assumes is
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -47,6 +48,7 @@ ORDER = 2 * PADS + DISC
 # Fourth-order differences, with steps that turn the sliding direction by up to 3e-3: what they cut
 # off is (3e-3)^4 = 1e-10 at worst, a tenth of it as seen; rounding leaves eps / 1e-4.
 TOLERANCE = 1e-10
+INSTANT = 1e-30j  # of time [s], for derivatives that are exact to rounding
 
 
 @dataclass(frozen=True)
@@ -104,16 +106,28 @@ class Sliding:
             friction_slope=self.slope, contact_pressure=self.pressure,
             contact_stiffness=self.stiffness)
 
-    @property
+    @cached_property
     def quadrature(self) -> Quadrature:
         return sector_quadrature(PATCH, self.side * HALF, panels=(1, 2), points=4)
 
-    @property
+    @cached_property
     def shapes(self) -> tuple[Shapes, Shapes]:
         """Of the pad and of the disc."""
         return random_shapes(10 + self.side, PADS), random_shapes(20, DISC)
 
-    @property
+    @cached_property
+    def shape_values(self) -> tuple[FloatArray, FloatArray]:
+        """Of the pad and of the disc, at the points that are just there."""
+        q, (pad, disc) = self.quadrature, self.shapes
+        return pad(q.radius, q.angle, q.height), disc(q.radius, q.angle, q.height)
+
+    @cached_property
+    def turned_values(self) -> FloatArray:
+        """Of the disc, at the points that are there a complex instant later."""
+        q, (_, disc) = self.quadrature, self.shapes
+        return disc(q.radius, q.angle + self.speed * INSTANT, q.height)
+
+    @cached_property
     def face(self) -> ContactFace:
         q, (pad, disc) = self.quadrature, self.shapes
         build = operators.top_face if self.side > 0 else operators.bottom_face
@@ -126,29 +140,27 @@ class Sliding:
 
     def disc_velocity(self, a: FloatArray, rate: FloatArray) -> FloatArray:
         """Velocity (3, Q), polar, of the disc's points that are just at (r, theta)."""
-        q, (_, shape) = self.quadrature, self.shapes
-        step = 1e-30j
-        angle = q.angle + self.speed * step  # of the points that are at theta for t = 0
-        field = np.tensordot(shape(q.radius, angle, q.height), a + step * rate, (1, 0))
+        q = self.quadrature
+        angle = q.angle + self.speed * INSTANT  # of the points that are at theta for t = 0
+        field = np.tensordot(self.turned_values, a + INSTANT * rate, (1, 0))
         out, along = q.radius + field[0], field[1]
         position = np.array([out * np.cos(angle) - along * np.sin(angle),
                              out * np.sin(angle) + along * np.cos(angle), q.height + field[2]])
-        x, y, z = position.imag / step.imag
+        x, y, z = position.imag / INSTANT.imag
         c, s = np.cos(q.angle), np.sin(q.angle)
         return np.array([c * x + s * y, c * y - s * x, z])
 
     def relative_velocity(self, a: FloatArray, rate: FloatArray) -> FloatArray:
         """Disc minus friction material, which keeps to the pad in plane and to the disc in z."""
-        q, (pad, disc) = self.quadrature, self.shapes
+        pad, disc = self.shape_values
         (_, _), (pad_rate, disc_rate) = self.split(a), self.split(rate)
-        material = np.tensordot(pad(q.radius, q.angle, q.height), pad_rate, (1, 0))
-        material[2] = np.tensordot(disc(q.radius, q.angle, q.height)[2], disc_rate, (0, 0))
+        material = np.tensordot(pad, pad_rate, (1, 0))
+        material[2] = np.tensordot(disc[2], disc_rate, (0, 0))
         return self.disc_velocity(self.split(a)[1], disc_rate) - material
 
     def force(self, a: FloatArray, rate: FloatArray) -> FloatArray:
         """Integrate normal and friction forces on disc and pad."""
-        q, (pad, disc) = self.quadrature, self.shapes
-        pad_shape, disc_shape = (s(q.radius, q.angle, q.height) for s in (pad, disc))
+        q, (pad_shape, disc_shape) = self.quadrature, self.shape_values
         pad_a, disc_a = self.split(a)
         approach = self.side * (np.tensordot(disc_shape[2], disc_a, (0, 0))
                                 - np.tensordot(pad_shape[2], pad_a, (0, 0)))

@@ -55,7 +55,7 @@ def section_frequencies(mesh: skfem.MeshQuad, order: int, material: Material, di
         lambda x: np.isclose(x[0], clamp_radius)).all()
     found = axisymmetric._harmonic(
         basis, axisymmetric._stiffness_family(basis, material)(diameters),
-        axisymmetric._mass.assemble(basis) * material.density, held, diameters, 3)
+        axisymmetric._mass(basis, material.density), held, diameters, 3)
     return {half: np.array([m.frequency for m in found if m.half == half]) for half in 'cs'}
 
 

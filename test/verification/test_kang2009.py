@@ -178,8 +178,8 @@ def test_divergence_comes_with_the_slope(kang: BrakeModel) -> None:
 # ---------------------------------------------------------------- rebuilt
 
 @pytest.fixture(scope='module')
-def rebuilt(brake: Brake) -> BrakeModel:
-    """Return the shipped model made anew; takes about ten seconds."""
+def rebuilt(brake: Brake, solved_once: None) -> BrakeModel:
+    """Return the shipped model made anew; takes seconds."""
     return build_model(brake)
 
 

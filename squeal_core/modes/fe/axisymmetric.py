@@ -32,13 +32,13 @@ import numpy as np
 
 try:
     import skfem
-    from skfem.helpers import dot
 except ImportError as error:
     raise ImportError(
         "finite element modes need scikit-fem: pip install -e '.[fe]' in the checkout") from error
 
 from squeal_core.brake.dimensions import HatDisc, Material
 from squeal_core.common.arrays import FloatArray
+from squeal_core.modes.fe.eigen import gathered
 from squeal_core.modes.modal_basis import keep_whole_doublets, Quadrature, SampledShapes
 
 _GRADING = 0.15  # ratio of neighbouring elements towards a re-entrant corner: hp theory's choice
@@ -51,27 +51,6 @@ class _SectionMode:
     family: int
     half: str
     shape: FloatArray
-
-
-@skfem.BilinearForm  # type: ignore[untyped-decorator]
-def _mass(u: Any, v: Any, w: Any) -> Any:
-    return dot(u, v) * w.x[0]
-
-
-@skfem.BilinearForm  # type: ignore[untyped-decorator]
-def _stiffness(u: Any, v: Any, w: Any) -> Any:
-    e, f = _strain(u, w.n, w.x[0]), _strain(v, w.n, w.x[0])
-    volumetric = (e[0] + e[1] + e[2]) * (f[0] + f[1] + f[2])
-    direct = e[0] * f[0] + e[1] * f[1] + e[2] * f[2]
-    shear = e[3] * f[3] + e[4] * f[4] + e[5] * f[5]
-    return (w.lame * volumetric + w.shear * (2.0 * direct + shear)) * w.x[0]
-
-
-def _strain(u: Any, n: float, r: FloatArray) -> tuple[FloatArray, ...]:
-    """Amplitudes of e_rr, e_tt, e_zz, g_rz (with cos n theta) and g_rt, g_tz (with sin)."""
-    (radial, tangential, axial), (u_grad, v_grad, w_grad) = u, u.grad
-    return (u_grad[0], (n * tangential + radial) / r, w_grad[1], u_grad[1] + w_grad[0],
-            v_grad[0] - (tangential + n * radial) / r, v_grad[1] - n * axial / r)
 
 
 @dataclass(frozen=True)
@@ -193,7 +172,7 @@ def _graded(corners: tuple[float, ...], element_size: float, layers: int,
 def _lowest(basis: skfem.CellBasis, material: Material, clamped: FloatArray,
             count: int) -> list[_SectionMode]:
     """Return all modes up to the one after the count-th, of as many harmonics as reach there."""
-    mass = _mass.assemble(basis) * material.density
+    mass = _mass(basis, material.density)
     stiffness = _stiffness_family(basis, material)
     each = 1 + count // 4
     while True:
@@ -211,14 +190,53 @@ def _lowest(basis: skfem.CellBasis, material: Material, clamped: FloatArray,
         each *= 2  # a harmonic has more modes below the cut than were asked for
 
 
+def _mass(basis: skfem.CellBasis, density: float) -> Any:
+    """Return the sparse mass matrix [kg/rad], all element matrices at once."""
+    values = np.array([np.asarray(field[0]) for field in basis.basis]).swapaxes(0, 1)
+    return density * gathered(basis, _products(basis, values, values))
+
+
 def _stiffness_family(basis: skfem.CellBasis, material: Material) -> Callable[[int], Any]:
-    """Return n -> K(n) = K0 + n K1 + n^2 K2, for three assemblies instead of one a harmonic."""
-    e, nu = material.young_modulus, material.poisson_ratio
-    minus, zero, plus = (_stiffness.assemble(
-        basis, n=n, lame=e * nu / (1 + nu) / (1 - 2 * nu), shear=e / 2 / (1 + nu))
-        for n in (-1.0, 0.0, 1.0))
-    linear, square = 0.5 * (plus - minus), 0.5 * (plus + minus) - zero
+    """Return n -> K(n) = K0 + n K1 + n^2 K2, as strains are linear in n."""
+    fixed = _strains(basis, 0.0)
+    turned = _strains(basis, 1.0) - fixed
+
+    def block(first: FloatArray, second: FloatArray) -> Any:
+        return gathered(basis, _products(basis, first, _stresses(second, material)))
+
+    zero, square = block(fixed, fixed), block(turned, turned)
+    linear = block(fixed, turned)
+    linear = linear + linear.T
     return lambda n: zero + n * linear + n**2 * square
+
+
+def _strains(basis: skfem.CellBasis, n: float) -> FloatArray:
+    """
+    Return strains (6, functions, E, Q) of the basis functions.
+
+    Amplitudes of e_rr, e_tt, e_zz, g_rz (with cos n theta) and of g_rt, g_tz (with sin).
+    """
+    r = basis.global_coordinates().value[0]
+    radial, tangential, axial = np.array(
+        [np.asarray(field[0]) for field in basis.basis]).swapaxes(0, 1)
+    u, v, w = np.array([field[0].grad for field in basis.basis]).transpose(1, 2, 0, 3, 4)
+    return np.array([u[0], (n * tangential + radial) / r, w[1], u[1] + w[0],
+                     v[0] - (tangential + n * radial) / r, v[1] - n * axial / r])
+
+
+def _stresses(strains: FloatArray, material: Material) -> FloatArray:
+    e, nu = material.young_modulus, material.poisson_ratio
+    lame, shear = e * nu / (1 + nu) / (1 - 2 * nu), e / 2 / (1 + nu)
+    direct = 2.0 * shear * strains[:3] + lame * strains[:3].sum(axis=0)
+    return np.concatenate([direct, shear * strains[3:]])
+
+
+def _products(basis: skfem.CellBasis, first: FloatArray, second: FloatArray) -> FloatArray:
+    """Integrals (E, functions, functions) over r dr dz of fields (components, functions, E, Q)."""
+    weight = basis.dx * basis.global_coordinates().value[0]
+    one, other = (np.moveaxis(field, (2, 1), (0, 1)).reshape(*field.shape[2:0:-1], -1)
+                  for field in (first * weight, second))
+    return np.asarray(one @ other.swapaxes(1, 2))
 
 
 def _harmonic(basis: skfem.CellBasis, stiffness: Any, mass: Any, clamped: FloatArray,

@@ -71,10 +71,11 @@ def assembled(basis: skfem.CellBasis, material: Material) -> tuple[Any, Any]:
     for axis in range(3):
         stiffness[:, :, axis, :, axis] += laplace
         mass[:, :, axis, :, axis] = masses
-    return _gathered(basis, stiffness), _gathered(basis, mass)
+    return gathered(basis, stiffness), gathered(basis, mass)
 
 
-def _gathered(basis: skfem.CellBasis, blocks: FloatArray) -> Any:
+def gathered(basis: skfem.CellBasis, blocks: FloatArray) -> Any:
+    """Return the sparse (dofs, dofs) matrix of element matrices (E, functions, functions)."""
     dofs = basis.element_dofs.T
     rows = np.broadcast_to(dofs[:, :, None], (*dofs.shape, dofs.shape[1]))
     matrix = coo_matrix((blocks.ravel(), (rows.ravel(), rows.swapaxes(1, 2).ravel())),
