@@ -316,7 +316,7 @@ def _membership(units: Sequence[Identity], labels: Sequence[Identity | None]) ->
     """Return 1 where a label (column) is a unit's (row), else 0."""
     row = {unit: i for i, unit in enumerate(units)}
     rows = np.array([-1 if label is None else row[label] for label in labels], int)
-    return (rows == np.arange(len(units))[:, None]).astype(float)
+    return np.asarray(rows == np.arange(len(units))[:, None], float)
 
 
 def matrices(model: BrakeModel, point: OperatingPoint) -> tuple[FloatArray, FloatArray]:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Eigensolutions of finite element models, solved once a test run and read by all its processes."""
+"""Finite element models, solved once a test run: its processes share the eigensolutions."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -76,7 +76,8 @@ def harmonics(brake: Brake) -> HarmonicModes:
 
 
 @pytest.fixture(scope='session')
-def irregular(example: ModuleType, solved_once: None, brake: Brake, harmonics: HarmonicModes) -> SolidModes:
+def irregular(example: ModuleType, solved_once: None, brake: Brake,
+              harmonics: HarmonicModes) -> SolidModes:
     """Return the section turned to 27-node hexahedra, nodes moved at random: takes seconds."""
     return example.irregular_disc(  # type: ignore[no-any-return]
         brake, len(harmonics.names), 56, irregularity=0.3, element_size=SIZE)
