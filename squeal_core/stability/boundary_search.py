@@ -38,9 +38,11 @@ values (R, n): `NO_MODE` where no mode is in the band, NaN where it is not known
 _ASIDE = 0.1  # of the first bracket: about the error of its first chord
 _RUNG = 4.0  # ratio of distances from the chord's zero, from one trial to the next
 _EDGE = 1e-3  # of the bracket, from its ends to the nearest trial
+_DOUBT = 1e-3  # of the width asked for, down to which what looks like a jump is narrowed
 # A bracket w of the first one leaves this power of w of the change of growth over it, at most:
 # 1 where growth is smooth, 1/2 at the square root of two modes that merge, 0 at a jump.
 _SMOOTH = 0.25
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,8 +113,10 @@ class BoundarySearch:
         first, even = found.widths, np.zeros(found.start.size, bool)
         reference, change = found.widths, found.changes
         while True:
-            widths = found.widths
-            rows = np.flatnonzero((found.status == 'found') & (widths > self.width))
+            widths, through = found.widths, self._through(found, reference, change)
+            least = np.maximum(np.where(through, 1.0, _DOUBT) * self.width,
+                               _ROUNDING * np.abs(found.ends[:, 0]))
+            rows = np.flatnonzero((found.status == 'found') & (widths > least))
             if not rows.size:
                 break
             trials = self._trials(found, rows, first, even)
@@ -123,7 +127,11 @@ class BoundarySearch:
             lacking = ~np.isfinite(change)
             reference = np.where(lacking, found.widths, reference)
             change = np.where(lacking, found.changes, change)
-        self._conclude(found, reference, change)
+        done = found.status == 'found'
+        found.status[done & ~through] = 'jump'
+        fraction = np.where(through, found.zeros, 0.5)
+        values = found.ends[:, 0] + fraction * (found.ends[:, 1] - found.ends[:, 0])
+        found.values[done] = values[done]
 
     def _trials(self, found: Boundaries, rows: IndexArray, first: FloatArray,
                 even: Any) -> FloatArray:
@@ -131,7 +139,7 @@ class BoundarySearch:
         spans = (found.ends[:, 1] - found.ends[:, 0])[rows]
         zeros = found.zeros[rows, None]
         aside = np.maximum(_ASIDE * np.abs(spans) / first[rows],
-                           0.4 * self.width / np.abs(spans))[:, None]
+                           np.minimum(0.4 * self.width / np.abs(spans), _ASIDE))[:, None]
         if self.trials == 1:
             parts = zeros + np.copysign(np.minimum(aside, np.abs(0.5 - zeros)), 0.5 - zeros)
         else:
@@ -142,16 +150,11 @@ class BoundarySearch:
         parts = np.where(evenly[:, None], division, np.clip(parts, _EDGE, 1.0 - _EDGE))
         return np.asarray(found.ends[rows, :1] + spans[:, None] * parts)
 
-    def _conclude(self, found: Boundaries, reference: FloatArray, change: FloatArray) -> None:
-        """Say which boundaries are jumps; put the critical values into the brackets."""
-        done = found.status == 'found'
+    def _through(self, found: Boundaries, reference: FloatArray, change: FloatArray) -> Any:
+        """Tell where the growth rate goes through zero, by its change over the bracket."""
         with np.errstate(invalid='ignore', divide='ignore'):
             most = np.maximum(change * (found.widths / reference) ** _SMOOTH, self.level)
-            through = np.isfinite(found.changes) & (found.changes <= most)
-        found.status[done & ~through] = 'jump'
-        fraction = np.where(through, found.zeros, 0.5)
-        values = found.ends[:, 0] + fraction * (found.ends[:, 1] - found.ends[:, 0])
-        found.values[done] = values[done]
+            return np.isfinite(found.changes) & (found.changes <= most)
 
 
 def linear_walk(start: float, end: float, step: float) -> FloatArray:

@@ -31,6 +31,7 @@ CURVES: dict[str, tuple[Growth, float]] = {  # growth rate [1/s] over friction; 
     'steep': (lambda mu: np.expm1(40.0 * (mu - 0.2731)), 0.2731),
     'cubic': (lambda mu: 1e6 * (mu - 0.2731)**3, 0.2731),
     'merging': (lambda mu: 400.0 * np.sqrt(np.maximum(mu - 0.25, 0.0)) - 2.0, 0.25 + 2.5e-5),
+    'plateau': (lambda mu: np.maximum(0.01 * (mu - 0.9), 1e4 * (mu - 0.2731)), 0.2731),
     'kink': (lambda mu: np.maximum(3.0 * mu - 2.0, 900.0 * (mu - 0.2731)), 0.2731)}
 
 
@@ -81,7 +82,7 @@ def test_growth_rates_in_closed_form(name: str, batch: int, start: float) -> Non
     bisections = math.ceil(math.log(0.02 / 1e-6, batch + 1))
     # every other one is bisection's where a chord says little
     assert evaluator.calls - walked <= (
-        2 * bisections if name in ('cubic', 'merging') else bisections)
+        2 * bisections if name in ('cubic', 'merging', 'plateau') else bisections)
 
 
 def test_a_straight_line_takes_few_solves() -> None:
@@ -176,4 +177,4 @@ def test_searches_side_by_side_are_those_alone() -> None:
     results = search(np.repeat(start, count), together.at(0.42), np.repeat(walk, count, axis=0),
                      together)
     assert [results.crossing(i) for i in range(count)] == expected
-    assert together.calls == max(one.calls for one in alone)
+    assert together.calls < sum(one.calls for one in alone) / 3
