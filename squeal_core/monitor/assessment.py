@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is known of one brake at one tick, and how it is said."""
+"""Result of assessing one brake at one tick."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -21,11 +21,10 @@ import math
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.input_channel import Reading
 from squeal_core.monitor.settings import Signal
-from squeal_core.risk.margin import SlidingConditions
 from squeal_core.stability.eigensolution import Mode
 
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
@@ -35,7 +34,7 @@ State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invali
 @dataclass(frozen=True, kw_only=True)
 class Assessment:
     """
-    What is known of one brake at one tick.
+    Result of assessing one brake at one tick.
 
     Parameters
     ----------
@@ -63,10 +62,9 @@ class Assessment:
     worst_frequency_hz : float
         Frequency of that mode.
     friction_margin : float
-        Critical minus present friction [-], bracketed and confirmed in the full problem; NaN where
-        there is none, or none was found yet that holds at this speed and pressure.
-    sliding : BrakeStability or None
-        All that is known of the sliding brake: errors of modes, risk by mode, margins with stamps.
+        Critical minus present friction [-]; NaN where there is none.
+    stability : BrakeStability or None
+        Modes with their errors and risk by mode, of a brake that slides.
 
     """
 
@@ -83,7 +81,7 @@ class Assessment:
     growth_rate: float = math.nan
     worst_frequency_hz: float = math.nan
     friction_margin: float = math.nan
-    sliding: BrakeStability | None = field(default=None, repr=False, compare=False)
+    stability: BrakeStability | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_valid(self) -> bool:
@@ -97,7 +95,7 @@ class Assessment:
 
 
 class AssessmentContext(NamedTuple):
-    """What an assessment begins with: the brake, the tick, its inputs."""
+    """Brake, tick and inputs of an assessment to be made."""
 
     brake: str
     time: int
@@ -106,28 +104,28 @@ class AssessmentContext(NamedTuple):
     friction_source: str = ''
 
     @property
-    def operation(self) -> SlidingConditions:
+    def conditions(self) -> SlidingConditions:
         return SlidingConditions(rotor_speed=self.inputs['rotor_speed'].value,
                                  pressure=self.inputs['pressure'].value, friction=self.friction)
 
-    def result(self, state: State, reason: str, **known: Any) -> Assessment:
-        return Assessment(**self._asdict(), state=state, reason=reason, **known)
+    def result(self, state: State, reason: str, **values: Any) -> Assessment:
+        """Return the assessment in this context."""
+        return Assessment(**self._asdict(), state=state, reason=reason, **values)
 
 
-def from_stability(begun: AssessmentContext,
-                   known: BrakeStability | np.linalg.LinAlgError) -> Assessment:
-    """Return the assessment of a brake that slides, from what is known of it or why nothing is."""
-    if isinstance(known, np.linalg.LinAlgError):
-        return begun.result('invalid', f'no eigensolution ({known})')
-    if math.isnan(known.risk.probability):
-        return begun.result('invalid', 'no risk: modes are not separable here')
-    worst = known.worst
-    return begun.result(
-        'steady', _in_words(worst, known.risk.probability), point=known.point,
-        modes=known.modes.unstable, risk=known.risk.probability,
+def from_stability(context: AssessmentContext,
+                   found: BrakeStability | np.linalg.LinAlgError) -> Assessment:
+    """Return the assessment of a brake that slides, given its stability or why there is none."""
+    if isinstance(found, np.linalg.LinAlgError):
+        return context.result('invalid', f'no eigensolution ({found})')
+    if math.isnan(found.risk.probability):
+        return context.result('invalid', 'no risk: modes are not separable here')
+    worst = found.worst
+    return context.result(
+        'steady', _in_words(worst, found.risk.probability), point=found.point,
+        modes=found.modes.unstable, risk=found.risk.probability,
         growth_rate=worst.growth_rate if worst else math.nan,
-        worst_frequency_hz=worst.frequency_hz if worst else math.nan,
-        friction_margin=known.friction_margin, sliding=known)
+        worst_frequency_hz=worst.frequency_hz if worst else math.nan, stability=found)
 
 
 def explained(found: Assessment) -> Assessment:

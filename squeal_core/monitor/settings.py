@@ -183,29 +183,11 @@ MONITOR_KEYS = (
                 'standard deviation of the contact stiffness, relative', 0.0, 1.0),
     SettingSpec('engine_tolerance', 0.1, '1/s',
                 'error of a growth rate above which a point is solved in full', 1e-6, 100.0),
-    SettingSpec('anchor_delay', 0.15, 's',
-                'between asking for an anchor of the table and its first use; 0: made while a '
-                'tick waits',
-                0.0, 60.0),
-    SettingSpec('risk_delay', 3.0, 's',
-                'the same for the cells of the risk; one takes a second of a core', 0.0, 60.0),
     SettingSpec('audit_interval', 3000.0, '-',
                 'of so many answers from the table one is compared with a full solve; 0: none',
                 0.0, 1e9),
-    SettingSpec('table', '', '-',
-                'path of a table that `squeal tabulate` wrote; empty: an empty table',
+    SettingSpec('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: no table',
                 change='configure'),
-    SettingSpec('table_memory', 200.0, 'MB', 'limit of the table; what was used least goes', 1.0,
-                1e5),
-    SettingSpec('margin_rate', 15.0, '1/s', 'solves a second in search of the margins of a brake',
-                0.1, 1000.0),
-    SettingSpec('margin_full_rate', 2.5, '1/s',
-                'the same while they are not in the table; an anchor made is four of them', 0.1,
-                1000.0),
-    SettingSpec('margin_change', 0.2, '-',
-                'change of speed or pressure from which on a friction margin holds no more', 0.0,
-                10.0),
-    SettingSpec('margin_age', 30.0, 's', 'likewise its age', 0.0, 3600.0),
     SettingSpec('clock_timeout', 1.0, 's',
                 'a /clock that stands still for longer has stopped: nothing is known', 0.1,
                 3600.0),
@@ -344,15 +326,8 @@ class MonitorSettings:
     rotor_speed_deviation: float
     contact_stiffness_deviation: float
     engine_tolerance: float
-    anchor_delay: float
-    risk_delay: float
     audit_interval: float
     table: str
-    table_memory: float
-    margin_rate: float
-    margin_full_rate: float
-    margin_change: float
-    margin_age: float
     clock_timeout: float
     mode_shapes: bool
     mode_shape_size: float

@@ -13,11 +13,10 @@
 # limitations under the License.
 
 """
-The monitor of one brake: samples in, assessments out. No ROS in here, no clock, no threads.
+The monitor of a vehicle's brakes: samples in, assessments out. No ROS, no clock, no threads.
 
-An assessment depends on the samples received before a tick and on the ticks' times, nothing else:
-the node and the replay of a bag run this same code and get the same numbers from the same ticks.
-What earlier ticks left in the tables changes a number by less than its error.
+An assessment is a function of model, table, settings and the samples received before the tick:
+the node and the replay of a bag run this same code and get the same numbers.
 
 The monitor is advisory. It is no safety function.
 """
@@ -26,8 +25,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
+from typing import TypeAlias
 
-import numpy as np
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import (
@@ -37,7 +36,6 @@ from squeal_core.monitor.assessment import (
     from_stability,
     State,
 )
-from squeal_core.monitor.brake_stability import BrakeEvaluator, BrakeStability, evaluate_brakes
 from squeal_core.monitor.cross_checks import CrossChecks
 from squeal_core.monitor.input_channel import (
     InputChannel,
@@ -60,15 +58,18 @@ _STATES: dict[Status, State] = {
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
 
 
+# of each brake: its assessment, or the context of the one to be made from its stability
+PreparedTick: TypeAlias = tuple[Assessment | AssessmentContext, ...]
+
+
 class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
     def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel,
-                 engines: VehicleStability | None = None) -> None:
+                 stability: VehicleStability | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._engines = engines or VehicleStability(model, settings)
-        self._sliding = BrakeEvaluator(self._engines, settings, brake.name)
+        self._stability = stability or VehicleStability(model, settings)
         self._adopt(brake, settings)
         self._inputs = {signal: InputChannel(signal, limits, settings, self._validated[signal])
                         for signal, limits in brake.inputs.items()}
@@ -83,7 +84,6 @@ class BrakeMonitor:
     def update_settings(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         """Take other settings of the same brake and inputs; samples stay."""
         self._adopt(brake, settings)
-        self._sliding.update_settings(settings)
         for signal, limits in brake.inputs.items():
             self._inputs[signal].update_settings(limits, settings, self._validated[signal])
 
@@ -113,25 +113,25 @@ class BrakeMonitor:
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
-        return assess_together([self], time, [self.read(time)])[0]
+        return _completed(self._stability, [(self.prepare(time, self.read(time)),)])[0][0]
 
-    def _begin(self, time: int,
-               inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
-        """Return the assessment at a time [ns], or what it begins with where the brake slides."""
+    def prepare(self, time: int,
+                inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
+        """Return the assessment at a time [ns], or its context where the brake slides."""
         friction, source, coefficient = self._friction(inputs)
-        begun = AssessmentContext(self.brake.name, time, inputs)
+        context = AssessmentContext(self.brake.name, time, inputs)
         if all(reading.status == 'good' for reading in friction.values()):
-            begun = begun._replace(friction=coefficient, friction_source=source)
+            context = context._replace(friction=coefficient, friction_source=source)
         needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure']}
         if not self._friction_is_idle(inputs):
             needed |= friction
         bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
         if bad:
-            ways = {_STATES[reading.status] for reading in bad.values()}
-            return begun._replace(friction=math.nan, friction_source='').result(
-                next(s for s in _STATES.values() if s in ways),
+            states = {_STATES[reading.status] for reading in bad.values()}
+            return context._replace(friction=math.nan, friction_source='').result(
+                next(s for s in _STATES.values() if s in states),
                 '; '.join(r.described(name) for name, r in bad.items()))
-        return self._without_sliding(begun) or begun
+        return self._without_sliding(context) or context
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
         """Whether the brake is released or at rest, so that no friction is needed."""
@@ -170,63 +170,30 @@ class BrakeMonitor:
                           detail=f'which gives friction {coefficient:.4g}, {validated}')
         return {**needed, 'temperature': outside}, '', math.nan
 
-    def _turns(self, found: Assessment) -> bool:
-        """Whether the disc turns fast enough to slide, and as the model was validated for."""
-        speed = abs(found.inputs['rotor_speed'].value)
-        validated = self._validated['rotor_speed']
-        return max(self._settings.minimum_rotor_speed, validated.low) <= speed <= validated.high
-
-    def _without_sliding(self, begun: AssessmentContext) -> Assessment | None:
+    def _without_sliding(self, context: AssessmentContext) -> Assessment | None:
         """Assess from inputs that are all good a brake that is released or at rest."""
-        speed, pressure = begun.inputs['rotor_speed'], begun.inputs['pressure']
+        speed, pressure = context.inputs['rotor_speed'], context.inputs['pressure']
         if pressure.value < self._settings.release_pressure:
-            return begun.result('released', risk=0.0, reason=(
+            return context.result('released', risk=0.0, reason=(
                 f'pressure {pressure.value / 1e5:.2f} bar: brake released'))
         if abs(speed.value) < self._settings.minimum_rotor_speed:
-            return begun.result(
+            return context.result(
                 'not sliding', f'rotor speed {speed.value:.2f} rad/s: not sliding')
         for name, reading in (('rotor_speed', speed), ('pressure', pressure)):
             if abs(reading.value) < self._validated[name].low:
                 low = replace(reading, detail=str(self._validated[name]))
-                return begun.result('outside validated range', low.described(name))
+                return context.result('outside validated range', low.described(name))
         return None
 
 
-def assess_together(monitors: Sequence[BrakeMonitor], time: int,
-                    readings: Sequence[Mapping[Signal, Reading]]) -> tuple[Assessment, ...]:
-    """Assess brakes of the same engines from readings of a time [ns]: those that slide in one."""
-    every = [monitor._begin(time, inputs)
-             for monitor, inputs in zip(monitors, readings, strict=True)]
-    if not any(isinstance(one, AssessmentContext) for one in every):
-        _await_application(monitors, every)
-    known = iter(_judged([(monitor._sliding, begun) for monitor, begun in zip(
-        monitors, every, strict=True) if isinstance(begun, AssessmentContext)], time))
-    return tuple(explained(from_stability(one, next(known))) if isinstance(one, AssessmentContext)
-                 else one for one in every)
-
-
-def _await_application(monitors: Sequence[BrakeMonitor],
-                       every: Sequence[Assessment | AssessmentContext]) -> None:
-    """Have made ready what brakes that are released while they turn will ask for."""
-    waiting = [(abs(one.inputs['rotor_speed'].value), one.friction)
-               for monitor, one in zip(monitors, every, strict=True)
-               if isinstance(one, Assessment) and one.state == 'released'
-               and not math.isnan(one.friction) and monitor._turns(one)]
-    if waiting:
-        monitors[0]._engines.onset.look(waiting, monitors[0]._settings.release_pressure)
-
-
-def _judged(brakes: Sequence[tuple[BrakeEvaluator, AssessmentContext]], time: int
-            ) -> list[BrakeStability | np.linalg.LinAlgError]:
-    """Return what is known of brakes that slide, or why it is not."""
-    if not brakes:
-        return []
-    try:
-        return [*evaluate_brakes([(brake, begun.operation) for brake, begun in brakes], time)]
-    except np.linalg.LinAlgError as error:
-        if len(brakes) == 1:
-            return [error]
-        return [known for one in brakes for known in _judged([one], time)]
+def _completed(stability: VehicleStability,
+               ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
+    """Return the assessments of ticks, all sliding brakes evaluated in one call."""
+    results = iter(stability.evaluate([
+        one.conditions for tick in ticks for one in tick if isinstance(one, AssessmentContext)]))
+    return [tuple(explained(from_stability(one, next(results)))
+                  if isinstance(one, AssessmentContext) else one for one in tick)
+            for tick in ticks]
 
 
 def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
@@ -241,23 +208,19 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
 
 
 class VehicleMonitor:
-    """The monitors of all brakes of a vehicle, assessed together from the same tables."""
+    """The monitors of all brakes of a vehicle."""
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
         self.settings = settings
-        self.engines = VehicleStability(model, settings)
-        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.engines)
+        self.stability = VehicleStability(model, settings)
+        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.stability)
                        for brake in settings.brakes}
         self.cross_checks = CrossChecks(settings)
-
-    def close(self) -> None:
-        """End the engines' workers."""
-        self.engines.close()
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
         self.settings = settings
-        self.engines.update_settings(settings)
+        self.stability.update_settings(settings)
         self.cross_checks.update_settings(settings)
         for brake in settings.brakes:
             self.brakes[brake.name].update_settings(brake, settings)
@@ -269,9 +232,18 @@ class VehicleMonitor:
 
     def assess(self, time: int) -> tuple[Assessment, ...]:
         """Assess all brakes at a time [ns]; what other brakes contradict is invalid."""
+        return self.complete([self.prepare(time)])[0]
+
+    def prepare(self, time: int) -> PreparedTick:
+        """Read the inputs of a tick [ns]; what needs no stability is assessed already."""
         monitors = tuple(self.brakes.values())
-        readings = [monitor.read(time) for monitor in monitors]
-        return assess_together(monitors, time, self.cross_checks.check(time, readings))
+        readings = self.cross_checks.check(time, [monitor.read(time) for monitor in monitors])
+        return tuple(monitor.prepare(time, inputs)
+                     for monitor, inputs in zip(monitors, readings, strict=True))
+
+    def complete(self, ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
+        """Return the assessments of ticks in their order; many at once cost less than each."""
+        return _completed(self.stability, ticks)
 
     def reset(self) -> None:
         self.cross_checks.reset()

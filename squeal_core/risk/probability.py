@@ -12,12 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Probability of squeal under uncertain inputs: what it is, and its estimate of first order.
-
-`risk.risk_table` sums it over the inputs' spread; the estimate of first order stands in
-where nothing is made for that yet.
-"""
+"""Probability of squeal under uncertain inputs, and its estimate of first order."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,15 +20,10 @@ from functools import cached_property
 import math
 from typing import Literal
 
-import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Mode
 from squeal_core.stability.sensitivity import growth_change, root_sensitivity
-from squeal_core.surrogate.spectral_expansion import SpectralExpansion
-
-_TANGENT = 0.02  # of a deviation, over which a difference stands for the tangent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,42 +192,6 @@ def first_order_risk(model: BrakeModel, point_of: Callable[[Inputs], OperatingPo
                          math.inf if math.isnan(margin) else margin)
     return RiskEstimate(max(each, default=0.0), margin if margin <= 1.0 else math.nan,
                         tuple(each))
-
-
-def risks_by_series(series: SpectralExpansion, point_of: Callable[[Inputs], OperatingPoint],
-                    brakes: Sequence[tuple[Inputs, Sequence[Mode]]],
-                    deviations: InputUncertainty, *, level: float = 0.0
-                    ) -> list[tuple[float, ...]]:
-    """
-    Return the first-order probability of each mode, its tangent by differences of a series.
-
-    Parameters
-    ----------
-    series : SpectralExpansion
-        That has the roots around the operating points.
-    point_of, deviations, level
-        As of `first_order_risk`.
-    brakes : sequence of (Inputs, modes)
-        Likewise; all are looked up at once.
-
-    """
-    coefficients = [[point_of(inputs).coefficients() for inputs in (
-        at, *(at.moved(name, _TANGENT * step) for name, step in deviations.steps(at).items()))]
-        for at, _ in brakes]
-    roots = series.eigenvalues_alone(np.array(coefficients))
-    return [_by_differences(there, modes, level)
-            for there, (_, modes) in zip(roots, brakes, strict=True)]
-
-
-def _by_differences(roots: ComplexArray, modes: Sequence[Mode],
-                    level: float) -> tuple[float, ...]:
-    """Return the probability of each mode from roots (inputs, n), the first where it is."""
-    eigenvalues = np.array([mode.eigenvalue for mode in modes])
-    here = np.abs(roots[0] - eigenvalues[:, None]).argmin(axis=1)
-    growth = roots.real[:, here]
-    changes = ((growth[1:] - growth[0]) / _TANGENT).T.tolist()
-    return tuple(_exceeds_zero(mode.growth_rate - level, math.hypot(*change))
-                 for mode, change in zip(modes, changes, strict=True))
 
 
 def _exceeds_zero(mean: float, deviation: float) -> float:

@@ -16,7 +16,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
 from typing import Any
 
@@ -37,9 +36,8 @@ from squeal_core.risk.risk_cell import (
     STIFFNESS,
 )
 from squeal_core.stability.eigensolution import eigenvalues
-from squeal_core.surrogate.expansion_builder import expansion_steps
+from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.spectral_expansion import SpectralExpansion
-from squeal_core.surrogate.steps import Steps
 
 _PARTS = (1.0, 0.6, 0.35, 0.2)  # of the greatest box, tried until the series hold
 _TOLERANCE = 1.0  # 1/s, mean error of growth rates near zero
@@ -56,12 +54,10 @@ _LARGEST = 4  # modes in a block; beyond it the coupling that counts is larger
 _FRICTION = 0.2  # part of friction that the spread may be; beyond it blocks are larger
 
 
-def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: TensorQuadrature,
-               band: tuple[float, float], level: float = 0.0) -> 'Steps[Cell]':
+def build_cell(family: Family, inputs: Sequence[float], spread: Spread, rule: TensorQuadrature,
+               band: tuple[float, float], level: float = 0.0) -> Cell:
     """
     Return a cell around (speed, pressure, friction); takes some 60 ms for each node.
-
-    None of the steps takes much longer than a full solve.
 
     Parameters
     ----------
@@ -85,20 +81,20 @@ def cell_steps(family: Family, inputs: Sequence[float], spread: Spread, rule: Te
 
     """
     masses = rule.stiffness_masses.sum(axis=1)
-    anchors = yield from _anchors(family, inputs, spread, rule, masses)
+    anchors = _anchors(family, inputs, spread, rule, masses)
     for part in _PARTS:
         box = box_around(inputs, part)
-        errors = yield from _measured(
+        errors = _measured(
             anchors, family, box.widened(spread, _CHECKED), rule, band, level)
         if masses @ np.minimum(errors, _CAP) <= _TOLERANCE:
             break
     samples = _samples(family, box.widened(spread, _WIDE), rule)
     seen = []
     for anchor, factor in zip(anchors, rule.factors, strict=True):
-        seen.append((yield partial(_seen, anchor, factor, samples, band, level)))
-    labels = yield from _labels(anchors, rule)
-    cell: Cell = yield partial(_gathered, inputs, box, spread, rule, anchors, seen, labels, errors)
-    return replace(cell, level=level)
+        seen.append(_seen(anchor, factor, samples, band, level))
+    labels = _labels(anchors, rule)
+    return replace(_gathered(inputs, box, spread, rule, anchors, seen, labels, errors),
+                   level=level)
 
 
 def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: TensorQuadrature,
@@ -115,7 +111,7 @@ def _gathered(inputs: Sequence[float], box: Box, spread: Spread, rule: TensorQua
 
 
 def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: TensorQuadrature,
-             masses: FloatArray) -> 'Steps[list[SpectralExpansion]]':
+             masses: FloatArray) -> list[SpectralExpansion]:
     """Return an anchor at each of the rule's contact stiffnesses, none with a large block."""
     speed, pressure, friction = inputs
     wide = _WIDE * spread.friction
@@ -125,7 +121,7 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Tens
         point = family.point(speed, pressure, friction, factor)
         coupling = min(least * max(1.0, _PROBABLE / mass), _LOOSE)
         while True:
-            anchor = yield from expansion_steps(
+            anchor = expand_spectrum(
                 family.model, point, degree=rule.friction_nodes - 1, coupling=coupling,
                 stiffness_step=0.5 * rule.spacing)
             if coupling >= _LOOSE or int(anchor.sizes.max(initial=0)) <= _LARGEST:
@@ -136,15 +132,14 @@ def _anchors(family: Family, inputs: Sequence[float], spread: Spread, rule: Tens
 
 
 def _measured(anchors: Sequence[SpectralExpansion], family: Family, box: Box,
-              rule: TensorQuadrature, band: tuple[float, float],
-              level: float) -> 'Steps[FloatArray]':
+              rule: TensorQuadrature, band: tuple[float, float], level: float) -> FloatArray:
     """Return the error of growth rates near the level (nodes,), each at a corner of the box."""
     found, corners = [], box.corners
     for node, anchor in enumerate(anchors):
         speed, pressure, friction = corners[(3 * node) % len(corners)]
         end = rule.factors[node] * np.exp((0.5 - node % 2) * rule.spacing)
         point = family.point(speed, pressure, max(friction, 1e-3), end)
-        found.append((yield partial(_error, anchor, family.model, point, band, level)))
+        found.append(_error(anchor, family.model, point, band, level))
     return np.array(found)
 
 
@@ -202,8 +197,7 @@ def _seen(anchor: SpectralExpansion, factor: float, samples: FloatArray, band: t
     return _Seen(matters, growth, others, bool((open_ & ~sure.all(axis=1)).any()))
 
 
-def _labels(anchors: Sequence[SpectralExpansion],
-            rule: TensorQuadrature) -> 'Steps[list[IndexArray]]':
+def _labels(anchors: Sequence[SpectralExpansion], rule: TensorQuadrature) -> list[IndexArray]:
     """
     Return which mode each root of each anchor is: its place among those of the middle one.
 
@@ -213,8 +207,8 @@ def _labels(anchors: Sequence[SpectralExpansion],
     found = {middle: np.arange(int(anchors[middle].sizes.sum()))}
     for way, end in ((1, len(anchors)), (-1, -1)):
         for node in range(middle + way, end, way):
-            found[node] = yield partial(
-                _continued, found[node - way], anchors[node - way], anchors[node],
+            found[node] = _continued(
+                found[node - way], anchors[node - way], anchors[node],
                 np.exp(-0.5 * way * rule.spacing))
     return [readonly(found[node], np.intp) for node in range(len(anchors))]
 

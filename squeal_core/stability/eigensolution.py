@@ -32,7 +32,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.lapack import eigvals
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
-Source: TypeAlias = Literal['full', 'table', 'refined']
+Source: TypeAlias = Literal['full', 'table']
 SQUEAL_BAND = (1250.0, 16000.0)  # Hz, SAE J2521
 
 # Relative to the largest frequency w of the model. Rounding splits a double eigenvalue by up to
@@ -140,8 +140,7 @@ class ComplexModes:
         What the root of each mode may be off by [1/s], beyond rounding.
     tolerances : Tolerances
     source : str
-        'full' for an eigensolution, 'table' for the series of `spectral_expansion`; 'refined' for
-        these with the roots next to the verdict solved for in the full problem.
+        'full' for an eigensolution, 'table' for the series of `spectral_expansion`.
     series : squeal_core.surrogate.spectral_expansion.SpectralExpansion or None
         That series; of a full solve one that has these roots too, though not as closely.
     mode_numbers : (n,) index array, optional
@@ -292,29 +291,6 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
     return ComplexModes(
         _frozen(roots.take(nonoscillatory)), _frozen(roots.take(oscillatory)),
         _frozen(roots.take(spoken)), _frozen(off), tolerances, source, series)
-
-
-def classify_rows(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray,
-                  series: Any) -> list[ComplexModes]:
-    """Sort rows of roots (P, n) into modes, as `classify` sorts one."""
-    if not len(roots):
-        return []
-    growth, frequency = roots.real, roots.imag
-    still, above = np.abs(frequency) <= tolerances.oscillation, frequency > tolerances.oscillation
-    nonoscillatory, oscillatory = still.sum(axis=1), above.sum(axis=1)
-    if (nonoscillatory != nonoscillatory[0]).any() or (oscillatory != oscillatory[0]).any():
-        return [classify(row, tolerances, off, series, 'table')
-                for row, off in zip(roots, errors, strict=True)]
-    key = np.where(still, -1.0, np.where(above, frequency, np.inf))
-    order = np.lexsort((np.where(still, -growth, growth), key))
-    order += np.arange(0, order.size, order.shape[1])[:, None]  # places in all rows
-    rest, count = int(nonoscillatory[0]), int(oscillatory[0])
-    resting, moving = order[:, :rest], order[:, rest:rest + count]
-    spoken = np.concatenate([resting[:, :rest // 2], moving], axis=1)
-    kept = [_frozen(values.take(places)) for values, places in (
-        (roots, resting), (roots, moving), (roots, spoken), (errors, spoken))]
-    return [ComplexModes(rested, moved, one, off, tolerances, 'table', series)
-            for rested, moved, one, off in zip(*kept, strict=True)]
 
 
 def _frozen(fresh: Any) -> Any:

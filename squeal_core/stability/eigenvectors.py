@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The vectors of single roots, what they say of a root's worth, and roots made exact by them."""
+"""The vectors of single roots, and what they say of a root's worth."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,7 +27,6 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Mode
 
 _STEPS = 3  # of inverse iteration
-_TO_REFINE = (2, 2)  # at the guess, then at the root it gives
 
 
 @dataclass(frozen=True)
@@ -45,27 +44,6 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
     d, k = model.damping(point), model.stiffness(point)
     right, left, pencil = _vectors(eigenvalue, d, k, _STEPS)
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
-
-
-def refined_eigenvalue(model: BrakeModel, point: OperatingPoint,
-                       guess: complex) -> tuple[complex, float]:
-    """
-    Return the root of the full problem near a guess, and its error to first order [1/s].
-
-    By two-sided quotients lambda - y^H Q x / (y^H Q' x), whose error is of second order in those
-    of both vectors. Costs about a tenth of a full solution; where another root is as near as the
-    guess, the error says so.
-    """
-    d, k = model.damping(point), model.stiffness(point)
-    root = guess
-    for steps in _TO_REFINE:
-        x, y, pencil = _vectors(root, d, k, steps)
-        turn = slope_between(root, x, y, d)
-        if turn == 0.0:
-            return guess, np.inf
-        root -= complex(y.conj() @ (pencil @ x)) / turn
-    left = root**2 * x + root * (d @ x) + k @ x
-    return root, float(np.linalg.norm(left)) / abs(turn)
 
 
 def slope_between(root: complex, right: ComplexArray, left: ComplexArray,

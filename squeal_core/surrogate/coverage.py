@@ -126,21 +126,23 @@ class CoverageReport:
 
 
 def build_table(table: TabulatedSolver, points: Iterable[OperatingPoint], *, coverage: float = 1.0,
-                most: int = 1000, progress: Callable[[int, int], None] = lambda *_: None
-                ) -> CoverageReport:
+                most: int = 1000, memory: float = 200e6,
+                progress: Callable[[int, int], None] = lambda *_: None) -> CoverageReport:
     """
     Make an anchor at each point that the table does not cover yet.
 
     Parameters
     ----------
     table : TabulatedSolver
-        Whose anchors to add to; its memory limit holds.
+        Whose anchors to add to.
     points : iterable of OperatingPoint
         May be endless when `coverage` is below 1.
     coverage : float
         Ends as soon as so many of the last 1000 points needed no new anchor.
     most : int
         Anchors.
+    memory : float
+        Limit of their size [bytes].
     progress : callable
         Told the anchors and the points so far.
 
@@ -151,7 +153,7 @@ def build_table(table: TabulatedSolver, points: Iterable[OperatingPoint], *, cov
         count += 1
         anchor = None if table.covers(point) else _useful(table, point)
         if anchor is not None:
-            if len(table.anchors) >= most or table.nbytes + anchor.nbytes > table.settings.memory:
+            if len(table.anchors) >= most or table.nbytes + anchor.nbytes > memory:
                 return CoverageReport(count, undecided, False)
             table.add(anchor)
         elif not table.covers(point):

@@ -16,7 +16,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -29,10 +29,8 @@ from squeal_core.surrogate.block_layout import BlockLayout
 from squeal_core.surrogate.coupling_floor import coupling_floor
 from squeal_core.surrogate.monomials import Monomials
 from squeal_core.surrogate.pair_remainder import pair_remainder
-from squeal_core.surrogate.riccati_recursion import LowerOrderTerms, RiccatiRecursion
+from squeal_core.surrogate.riccati_recursion import RiccatiRecursion
 from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
-from squeal_core.surrogate.steps import completed, Steps
-from squeal_core.surrogate.workers import pause
 
 _STEP = 0.1  # relative step of the parameters that blocks are chosen for
 _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
@@ -46,18 +44,8 @@ _DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
                     coupling: float = _COUPLING,
                     stiffness_step: float = _STIFFNESS_STEP) -> SpectralExpansion:
-    """Return the series of the spectrum around a point; `expansion_steps`, all of them at once."""
-    return completed(expansion_steps(model, point, degree=degree, coupling=coupling,
-                                     stiffness_step=stiffness_step))
-
-
-def expansion_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-                    coupling: float = _COUPLING, stiffness_step: float = _STIFFNESS_STEP
-                    ) -> 'Steps[SpectralExpansion]':
     """
     Return the series of the spectrum around a point, from one full solve with all vectors.
-
-    That solve is one of the steps; none takes much longer.
 
     Parameters
     ----------
@@ -79,13 +67,11 @@ def expansion_steps(model: BrakeModel, point: OperatingPoint, *, degree: int = D
 
     """
     frame = _Frame.at(model, point, stiffness_step)
-    roots, right = yield partial(_eigensolution, model, point)
-    spectrum = yield partial(_Spectrum.of, model, point, frame, roots, right, coupling)
+    roots, right = _eigensolution(model, point)
+    spectrum = _Spectrum.of(model, point, frame, roots, right, coupling)
     series = RiccatiRecursion(spectrum.roots, spectrum.couplings, spectrum.blocks,
                               _monomials(frame.rows.size, degree))
-    lower = yield series.lower_terms
-    anchor: SpectralExpansion = yield partial(_expanded, point, frame, spectrum, series, lower)
-    return anchor
+    return _expanded(point, frame, spectrum, series)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,19 +123,18 @@ class _Spectrum:
 
 def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArray, ComplexArray]:
     """Return all roots (M,) and their right vectors (M, M)."""
-    pause()
     found = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
     return found.eigenvalues, found.eigenvectors
 
 
-def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum, series: RiccatiRecursion,
-              lower: LowerOrderTerms) -> SpectralExpansion:
-    """Return the series of the blocks of a spectrum, from its terms but those of last degree."""
+def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum,
+              series: RiccatiRecursion) -> SpectralExpansion:
+    """Return the series of the blocks of a spectrum."""
     roots, couplings, blocks = spectrum.roots, spectrum.couplings, spectrum.blocks
     monomials = series.monomials
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
     layout = BlockLayout(readonly(sizes, np.intp))
-    terms = [layout.laid_out(rows_of) for rows_of in series.terms(lower)]
+    terms = [layout.laid_out(rows_of) for rows_of in series.terms()]
     kept = np.concatenate(blocks)
     own = np.repeat(np.arange(sizes.size), sizes)
     least = 5e-15 * abs(roots).max(initial=0.0)

@@ -14,9 +14,9 @@
 
 """Anchors laid out by place, and what they say of operating points near them."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
@@ -24,19 +24,14 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import (
     classify,
-    classify_rows,
     ComplexModes,
     frequency_scale,
-    Source,
     Tolerances,
 )
 from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
 
-_Result = TypeVar('_Result')
-
 _TRIED = 3  # anchors tried for a point, the last one used first
 _FAR = 3.0  # reaches beyond which an anchor is not tried
-_SHARED = 0.4  # reaches within which one anchor is as good as one each: errors of 0.03 1/s
 _TOLERANCE = 4.9e-7  # of the model's largest frequency: ten times what counts as growth
 
 
@@ -51,28 +46,17 @@ class SolverSettings:
         Error of a growth rate [1/s] above which a point is solved in full.
     decay_tolerance : float
         The same for a mode that decays, as a part of its rate of decay, where that is more.
-    memory : float
-        Limit of the anchors' size [bytes]; the least recently used go.
-    delay : int
-        Solves between asking for an anchor and its first use; 0: made at once, while the caller
-        waits.
     audit_every : int
         Every so many answers from the table one is solved in full and compared; 0: none.
     degree : int
         Of the series.
-    refines : bool
-        Whether oscillating modes of which an error leaves undecided if they grow are solved for
-        one by one in the full problem, instead of the whole point.
 
     """
 
     tolerance: float = 0.1
     decay_tolerance: float = 0.02
-    memory: float = 200e6
-    delay: int = 0
     audit_every: int = 3000
     degree: int = DEGREE
-    refines: bool = False
 
     @classmethod
     def of(cls, model: BrakeModel) -> 'SolverSettings':
@@ -81,13 +65,11 @@ class SolverSettings:
         return cls(tolerance=_TOLERANCE * scale) if scale else cls()
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class TableEntry:
-    """An anchor, the solve at which it was last used, and how often it was."""
+    """An expansion of the table."""
 
     anchor: SpectralExpansion
-    used: int
-    hits: int = 0
 
 
 @dataclass(frozen=True)
@@ -98,14 +80,6 @@ class Lookup:
     eigenvalues: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
     errors: FloatArray = field(default_factory=lambda: np.zeros(0))
     worst: float = np.inf
-
-
-@dataclass(frozen=True)
-class TabulatedModes:
-    """Modes that an entry is good enough for."""
-
-    entry: TableEntry
-    modes: ComplexModes
 
 
 class ExpansionTable:
@@ -126,7 +100,7 @@ class ExpansionTable:
     def __init__(self, model: BrakeModel, settings: SolverSettings, tolerances: Tolerances,
                  anchors: Sequence[SpectralExpansion] = ()) -> None:
         self.settings = settings
-        self.entries = [TableEntry(anchor, 0) for anchor in anchors]
+        self.entries = [TableEntry(anchor) for anchor in anchors]
         self._size, self._tolerances = model.size, tolerances
         self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
         self._index()
@@ -136,15 +110,9 @@ class ExpansionTable:
         """Size of the anchors [bytes]."""
         return sum(entry.anchor.nbytes for entry in self.entries)
 
-    def add(self, anchor: SpectralExpansion, used: int) -> int:
-        """Take an anchor; return how many of the least recently used ones made room for it."""
-        self.entries.append(TableEntry(anchor, used))
-        count = len(self.entries)
-        while self.nbytes > self.settings.memory and len(self.entries) > 1:
-            oldest = min(self.entries[:-1], key=lambda entry: entry.used)
-            self.entries = [entry for entry in self.entries if entry is not oldest]
+    def add(self, anchor: SpectralExpansion) -> None:
+        self.entries.append(TableEntry(anchor))
         self._index()
-        return count - len(self.entries)
 
     def drop(self, entry: TableEntry) -> None:
         self.entries = [kept for kept in self.entries if kept is not entry]
@@ -163,67 +131,15 @@ class ExpansionTable:
                 break
         return best
 
-    def modes(self, answer: Lookup, source: Source = 'table') -> ComplexModes | None:
+    def modes(self, answer: Lookup) -> ComplexModes | None:
         """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
         if answer.entry is None or answer.worst > self.settings.tolerance or (
                 verdict_within_error(answer.eigenvalues, answer.errors, self._tolerances).any()):
             return None
         found = classify(np.concatenate([self._zeros, answer.eigenvalues]), self._tolerances,
                          np.concatenate([self._zeros.real, answer.errors]),
-                         series=answer.entry.anchor, source=source)
+                         series=answer.entry.anchor, source='table')
         return found if self._complete(found) else None
-
-    def together(self, points: Sequence[OperatingPoint]) -> list[TabulatedModes | None]:
-        """
-        Return the modes at points, by the nearest anchors that are good enough as they are.
-
-        Points near the same anchor cost little more than one: most of the time goes into calls.
-        """
-        return self._by_nearest(points, self._found)
-
-    def missing(self, points: Sequence[OperatingPoint]) -> list[int]:
-        """Return the places of the points that no anchor is good enough for."""
-        return [place for place, enough in enumerate(self._by_nearest(points, self._enough))
-                if not enough]
-
-    def _by_nearest(self, points: Sequence[OperatingPoint], look: Callable[
-            [TableEntry, FloatArray], Iterable[_Result | None]]) -> list[_Result | None]:
-        """Return what a look at the nearest entries finds of each point, a few of them tried."""
-        coefficients = np.array([point.coefficients() for point in points])
-        distances = self._distances(coefficients[:, None])
-        found: list[_Result | None] = [None] * len(points)
-        for _ in range(min(_TRIED, len(self.entries))):
-            waiting = [place for place, one in enumerate(found) if one is None]
-            if not waiting:
-                break
-            for entry, places in self._nearest(distances, waiting):
-                for place, one in zip(places, look(entry, coefficients[places]), strict=True):
-                    found[place] = one
-        return found
-
-    def _enough(self, entry: TableEntry, coefficients: FloatArray) -> Iterator[bool | None]:
-        """Yield whether an anchor is within the tolerance at each point (P, 6), or None."""
-        worst = self._worst(*entry.anchor.eigenvalues_at(coefficients))
-        for off in worst.tolist():
-            yield off <= self.settings.tolerance or None
-
-    def _found(self, entry: TableEntry,
-               coefficients: FloatArray) -> Iterator[TabulatedModes | None]:
-        """Yield what an anchor has of each point (P, 6), where it is good enough."""
-        roots, errors = entry.anchor.eigenvalues_at(coefficients)
-        worst = self._worst(roots, errors)
-        good = (worst <= self.settings.tolerance) & ~(
-            verdict_within_error(roots, errors, self._tolerances).any(axis=-1))
-        modes = iter(self._rows(entry.anchor, roots[good], errors[good]))
-        for enough in good.tolist():
-            one = next(modes) if enough else None
-            yield TabulatedModes(entry, one) if one is not None and self._complete(one) else None
-
-    def _rows(self, anchor: SpectralExpansion, roots: ComplexArray,
-              errors: FloatArray) -> list[ComplexModes]:
-        zeros = np.broadcast_to(self._zeros, (len(roots), self._zeros.size))
-        return classify_rows(np.concatenate([zeros, roots], axis=1), self._tolerances,
-                             np.concatenate([zeros.real, errors], axis=1), anchor)
 
     def _complete(self, found: ComplexModes) -> bool:
         """
@@ -240,23 +156,6 @@ class ExpansionTable:
             allowed = self.settings.decay_tolerance / self.settings.tolerance * -roots.real
             worst = (errors / np.maximum(allowed, 1.0)).max(axis=-1)
         return np.asarray(worst)
-
-    def _nearest(self, distances: FloatArray, places: Sequence[int]
-                 ) -> list[tuple[TableEntry, list[int]]]:
-        """
-        Return the entries nearest to some of the points, which are not looked at again.
-
-        One that is near enough to all of them costs less than one for each.
-        """
-        groups: dict[int, list[int]] = {}
-        farthest = distances[places].max(axis=0)
-        shared = int(farthest.argmin()) if farthest.min() <= _SHARED**2 else None
-        for place in places:
-            nearest = int(distances[place].argmin()) if shared is None else shared
-            if distances[place, nearest] <= _FAR**2:
-                distances[place, nearest] = np.inf
-                groups.setdefault(nearest, []).append(place)
-        return [(self.entries[nearest], of) for nearest, of in groups.items()]
 
     def _near(self, coefficients: FloatArray) -> Iterator[TableEntry]:
         """Yield the entries to try, by distance over reach."""

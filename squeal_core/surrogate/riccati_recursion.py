@@ -21,12 +21,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, IndexArray
 from squeal_core.surrogate.monomials import Monomials
-from squeal_core.surrogate.workers import pause
 
 _COARSE = 2  # degree from which on single precision is enough: its terms are small corrections
 
 
-class LowerOrderTerms(NamedTuple):
+class _LowerOrderTerms(NamedTuple):
     """Entries of each degree but the last, and the couplings and subspace that give those."""
 
     entries: list[ComplexArray]
@@ -43,7 +42,7 @@ class RiccatiRecursion:
     blocks: Sequence[IndexArray]
     monomials: Monomials
 
-    def lower_terms(self) -> LowerOrderTerms:
+    def _lower_terms(self) -> _LowerOrderTerms:
         """Return the blocks' entries (terms of d, entries) of each degree d below the last."""
         kept = np.concatenate(self.blocks)
         own = np.zeros((self.roots.size, kept.size), bool)
@@ -60,9 +59,8 @@ class RiccatiRecursion:
             start * self.roots[kept])]
         if self.monomials.variables == 0:  # nothing depends on the operating point
             none = np.zeros((0, found[0].shape[1]), complex)
-            return LowerOrderTerms(found + self.monomials.degree * [none], couplings, start)
+            return _LowerOrderTerms(found + self.monomials.degree * [none], couplings, start)
         for degree in range(1, self.monomials.degree):
-            pause()
             if degree == _COARSE:
                 couplings, scale = couplings.astype(np.complex64), scale.astype(np.complex64)
             product = (self.couplings[:, :, kept] if degree == 1 else self._product(
@@ -72,7 +70,7 @@ class RiccatiRecursion:
                 self._subtract(product, subspace[i], found[degree - i], i, degree - i)
             product *= scale  # in place: fresh memory costs as much as the product
             subspace.append(product)
-        return LowerOrderTerms(found, couplings, subspace[-1])
+        return _LowerOrderTerms(found, couplings, subspace[-1])
 
     def _product(self, couplings: Any, subspace: Any, degree: int) -> Any:
         """Return E (U + X) of a degree, from the subspace of one degree less."""
@@ -86,8 +84,9 @@ class RiccatiRecursion:
                 product[term] += places[:, rest]
         return product
 
-    def terms(self, lower: LowerOrderTerms) -> list[ComplexArray]:
+    def terms(self) -> list[ComplexArray]:
         """Return the blocks' entries (terms of d, entries) of each degree d."""
+        lower = self._lower_terms()
         if self.monomials.variables == 0:
             return lower.entries
         return [*lower.entries, self._last_entries(lower.couplings, lower.subspace)]

@@ -31,7 +31,7 @@ from squeal_core.common.errors import SquealError
 from squeal_core.common.output import check_target, make_folder, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows, SquealEvent
-from squeal_core.monitor.settings import load_settings, MONITOR_KEYS, MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.vehicle.drive_cycle import DriveCycle
 from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, Vehicle
 from squeal_core.view.table import DriveDisplay
@@ -44,8 +44,6 @@ from squeal_ros.recordings.replay_report import ReplayReport
 
 NAMESPACE = '/squeal_demo'
 _START_UP = 30.0  # s that the node may take to subscribe
-_RATES = ('margin_rate', 'margin_full_rate')  # of work beside the assessments
-_DELAYS = ('anchor_delay', 'risk_delay')  # in which something is made, in real time
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _RANGE, _LOCALHOST = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'
 _DOMAINS = 100  # of those whose ports are below the ones that the kernel gives to anyone
@@ -156,8 +154,8 @@ def how_to_listen(domain: int) -> str:
 def monitor_process(config: Path, settings: MonitorSettings, domain: int
                     ) -> Iterator[subprocess.Popen[bytes]]:
     """Run the node as its own process, in the demo's domain, for as long as the context lasts."""
-    values = {'use_sim_time': 'true', 'diagnostics_rate': 2.0 * settings.rate, **{
-        name: getattr(settings, name) for name in ('rate', *_DELAYS, *_RATES)}}
+    values = {'use_sim_time': 'true', 'diagnostics_rate': 2.0 * settings.rate,
+              'rate': settings.rate}
     process = subprocess.Popen(
         [sys.executable, '-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn',
          '--params-file', str(config), '-r', f'__ns:={NAMESPACE}', *_remapped(settings),
@@ -259,12 +257,3 @@ def on_drive_time(row: AssessmentRecord) -> AssessmentRecord:
 def default_config() -> Path:
     """Return the shipped settings of the monitor."""
     return resources.config_folder() / 'monitor.yaml'
-
-
-def demo_settings(config: Path, rate: float, speed_up: float) -> MonitorSettings:
-    """Return the settings under which the demo's node runs: time runs faster, work does not."""
-    settings = load_settings(config)
-    factors = {**dict.fromkeys(_DELAYS, speed_up), **dict.fromkeys(_RATES, 1.0 / speed_up)}
-    scaled = {key.name: min(max(factors[key.name] * getattr(settings, key.name), key.minimum),
-                            key.maximum) for key in MONITOR_KEYS if key.name in factors}
-    return replace(settings, rate=rate, **scaled)

@@ -198,7 +198,7 @@ def demo(options: argparse.Namespace) -> int:
     rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
     cycle, vehicle = _cycle_and_vehicle(options)
     config = Path(options.config or demos.default_config())
-    chosen = demos.demo_settings(config, rate, speed_up)
+    chosen = replace(load_settings(config), rate=rate)
     model = BrakeModel.load(chosen.model)
     signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
     files = demos.DemoFiles(folder=Path(options.output))

@@ -53,8 +53,7 @@ def tabulate(options: argparse.Namespace) -> int:
     _check(options)
     model = BrakeModel.load(options.model)
     tolerance = options.tolerance or SolverSettings.of(model).tolerance
-    table = TabulatedSolver(model, SolverSettings(tolerance=tolerance, memory=1e6 * options.memory,
-                                                  audit_every=0))
+    table = TabulatedSolver(model, SolverSettings(tolerance=tolerance, audit_every=0))
     about: dict[str, Any] = {'seed': options.seed, 'tolerance': tolerance}
     laid: Iterable[OperatingPoint]
     tests: Iterable[OperatingPoint]
@@ -68,6 +67,7 @@ def tabulate(options: argparse.Namespace) -> int:
         laid, tests = (envelope.points(model, random_places(options.seed + i)) for i in (0, 1))
     with ProgressBar('anchors at most') as progress:
         summary = build_table(table, laid, coverage=options.coverage, most=options.most,
+                              memory=1e6 * options.memory,
                               progress=lambda anchors, _: progress(anchors, options.most))
     share = covered(table, tests, _TESTS)
     write_table(table.anchors, model, options.output, about={**about, 'coverage': share},

@@ -54,9 +54,6 @@ from squeal_ros.node.ticker import Ticker
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
-_SWITCH = 5e-4  # s after which a worker that makes an anchor hands over to a tick
-
-
 class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     """
     Managed node: configure loads the model, activate publishes.
@@ -244,7 +241,7 @@ class _Configured:
         self.reporter = Reporter(
             node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
             self.inputs, self.outputs, lambda: self.router.problems.total(),
-            lambda: {**self.monitor.engines.figures(),
+            lambda: {**self.monitor.stability.figures(),
                      'cross_checks': self.monitor.cross_checks.summary})
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
@@ -257,7 +254,6 @@ class _Configured:
         self.monitor.reset()
 
     def destroy(self) -> None:
-        self.monitor.close()
         self.inputs.destroy()
         self.outputs.destroy()
 
@@ -305,7 +301,6 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; 2 for a configuration that cannot be used."""
     starting = interrupts.EndAtOnce(0, always=True)
     context, started = Context(), False
-    sys.setswitchinterval(_SWITCH)
     try:
         check_arguments(sys.argv[1:] if arguments is None else arguments)
         rclpy.init(args=arguments, context=context,

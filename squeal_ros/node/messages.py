@@ -165,7 +165,7 @@ def _figures(assessment: Assessment) -> dict[str, object]:
         'unstable_growth_rates_1_s': ' '.join(repr(m.growth_rate) for m in assessment.flutter),
         'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
         'friction': assessment.friction, 'friction_source': assessment.friction_source,
-        **_of_sliding(assessment)}
+        **_of_stability(assessment)}
     for signal, reading in assessment.inputs.items():
         figures[f'{signal}_input'] = reading.value
         figures[f'{signal}_age_s'] = round(reading.age, 6)
@@ -173,18 +173,13 @@ def _figures(assessment: Assessment) -> dict[str, object]:
     return figures
 
 
-def _of_sliding(assessment: Assessment) -> dict[str, object]:
-    """Return where modes and risk are from, and the margins with the time they hold for."""
-    known = assessment.sliding
-    if known is None:
+def _of_stability(assessment: Assessment) -> dict[str, object]:
+    """Return the source and error of modes and risk."""
+    found = assessment.stability
+    if found is None:
         return {}
-    figures: dict[str, object] = {
-        'modes_from': known.modes.source, 'modes_error_1_s': float(known.modes.errors.max()),
-        'risk_basis': known.risk.basis, 'risk_error': known.risk.error,
+    return {
+        'modes_from': found.modes.source, 'modes_error_1_s': float(found.modes.errors.max()),
+        'risk_basis': found.risk.basis, 'risk_error': found.risk.error,
         'risk_by_mode': ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
-                                 for m in known.risk.modes)}
-    for name, margin in vars(known.margins).items():
-        if margin is not None:
-            figures |= {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
-                        f'margin_{name}_age_s': round(1e-9 * (assessment.time - margin.time), 6)}
-    return figures
+                                 for m in found.risk.modes)}

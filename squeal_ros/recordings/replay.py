@@ -76,23 +76,20 @@ class Replay:
         if not set(wanted) & set(self._bag.types):
             raise self._nothing('has none of the topics')
         monitor, tick = VehicleMonitor(self._settings, self._model), 0
-        try:
-            for record in self._bag.records(wanted):
-                time, first = record.time, -(-record.time // self._settings.period)
-                if tick == 0:
-                    tick = first
-                if time < (tick - 1) * self._settings.period:  # the bag's clock went back
-                    monitor.reset()
-                    tick = first
-                yield from self._silence(monitor, tick, first)
-                tick = max(tick, first)
-                for sample in self._reader.samples(record):
-                    monitor.receive(*sample)
-            if not tick:
-                raise self._nothing('has no message to read on the topics')
-            yield monitor.assess(tick * self._settings.period)
-        finally:
-            monitor.close()
+        for record in self._bag.records(wanted):
+            time, first = record.time, -(-record.time // self._settings.period)
+            if tick == 0:
+                tick = first
+            if time < (tick - 1) * self._settings.period:  # the bag's clock went back
+                monitor.reset()
+                tick = first
+            yield from self._silence(monitor, tick, first)
+            tick = max(tick, first)
+            for sample in self._reader.samples(record):
+                monitor.receive(*sample)
+        if not tick:
+            raise self._nothing('has no message to read on the topics')
+        yield monitor.assess(tick * self._settings.period)
 
     def _silence(self, monitor: VehicleMonitor, tick: int,
                  until: int) -> Iterator[tuple[Assessment, ...]]:

@@ -49,7 +49,7 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 COUNT = 25  # mutants of each kind
 LONGEST = 1000  # characters of a line beyond the paths in it
 SHIPPED = yaml.safe_load(find('brakes', 'kang2009', '.yaml').read_bytes())
-SETTINGS = {'brakes': ['fl'], 'rate': 10.0, 'risk_delay': 0.0, 'anchor_delay': 0.0, 'fl': {
+SETTINGS = {'brakes': ['fl'], 'rate': 10.0, 'fl': {
     'rotor_speed': {'topic': '/speed', 'type': 'std_msgs/msg/Float64', 'field': 'data'},
     'pressure': {'topic': '/pressure', 'type': 'std_msgs/msg/Float64', 'field': 'data'},
     'friction': {'topic': '/fl/friction', 'type': 'std_msgs/msg/Float64', 'field': 'data'}}}

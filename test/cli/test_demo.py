@@ -25,7 +25,7 @@ import sys
 import time
 
 import pytest
-from squeal_core.monitor.settings import load_settings, MONITOR_KEYS
+from squeal_core.monitor.settings import load_settings
 from support.domains import free_domain
 
 pytest.importorskip('rclpy', reason='needs rclpy')
@@ -38,8 +38,6 @@ from squeal_core.monitor.history import AssessmentRecord  # noqa: E402
 from squeal_core.vehicle.vehicle_model import BrakeSignals  # noqa: E402
 from squeal_core.view.table import drive_console, DriveDisplay  # noqa: E402
 from squeal_ros.cli.demo import (  # noqa: E402
-    default_config,
-    demo_settings,
     monitor_process,
     NAMESPACE,
     own_domain,
@@ -142,17 +140,6 @@ def test_node_that_dies_ends_the_demo_with_the_reason(tmp_path: Path) -> None:
         os.kill(children(demo.pid)[0], signal.SIGKILL)
         assert 'the monitor ended' in demo.stderr.read()
         assert demo.wait(600) == 2
-
-
-@pytest.mark.parametrize('speed_up', [0.01, 1.0, 10.0, 50.0, 1000.0])
-def test_the_demos_settings_are_ones_that_the_node_takes(speed_up: float) -> None:
-    """However fast time runs: work and delays are of real time, within their keys' ranges."""
-    chosen = demo_settings(default_config(), 10.0, speed_up)
-    for key in MONITOR_KEYS:
-        if isinstance(key.default, float):
-            assert key.minimum <= getattr(chosen, key.name) <= key.maximum, key.name
-    if speed_up == 10.0:
-        assert chosen.risk_delay == 10.0 * load_settings(default_config()).risk_delay
 
 
 SIGNALS = BrakeSignals(

@@ -48,8 +48,7 @@ TOPICS = tuple(FLOODS['500 Hz on all twelve'])
 
 def settings() -> dict[str, Any]:
     chosen: dict[str, Any] = {
-        'rate': RATE, 'diagnostics_rate': 10.0, 'brakes': list(BRAKES),
-        'table_memory': 2.0}  # MB: the tables are full early, so that nothing but a leak can grow
+        'rate': RATE, 'diagnostics_rate': 10.0, 'brakes': list(BRAKES)}
     for topic in TOPICS:
         name = topic.replace('/', '__')
         chosen[f'{name}__topic'] = topic
@@ -119,7 +118,7 @@ def watch(ear: Vehicle, seconds: float) -> tuple[float, float]:
 
 
 def warmed_up(ear: Vehicle, process: int) -> None:
-    """Wait until the tables are laid down: memory stands still before there is a flood."""
+    """Wait until memory stands still before there is a flood."""
     before = 0
     for _ in range(20):
         memory = Footprint.of(process).memory

@@ -44,10 +44,10 @@ def test_braking_gives_the_modes_of_the_full_solution(kang: BrakeModel) -> None:
         point = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
         expected = [m.frequency_hz for m in complex_modes(kang, point).unstable
                     if m.kind == 'flutter']
-        assert car.unstable == pytest.approx(expected, rel=1e-9)  # at an anchor: rounding alone
+        assert car.unstable == pytest.approx(expected, rel=1e-9)
         worst = complex_modes(kang, point).flutter_in(1250.0, 16000.0)[0]
         assert car.said['growth_rate'].data == pytest.approx(worst.growth_rate, abs=1e-4)
-        car.until(lambda: car.said['friction_margin'].data < 0.0, 'a margin that is confirmed')
+        assert math.isnan(car.said['friction_margin'].data)  # without a table
         layout = car.said['unstable'].layout
         assert (layout.dim[0].label, layout.dim[0].size) == ('frequency_hz', len(expected))
         values = {item.key: item.value for item in car.status.values}

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Risk: the rule against closed forms, cells against samples of full solves, the table's ways."""
+"""Risk: the rule against closed forms, cells against samples of full solves."""
 
 from dataclasses import replace
 import math
@@ -24,18 +24,18 @@ from scipy.special import ndtr
 from squeal_core import BrakeModel
 from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw
-from squeal_core.risk.integration import _roots, estimate
-from squeal_core.risk.probability import first_order_risk, Inputs, InputUncertainty, Risk
+from squeal_core.brake.operating_point import SlidingConditions
+from squeal_core.risk.evaluator import RiskEvaluator
+from squeal_core.risk.integration import _roots, Estimate, estimate
+from squeal_core.risk.probability import Inputs, InputUncertainty, Risk
 from squeal_core.risk.quadrature import rule_for, TensorQuadrature
 from squeal_core.risk.risk_cell import box_around, Family, inside, Spread
-from squeal_core.risk.risk_cell_making import cell_steps
-from squeal_core.risk.risk_table import RiskSettings, RiskTable
+from squeal_core.risk.risk_cell_making import build_cell
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues, Tolerances
-from squeal_core.surrogate.steps import completed
 
 BAND = (1250.0, 16000.0)
-DEVIATIONS = InputUncertainty(friction=0.02, pressure=0.03, rotor_speed=0.01,
-                              contact_stiffness=0.1)
+DEVIATIONS = InputUncertainty(
+    friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
 NONE = InputUncertainty(friction=0.0, pressure=0.0, rotor_speed=0.0, contact_stiffness=0.0)
 WITHIN = 0.02  # of a probability, as is asked of the estimate
 
@@ -62,10 +62,23 @@ def at(model: BrakeModel, speed: float = 10.0, pressure: float = 2e6,
                   contact_stiffness=model.nominal_contact_stiffness)
 
 
-def assess(table: RiskTable, inputs: Inputs, deviations: InputUncertainty = DEVIATIONS) -> Risk:
-    point = table.model.operating_point(rotor_speed=inputs.rotor_speed, pressure=inputs.pressure,
-                                        friction=inputs.friction)
-    return table.assess(inputs, complex_modes(table.model, point), deviations)
+def summed(model: BrakeModel, inputs: Inputs, deviations: InputUncertainty = DEVIATIONS, *,
+           band: tuple[float, float] = BAND, level: float = 1e-2) -> Estimate:
+    """Return the estimate from a cell around the inputs."""
+    family, rule = Family(model), rule_for(deviations.contact_stiffness, 3)
+    spread = Spread(deviations.friction, deviations.pressure, deviations.rotor_speed)
+    here = (inputs.rotor_speed, inputs.pressure, inputs.friction)
+    angular = (2 * math.pi * band[0], 2 * math.pi * band[1])
+    cell = build_cell(family, here, spread, rule, angular, level)
+    return estimate(cell, family, spread, [here], angular, level)
+
+
+def assess(model: BrakeModel, inputs: Inputs, deviations: InputUncertainty = DEVIATIONS, *,
+           band: tuple[float, float] = BAND) -> Risk:
+    """Return the risk without a map."""
+    at = SlidingConditions(**vars(inputs))
+    return RiskEvaluator(model, band, deviations, Tolerances.of(model)).assess(
+        at, complex_modes(model, model.operating_point(**vars(at))))
 
 
 def sampled(model: BrakeModel, inputs: Inputs, deviations: InputUncertainty, count: int,
@@ -201,9 +214,8 @@ def test_one_mode_with_a_falling_friction(friction: float, level: float) -> None
     slope = -fall / (law.kinetic + fall) * (friction + 0.02 * mu)
     p0 = 2e6 * (1.0 + 0.03 * pressure) * 2.5e-3 / model.contact_area
     expected = float(np.mean(-0.5 * (2 * 0.002 * 4e3 * np.pi + 1.2e-3 * p0 * slope) > level))
-    found = assess(RiskTable(model, BAND, tolerances=Tolerances.of(model, growth=level)), inputs)
-    assert found.basis == 'summed'
-    assert found.probability == pytest.approx(expected, abs=5e-3)  # sampling: 1e-3
+    found = summed(model, inputs, level=level).overall[0][0]
+    assert found == pytest.approx(expected, abs=5e-3)  # sampling: 1e-3
 
 
 @pytest.mark.parametrize('friction', [0.16, 0.2, 0.24, 0.28, 0.4])
@@ -212,17 +224,17 @@ def test_merging_modes_against_samples(friction: float, deviation: float) -> Non
     deviations = replace(DEVIATIONS, contact_stiffness=deviation)
     inputs = at(SMALL, friction=friction)
     expected, error, growing = sampled(SMALL, inputs, deviations, 2000, BAND)
-    found = assess(RiskTable(SMALL, BAND), inputs, deviations)
-    assert found.probability == pytest.approx(expected, abs=WITHIN + error)
-    assert sum(m.probability for m in found.modes) == pytest.approx(growing, abs=WITHIN + error)
-    assert found.error < WITHIN
+    found = summed(SMALL, inputs, deviations)
+    assert found.overall[0][0] == pytest.approx(expected, abs=WITHIN + error)
+    assert found.modes.sum() == pytest.approx(growing, abs=WITHIN + error)
+    assert found.overall[1][0] < WITHIN
 
 
 def test_a_mode_that_enters_the_band_against_samples() -> None:
     inputs, band = at(SMALL, friction=0.4), (2039.5, 16000.0)
     expected, error, _ = sampled(SMALL, inputs, DEVIATIONS, 3000, band)
     assert 0.1 < expected < 0.9
-    assert assess(RiskTable(SMALL, band), inputs).probability == pytest.approx(
+    assert summed(SMALL, inputs, band=band).overall[0][0] == pytest.approx(
         expected, abs=WITHIN + error)
 
 
@@ -233,8 +245,8 @@ def test_shipped_model_against_samples(kang: BrakeModel, speed: float, pressure:
     """Away from the middle of the cell, where it is the least exact."""
     family, spread, rule = Family(kang), Spread(0.02, 0.03, 0.01), rule_for(0.1, 3)
     angular = (2 * np.pi * band[0], 2 * np.pi * band[1])
-    cell = completed(cell_steps(
-        family, (1.2 * speed, 1.2 * pressure, friction - 0.015), spread, rule, angular))
+    cell = build_cell(
+        family, (1.2 * speed, 1.2 * pressure, friction - 0.015), spread, rule, angular)
     inputs = (speed, pressure, friction)
     assert ((cell.box.low <= inputs) & (inputs <= cell.box.high)).all()
     found = estimate(cell, family, spread, [inputs], angular, 1e-2)
@@ -249,32 +261,14 @@ def test_first_order_is_exact_where_growth_is_linear() -> None:
         negative_slope=np.array([[1.2e-3]]), friction_law=FrictionLaw())
     deviations = replace(NONE, pressure=0.05)
 
-    def point(i: Inputs) -> Any:
-        return model.operating_point(rotor_speed=i.rotor_speed, pressure=i.pressure,
-                                     friction=i.friction)
-
     inputs = at(model, speed=12.0, friction=0.4)
-    modes = complex_modes(model, point(inputs)).least_stable(*BAND, 3)
-    found = first_order_risk(model, point, inputs, modes, deviations)
-    table = RiskTable(model, BAND)
-    # growth counts from 1e-2 1/s, 1/120 of the standard deviation
-    assert assess(table, inputs, deviations).probability == pytest.approx(
-        found.probability, abs=5e-3)
+    found = assess(model, inputs, deviations)
+    assert (found.basis, math.isnan(found.error)) == ('first order', True)
+    assert found.probability == pytest.approx(
+        summed(model, inputs, deviations).overall[0][0], abs=5e-3)
 
 
-# ---------------------------------------------------------------- smooth, certain, deterministic
-
-def test_smooth_and_rising_with_friction() -> None:
-    table = RiskTable(SMALL, BAND)
-    frictions = np.linspace(0.2, 0.29, 91)
-    found = np.array([assess(table, at(SMALL, friction=f)).probability for f in frictions])
-    rising = found[(found > 1e-6) & (found < 1.0 - 1e-6)]
-    assert rising.size > 30
-    assert np.unique(rising).size == rising.size
-    # a Gaussian of 0.02 moved by 0.001 changes by 0.4 * 0.05 at most; cells differ by their error
-    assert np.abs(np.diff(found)).max() < 0.025
-    assert np.diff(found).min() > -2e-3
-
+# ---------------------------------------------------------------- without a map
 
 @pytest.mark.parametrize('friction', [0.1, 0.2, 0.3, 0.4])
 @pytest.mark.parametrize('band', [BAND, (2100.0, 16000.0), (1250.0, 1400.0)])
@@ -284,7 +278,7 @@ def test_without_uncertainty_the_verdict(friction: float, band: tuple[float, flo
         inputs = at(model, friction=friction)
         point = model.operating_point(rotor_speed=10.0, pressure=2e6, friction=friction)
         growing = complex_modes(model, point).flutter_in(*band)
-        found = assess(RiskTable(model, band), inputs, NONE)
+        found = assess(model, inputs, NONE, band=band)
         assert (found.probability, found.error, found.basis) == (
             float(bool(growing)), 0.0, 'certain')
         assert [m.index for m in found.modes] == [m.index for m in growing]
@@ -292,36 +286,30 @@ def test_without_uncertainty_the_verdict(friction: float, band: tuple[float, flo
 
 def test_a_tiny_uncertainty_comes_to_the_verdict() -> None:
     tiny = InputUncertainty(friction=1e-6, pressure=1e-6, rotor_speed=1e-6, contact_stiffness=1e-6)
-    table = RiskTable(SMALL, BAND)
     for friction in (0.1, 0.4):
-        certain = assess(table, at(SMALL, friction=friction), NONE).probability
-        found = assess(table, at(SMALL, friction=friction), tiny).probability
+        certain = assess(SMALL, at(SMALL, friction=friction), NONE).probability
+        found = assess(SMALL, at(SMALL, friction=friction), tiny).probability
         assert found == pytest.approx(certain, abs=1e-9)
 
 
 def test_backwards_as_forwards() -> None:
-    table = RiskTable(SMALL, BAND)
-    backwards, forwards = (assess(table, at(SMALL, speed=s)) for s in (-10.0, 10.0))
-    assert backwards.probability == forwards.probability
+    backwards, forwards = (assess(SMALL, at(SMALL, speed=s, friction=0.24))
+                           for s in (-10.0, 10.0))
+    assert backwards.probability == pytest.approx(forwards.probability, abs=1e-9)
     assert [m.index for m in backwards.modes] == [m.index for m in forwards.modes]
 
 
 def test_modes_are_the_same_whenever_they_are_asked_for() -> None:
-    early, late = (assess(RiskTable(SMALL, BAND), at(SMALL, friction=0.24)) for _ in range(2))
+    early, late, other = (assess(SMALL, at(SMALL, friction=f)) for f in (0.26, 0.26, 0.2))
     modes = early.modes
-    table = RiskTable(SMALL, BAND)
-    kept = [assess(table, at(SMALL, friction=f)) for f in (0.24, 0.2, 0.4)]
     assert len(modes) > 0
-    assert kept[0].modes == late.modes == modes
-    assert kept[0] == early
-    assert hash(kept[0]) == hash(early)
-    assert repr(kept[0]) == repr(early)
-    assert kept[0] != kept[1]
+    assert late.modes == modes
+    assert late.probability == early.probability
+    assert early != other
 
 
 def test_modes_are_named_by_their_index() -> None:
-    table = RiskTable(SMALL, BAND)
-    found = assess(table, at(SMALL, friction=0.4))
+    found = assess(SMALL, at(SMALL, friction=0.4))
     point = SMALL.operating_point(rotor_speed=10.0, pressure=2e6, friction=0.4)
     modes = complex_modes(SMALL, point).modes
     assert found.modes[0].probability > 0.9
@@ -329,56 +317,10 @@ def test_modes_are_named_by_their_index() -> None:
         there = modes[mode.index - 1]
         assert mode.frequency_hz == pytest.approx(there.frequency_hz)
         assert mode.growth_rate == pytest.approx(there.growth_rate)
-    assert max(m.probability for m in found.modes) <= found.probability + 1e-3
-
-
-def path(count: int) -> list[Inputs]:
-    rng = np.random.default_rng(5)
-    steps = np.cumsum(rng.normal(0.0, [0.02, 0.03, 0.004], (count, 3)), axis=0)
-    return [at(SMALL, 10.0 * math.exp(s), 2e6 * math.exp(p), 0.25 + f) for s, p, f in steps]
-
-
-@pytest.mark.parametrize('delay', [0, 7])
-def test_same_calls_same_numbers(delay: int) -> None:
-    def play() -> list[Risk]:
-        table = RiskTable(SMALL, BAND, RiskSettings(delay=delay))
-        found = [assess(table, inputs) for inputs in path(60)]
-        table.close()
-        return found
-    first = play()
-    assert repr(first) == repr(play())
-    early = [risk.basis for risk in first[:delay + 1]]
-    assert early == ['first order'] * delay + ['summed']
-    assert all(math.isnan(risk.error) for risk in first if risk.basis == 'first order')
-
-
-def test_oldest_cells_go() -> None:
-    ends = [at(SMALL, speed=5.0), at(SMALL, speed=80.0)]
-    table = RiskTable(SMALL, BAND)
-    for inputs in ends:
-        assess(table, inputs)
-    assert (table.statistics.made, len(table.cells)) == (2, 2)
-    small = RiskTable(SMALL, BAND, RiskSettings(memory=0.6 * table.nbytes))
-    first = [assess(small, inputs) for inputs in ends]
-    assert (small.statistics.dropped, len(small.cells)) == (1, 1)
-    assert small.cells[0].inputs[0] == 80.0
-    assert repr([assess(small, inputs) for inputs in ends]) == repr(first)
-
-
-def test_a_larger_uncertainty_gets_cells_of_its_own() -> None:
-    table, inputs = RiskTable(SMALL, BAND), at(SMALL, friction=0.24)
-    assess(table, inputs)
-    assess(table, inputs, replace(DEVIATIONS, friction=0.015))
-    assert table.statistics.made == 1
-    assess(table, inputs, replace(DEVIATIONS, friction=0.025))
-    assert table.statistics.made == 2
-    assess(table, inputs, replace(DEVIATIONS, contact_stiffness=0.05))
-    assert (table.statistics.made, len(table.cells)) == (3, 1)
-    assert table.figures()['cells'] == 1
 
 
 def test_no_mode_in_the_band() -> None:
-    found = assess(RiskTable(SMALL, (9000.0, 16000.0)), at(SMALL))
+    found = assess(SMALL, at(SMALL), band=(9000.0, 16000.0))
     assert (found.probability, found.modes) == (0.0, ())
 
 
@@ -391,6 +333,6 @@ def test_a_box_covers_its_middle_and_shrinks() -> None:
 
 
 def test_rule_is_fixed() -> None:
-    assert rule_for(0.1, 3) == TensorQuadrature(nodes=15, spacing=0.04, parts=3,
-                                                stiffness_deviation=0.1, friction_nodes=4,
-                                                friction_points=17)
+    assert rule_for(0.1, 3) == TensorQuadrature(
+        nodes=15, spacing=0.04, parts=3, stiffness_deviation=0.1, friction_nodes=4,
+        friction_points=17)

@@ -29,8 +29,6 @@ from squeal_core.stability.eigensolution import (
     Tolerances,
 )
 from squeal_core.stability.eigenvectors import mode_vectors
-from squeal_core.surrogate.steps import in_a_step
-from squeal_core.surrogate.workers import Allowance, Worker
 
 TOLERANCES = Tolerances(oscillation=1.0, growth=1e-2)
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
@@ -246,15 +244,3 @@ def test_vectors_of_an_exact_root() -> None:
 def test_vectors_of_the_exact_root_of_a_single_mode() -> None:
     model = BrakeModel(angular_frequencies=[1000.0], damping_ratios=0.0)
     assert np.abs(mode_vectors(model, POINT, 1000j).right) == pytest.approx([1.0], abs=1e-12)
-
-
-def test_a_worker_finds_the_same_roots(kang: BrakeModel) -> None:
-    point = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
-    beside = Worker('test')
-    work = beside.begin(in_a_step(complex_modes)(kang, point))
-    assert beside.granted(work, Allowance())
-    found = work.result()
-    beside.close()
-    expected = complex_modes(kang, point)
-    assert found.mode_eigenvalues.tolist() == expected.mode_eigenvalues.tolist()
-    assert [m.kind for m in found.modes] == [m.kind for m in expected.modes]

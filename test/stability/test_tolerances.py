@@ -22,7 +22,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.monitor.brake_stability import BrakeEvaluator
+from squeal_core.brake.operating_point import SlidingConditions
+from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_stability import VehicleStability
 from squeal_core.stability.critical_parameter import critical_value
@@ -226,16 +227,16 @@ def test_divergence_and_rest_of_order_one() -> None:
 # ---------------------------------------------------------------- the monitor's setting
 
 def test_the_threshold_of_growth_is_a_setting(kang: BrakeModel) -> None:
-    """From which growth rate on a mode is unstable: in verdicts, risks and margins alike."""
-    common = {'brakes': ['front'], 'anchor_delay': 0.0, 'risk_delay': 0.0, **{
+    """From which growth rate on a mode is unstable: in verdicts and risks alike."""
+    common = {'brakes': ['front'], **{
         f'{name}_deviation': 0.0 for name in ('friction', 'pressure', 'rotor_speed',
                                               'contact_stiffness')}}
     counts = []
     for threshold in (0.01, 20.0, 1000.0):
         settings_ = read_settings({**common, 'growth_threshold': threshold})
-        engines = VehicleStability(kang, settings_)
-        found = BrakeEvaluator(engines, settings_).evaluate(20.0, 7.84e5, 0.42, 0)
-        engines.close()
+        found, = VehicleStability(kang, settings_).evaluate([
+            SlidingConditions(rotor_speed=20.0, pressure=7.84e5, friction=0.42)])
+        assert isinstance(found, BrakeStability)
         rates = [mode.growth_rate for mode in found.modes.unstable]
         assert all(rate > threshold for rate in rates)
         assert found.risk.probability == float(bool(found.modes.flutter_in(1250.0, 16000.0)))

@@ -36,7 +36,7 @@ from squeal_core.surrogate.coverage import (
     random_places,
 )
 from squeal_core.surrogate.table_file import read_table, read_table_header
-from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 from squeal_ros.cli.main import main
 from support.engine_models import point, random_model
 
@@ -138,9 +138,10 @@ def test_covered_points_need_no_anchor() -> None:
 def test_it_ends_at_its_limits(limits: dict[str, float]) -> None:
     size = TabulatedSolver(MODEL)
     build_table(size, [point()])
-    table = TabulatedSolver(MODEL, SolverSettings(memory=limits.pop('memory', 1e3) * size.nbytes))
+    table = TabulatedSolver(MODEL)
     points = [point(rotor_speed=2.0 * 2.0**i) for i in range(8)]
-    summary = build_table(table, points, **limits)  # type: ignore[arg-type]
+    memory = limits.pop('memory', 1e3) * size.nbytes
+    summary = build_table(table, points, memory=memory, **limits)  # type: ignore[arg-type]
     assert not summary.complete
     assert len(table.anchors) == 3
     assert all(table.covers(at) for at in points[:3])

@@ -107,15 +107,15 @@ def test_of_any_model_and_degree(tmp_path: Path, degree: int, changes: dict[str,
 
 
 def test_a_table_starts_warm_where_it_was_left(kang: BrakeModel, tmp_path: Path) -> None:
-    cold = TabulatedSolver(kang)
+    cold = TabulatedSolver(kang, anchors=[expand_spectrum(kang, kang.operating_point(
+        rotor_speed=10.5, pressure=8e5))])
     points = [kang.operating_point(rotor_speed=speed, pressure=8e5) for speed in (10.0, 11.0)]
     before = [cold.complex_modes(at) for at in points]
-    assert len(cold.anchors) == 1
     write_table(cold.anchors, kang, tmp_path / 'table.npz')
     warm = TabulatedSolver(kang, anchors=read_table(tmp_path / 'table.npz', kang))
     for at, found in zip(points, before, strict=True):
         assert np.array_equal(warm.complex_modes(at).eigenvalues, found.eigenvalues)
-    assert (warm.statistics.full, warm.statistics.made) == (0, 0)
+    assert warm.statistics.tabulated == 2
     # what an anchor of 92 modes takes: 70 kB, less than half of it in memory
     size = (tmp_path / 'table.npz').stat().st_size / len(cold.anchors)
     assert size < 0.6 * cold.nbytes / len(cold.anchors)
