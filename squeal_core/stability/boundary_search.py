@@ -35,8 +35,8 @@ Eigenvalues [1/s] of the least stable mode, given which of the searches ask (R,)
 values (R, n): `NO_MODE` where no mode is in the band, NaN where it is not known.
 """
 
+_RUNG = 4.0  # ratio of distances from the chord's zero, from one pair of trials to the next
 _ASIDE = 0.1  # of the first bracket: about the error of its first chord
-_RUNG = 4.0  # ratio of distances from the chord's zero, from one trial to the next
 _EDGE = 1e-3  # of the bracket, from its ends to the nearest trial
 _DOUBT = 1e-3  # of the width asked for, down to which what looks like a jump is narrowed
 # A bracket w of the first one leaves this power of w of the change of growth over it, at most:
@@ -66,9 +66,10 @@ class BoundarySearch:
     Notes
     -----
     Brackets are narrowed by regula falsi: trials lie close to either side of the chord's zero
-    (a single one towards the middle, so that both ends come near). Trials that do not halve the
-    bracket are followed by an even division of it, so that the search takes at most twice as many
-    of them as bisection; where growth is smooth it takes a third.
+    (a single one towards the middle, so that both ends come near); of four or more, half divide
+    the bracket evenly. Trials that do not halve the bracket are followed by an even division of
+    it, so that a search by single trials takes at most twice as many as bisection; where growth
+    is smooth it takes a third.
 
     """
 
@@ -143,8 +144,12 @@ class BoundarySearch:
         if self.trials == 1:
             parts = zeros + np.copysign(np.minimum(aside, np.abs(0.5 - zeros)), 0.5 - zeros)
         else:
-            rungs = _RUNG ** np.arange(self.trials // 2)
-            parts = zeros + aside * np.concatenate([-rungs[::-1], rungs])
+            pairs = -(-self.trials // 4)
+            about = aside * _RUNG ** -np.arange(float(pairs))
+            rest = self.trials - 2 * pairs
+            parts = np.concatenate([zeros - about, zeros + about, np.broadcast_to(
+                np.arange(1, rest + 1) / (rest + 1), (rows.size, rest))], axis=1)
+            parts.sort(axis=1)
         division = np.arange(1, self.trials + 1) / (self.trials + 1)
         evenly = even[rows] | ~np.isfinite(found.changes[rows])
         parts = np.where(evenly[:, None], division, np.clip(parts, _EDGE, 1.0 - _EDGE))

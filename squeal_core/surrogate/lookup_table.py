@@ -16,6 +16,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 import math
 from typing import Any
 
@@ -137,6 +138,11 @@ class ExpansionTable:
         return int(self.grid.nbytes + self.centres.nbytes + self.halves.nbytes + sum(
             2 * cell.series.nbytes + 6 * cell.omitted.nbytes for cell in self.cells))
 
+    @cached_property
+    def _most(self) -> int:
+        """Largest number of eigenvalues kept in a cell."""
+        return max((cell.layout.count for cell in self.cells), default=1)
+
     def locate(self, x: FloatArray) -> IndexArray:
         """Return the cell of each place x (P, 3); -1: none."""
         share = (x - self._low) * self._per_box  # type: ignore[attr-defined]
@@ -174,8 +180,7 @@ class ExpansionTable:
         As `evaluate`, but it answers close to a stability boundary, too.
         """
         x = coordinates(rotor_speeds, contact_pressures, frictions)
-        most = max((cell.layout.count for cell in self.cells), default=1)
-        found = np.full((len(x), most), complex(np.nan, np.nan))
+        found = np.full((len(x), self._most), complex(np.nan, np.nan))
         for place, points in _groups(self.locate(x)):
             cell, u = self.cells[place], (x[points] - self.centres[place]) / self.halves[place]
             roots, errors, _ = cell.at(fit_terms(DEGREE).at(u))
@@ -199,8 +204,7 @@ class ExpansionTable:
 
     def _collected(self, x: FloatArray, tolerances: Tolerances) -> TableModes:
         cells = self.locate(x)
-        most = max((cell.layout.count for cell in self.cells), default=0)
-        shape = len(x), most
+        shape = len(x), self._most
         roots = np.full(shape, complex(np.nan, np.nan))
         errors, numbers = np.full(shape, np.nan), np.zeros(shape, np.intp)
         counts, below = np.zeros(len(x), np.intp), np.full(len(x), np.nan)
