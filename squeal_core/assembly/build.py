@@ -58,6 +58,22 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
     SquealError
         For modal results that cannot be read, or do not cover the contact.
 
+    References
+    ----------
+    K09, appendix A: see `BrakeModel`.
+
+    Examples
+    --------
+    A coarse model, in seconds:
+
+    >>> from dataclasses import replace
+    >>> from squeal_core import build_model, read_brake
+    >>> from squeal_core.common.resources import config_folder
+    >>> brake = read_brake(config_folder() / 'brakes' / 'kang2009.yaml')
+    >>> brake = replace(brake, disc_modes=4, pad_modes=8)
+    >>> build_model(brake, disc_order=2, pad_elements=(3, 6, 1)).size
+    21
+
     """
     panels = (pad_elements[0], pad_elements[1])
     progress('pad modes')

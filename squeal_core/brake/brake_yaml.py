@@ -74,6 +74,13 @@ def read_brake(path: str | Path, *, warn: Warn = warn_implausible) -> Brake:
     BrakeDescriptionError
         Naming the key's path, its value and the remedy.
 
+    Examples
+    --------
+    >>> from squeal_core import read_brake
+    >>> from squeal_core.common.resources import config_folder
+    >>> read_brake(config_folder() / 'brakes' / 'kang2009.yaml').name
+    'kang2009'
+
     """
     return parse_brake(read_yaml(path, BrakeDescriptionError), where=Path(path).name,
                        folder=Path(path).parent, warn=warn)

@@ -74,6 +74,14 @@ class OperatingPoint:
     OperatingPointError
         For a value that is not finite, a speed of zero, a negative pressure or stiffness.
 
+    Examples
+    --------
+    >>> from squeal_core import OperatingPoint
+    >>> point = OperatingPoint(rotor_speed=20.0, friction=0.4, contact_pressure=5e5,
+    ...                        contact_stiffness=1e10)
+    >>> point.coefficients().friction_couple
+    4000000000.0
+
     """
 
     rotor_speed: float

@@ -76,6 +76,17 @@ class BrakeModel:
     ModelError
         For shapes that do not fit, values that are not finite, a wrong symmetry.
 
+    References
+    ----------
+    K09: J. Kang, Squeal analysis of gyroscopic disc brake system based on finite element method,
+    Int. J. Mech. Sci. 51 (2009) 284-294.
+
+    Examples
+    --------
+    >>> from squeal_core import BrakeModel
+    >>> BrakeModel.load('kang2009').size
+    92
+
     """
 
     angular_frequencies: FloatArray

@@ -403,7 +403,17 @@ def flatten(nested: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
 
 
 def load_settings(path: str | Path) -> MonitorSettings:
-    """Read the settings in a ROS parameter file: those for /** and for any squeal_monitor."""
+    """
+    Read the settings in a ROS parameter file: those for /** and for any squeal_monitor.
+
+    Examples
+    --------
+    >>> from squeal_core import load_settings
+    >>> from squeal_core.common.resources import config_folder
+    >>> load_settings(config_folder() / 'monitor.yaml').rate
+    10.0
+
+    """
     content = read_yaml(path, ConfigurationError)
     parameters: dict[str, Any] = {}
     for section in parameter_sections(content):

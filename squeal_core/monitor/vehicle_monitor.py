@@ -208,7 +208,22 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
 
 
 class VehicleMonitor:
-    """The monitors of all brakes of a vehicle."""
+    """
+    The monitors of all brakes of a vehicle, assessed together.
+
+    Examples
+    --------
+    >>> from squeal_core import BrakeModel, VehicleMonitor
+    >>> from squeal_core.monitor.settings import read_settings
+    >>> from squeal_core.monitor.vehicle_monitor import Sample
+    >>> monitor = VehicleMonitor(read_settings({'brakes': ['front']}), BrakeModel.load('kang2009'))
+    >>> for signal, value in (('rotor_speed', 20.0), ('pressure', 2e6), ('friction', 0.5)):
+    ...     monitor.receive('front', signal, Sample(10**9, value))
+    >>> [front] = monitor.assess(10**9)
+    >>> front.state, front.risk
+    ('steady', 1.0)
+
+    """
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
         self.settings = settings

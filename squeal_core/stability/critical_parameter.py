@@ -96,7 +96,7 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
 
     Examples
     --------
-    >>> from squeal_core import BrakeModel, OperatingPoint
+    >>> from squeal_core import BrakeModel, critical_value, OperatingPoint
     >>> model = BrakeModel(angular_frequencies=[1e4, 1.02e4], damping_ratios=0.002,
     ...                    friction_couple=[[0.0, 1e-3], [-1e-3, 0.0]])
     >>> point = OperatingPoint(rotor_speed=7.0, friction=0.1, contact_pressure=5e5,

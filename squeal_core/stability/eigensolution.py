@@ -230,6 +230,21 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
     that is defective together with its velocity's, and that rounding turns into a small complex
     pair; without it the root is known exactly.
 
+    References
+    ----------
+    K09 eq. (36): see `BrakeModel`.
+
+    Examples
+    --------
+    >>> from squeal_core import BrakeModel, OperatingPoint, complex_modes
+    >>> model = BrakeModel(angular_frequencies=[1e4, 1.02e4], damping_ratios=0.002,
+    ...                    friction_couple=[[0.0, 1e-3], [-1e-3, 0.0]])
+    >>> point = OperatingPoint(rotor_speed=7.0, friction=0.3, contact_pressure=5e5,
+    ...                        contact_stiffness=1e10)
+    >>> [mode] = complex_modes(model, point).unstable
+    >>> print(f'{mode.kind} at {mode.frequency_hz:.0f} Hz, {mode.growth_rate:+.1f} 1/s')
+    flutter at 1608 Hz, +89.6 1/s
+
     """
     return classify(eigenvalues(model, point), tolerances or Tolerances.of(model, point))
 

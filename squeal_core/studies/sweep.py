@@ -88,6 +88,17 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     -----
     An interrupt (Ctrl-C) ends the sweep early: what is done is returned, `complete` is False.
 
+    Examples
+    --------
+    >>> from squeal_core import BrakeModel, OperatingPoint, sweep
+    >>> model = BrakeModel(angular_frequencies=[1e4, 1.02e4], damping_ratios=0.002,
+    ...                    friction_couple=[[0.0, 1e-3], [-1e-3, 0.0]])
+    >>> point = OperatingPoint(rotor_speed=7.0, friction=0.3, contact_pressure=5e5,
+    ...                        contact_stiffness=1e10)
+    >>> record = sweep(model, point, {'friction': [0.1, 0.2, 0.3]})
+    >>> record.eigenvalues.real.max(axis=1).round(1).tolist()
+    [-20.0, -18.8, 89.6]
+
     """
     if fast and (tracked or workers):
         raise SquealError('fast: is for sweeps in one process that are not tracked; leave '

@@ -92,6 +92,13 @@ def read_modes(path: str | Path, *, format: str | None = None, length_unit: str 
     ReaderError
         One line: which file and place, what is wrong with it, and what to do.
 
+    Examples
+    --------
+    >>> from squeal_core import read_modes
+    >>> modes = read_modes('pad.frd', length_unit='mm', mass_unit='t')
+    >>> modes.angular_frequencies.size
+    9
+
     """
     path = Path(path)
     raw = _reader(path, format)(path)
