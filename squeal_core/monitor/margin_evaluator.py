@@ -46,7 +46,9 @@ NO_TABLE = 'no table; compute one by `squeal tabulate` and name it in the settin
 _COLUMNS: dict[Parameter, int] = {'rotor_speed': 0, 'pressure': 1, 'friction': 2}
 _STEP = 0.02  # of friction, from one value of a walk to the next
 _RATIO = 1.2  # of speed and pressure, likewise
-_WIDTH = 1e-3  # of a bracket: of friction [-], of speed and pressure as a fraction
+# of a bracket: of friction [-], of speed and pressure as a fraction; not what trials make of a
+# step (1e-3), so that rounding does not decide whether it is narrow enough
+_WIDTH = 1.2e-3
 _TRIALS = 8  # that narrow a bracket at once: look-ups cost by the call rather than by the value
 _BATCH = 16  # values of a walk evaluated at once
 _ABOUT = np.array([-1.0, -0.2, -0.05, 0.05, 0.2, 1.0])  # trials about an estimate, in map steps

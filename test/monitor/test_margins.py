@@ -236,6 +236,8 @@ def test_look_up_in_a_table() -> None:
                                     pressure=rng.uniform(1000.0, 2200.0) / 2.5e-3)
                   for friction in rng.uniform(0.31, 0.49, 12).tolist()]
     for at, found in zip(conditions, friction_margins(margins, conditions), strict=True):
+        alone, = friction_margins(margins, [at])
+        assert alone.critical == pytest.approx(found.critical, abs=1e-12)  # sums in other order
         exact = critical_value(model, model.operating_point(**vars(at)), 'friction', (0.3, 0.5),
                                samples=10).nearest
         assert exact.converged
