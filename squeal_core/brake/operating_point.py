@@ -16,7 +16,7 @@
 
 from dataclasses import dataclass, fields
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from squeal_core.common.errors import OperatingPointError
 
@@ -48,6 +48,14 @@ class Coefficients(NamedTuple):
     contact_stiffness: float
     friction_couple: float
     follower: float
+
+
+def coefficients_of(point: Any) -> tuple[Any, ...]:
+    """Return the six factors in the order of `Coefficients`: of one point or of arrays."""
+    load = point.contact_pressure * point.friction
+    return (point.rotor_speed, load / point.rotor_speed,
+            point.contact_pressure * point.friction_slope, point.contact_stiffness,
+            point.friction * point.contact_stiffness, load)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,14 +118,7 @@ class OperatingPoint:
 
     def coefficients(self) -> Coefficients:
         """Return what multiplies the model's arrays; K09 eqs (38), (A.3)-(A.7)."""
-        load = self.contact_pressure * self.friction
-        return Coefficients(
-            gyroscopic=self.rotor_speed,
-            radial_dissipation=load / self.rotor_speed,
-            negative_slope=self.contact_pressure * self.friction_slope,
-            contact_stiffness=self.contact_stiffness,
-            friction_couple=self.friction * self.contact_stiffness,
-            follower=load)
+        return Coefficients(*coefficients_of(self))
 
 
 @dataclass(frozen=True, kw_only=True)

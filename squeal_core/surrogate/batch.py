@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.brake.operating_point import coefficients_of, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.surrogate.expansion_builder import expand_spectrum
@@ -72,11 +72,7 @@ class OperatingPoints:
 
     def coefficients(self) -> FloatArray:
         """Return (6, P), as `OperatingPoint.coefficients`."""
-        load = self.contact_pressure * self.friction
-        return np.stack([
-            self.rotor_speed, load / self.rotor_speed,
-            self.contact_pressure * self.friction_slope, self.contact_stiffness,
-            self.friction * self.contact_stiffness, load])
+        return np.stack(coefficients_of(self))
 
     def places(self) -> FloatArray:
         """Return where the points are (P, 5), in steps within which they may share an anchor."""
