@@ -69,7 +69,7 @@ class BrakeMonitor:
                  stability: VehicleStability | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._stability = stability or VehicleStability(model, settings)
+        self._stability = stability
         self._adopt(brake, settings)
         self._inputs = {signal: InputChannel(signal, limits, settings, self._validated[signal])
                         for signal, limits in brake.inputs.items()}
@@ -113,7 +113,8 @@ class BrakeMonitor:
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
-        return _completed(self._stability, [(self.prepare(time, self.read(time)),)])[0][0]
+        self._stability = self._stability or VehicleStability(self._model, self._settings)
+        return completed(self._stability, [(self.prepare(time, self.read(time)),)])[0][0]
 
     def prepare(self, time: int,
                 inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
@@ -186,9 +187,9 @@ class BrakeMonitor:
         return None
 
 
-def _completed(stability: VehicleStability,
+def completed(stability: VehicleStability,
                ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
-    """Return the assessments of ticks, all sliding brakes evaluated in one call."""
+    """Return the assessments of prepared ticks; many at once cost less than each alone."""
     results = iter(stability.evaluate([
         one.conditions for tick in ticks for one in tick if isinstance(one, AssessmentContext)]))
     return [tuple(explained(from_stability(one, next(results)))
@@ -207,7 +208,42 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
             'name a friction topic, or build the model with friction.temperature_table')
 
 
-class VehicleMonitor:
+class VehicleInputs:
+    """The inputs of all brakes of a vehicle: samples in, prepared ticks out."""
+
+    def __init__(self, settings: MonitorSettings, model: BrakeModel,
+                 stability: VehicleStability | None = None) -> None:
+        self.settings = settings
+        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, stability)
+                       for brake in settings.brakes}
+        self.cross_checks = CrossChecks(settings)
+
+    def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings of the same brakes from the next assessment on; samples stay."""
+        self.settings = settings
+        self.cross_checks.update_settings(settings)
+        for brake in settings.brakes:
+            self.brakes[brake.name].update_settings(brake, settings)
+
+    def receive(self, brake: str, signal: Signal, sample: Sample | MissingValue) -> None:
+        self.brakes[brake].receive(signal, sample)
+        if isinstance(sample, Sample):
+            self.cross_checks.receive(brake, signal, sample)
+
+    def prepare(self, time: int) -> PreparedTick:
+        """Read the inputs of a tick [ns]; what needs no stability is assessed already."""
+        monitors = tuple(self.brakes.values())
+        readings = self.cross_checks.check(time, [monitor.read(time) for monitor in monitors])
+        return tuple(monitor.prepare(time, inputs)
+                     for monitor, inputs in zip(monitors, readings, strict=True))
+
+    def reset(self) -> None:
+        self.cross_checks.reset()
+        for monitor in self.brakes.values():
+            monitor.reset()
+
+
+class VehicleMonitor(VehicleInputs):
     """
     The monitors of all brakes of a vehicle, assessed together.
 
@@ -226,41 +262,14 @@ class VehicleMonitor:
     """
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
-        self.settings = settings
         self.stability = VehicleStability(model, settings)
-        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, self.stability)
-                       for brake in settings.brakes}
-        self.cross_checks = CrossChecks(settings)
+        super().__init__(settings, model, self.stability)
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
-        self.settings = settings
+        super().update_settings(settings)
         self.stability.update_settings(settings)
-        self.cross_checks.update_settings(settings)
-        for brake in settings.brakes:
-            self.brakes[brake.name].update_settings(brake, settings)
-
-    def receive(self, brake: str, signal: Signal, sample: Sample | MissingValue) -> None:
-        self.brakes[brake].receive(signal, sample)
-        if isinstance(sample, Sample):
-            self.cross_checks.receive(brake, signal, sample)
 
     def assess(self, time: int) -> tuple[Assessment, ...]:
         """Assess all brakes at a time [ns]; what other brakes contradict is invalid."""
-        return self.complete([self.prepare(time)])[0]
-
-    def prepare(self, time: int) -> PreparedTick:
-        """Read the inputs of a tick [ns]; what needs no stability is assessed already."""
-        monitors = tuple(self.brakes.values())
-        readings = self.cross_checks.check(time, [monitor.read(time) for monitor in monitors])
-        return tuple(monitor.prepare(time, inputs)
-                     for monitor, inputs in zip(monitors, readings, strict=True))
-
-    def complete(self, ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
-        """Return the assessments of ticks in their order; many at once cost less than each."""
-        return _completed(self.stability, ticks)
-
-    def reset(self) -> None:
-        self.cross_checks.reset()
-        for monitor in self.brakes.values():
-            monitor.reset()
+        return completed(self.stability, [self.prepare(time)])[0]

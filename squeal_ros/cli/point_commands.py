@@ -139,6 +139,7 @@ def replay(options: argparse.Namespace) -> int:
     from squeal_ros.recordings import replay as replaying
     from squeal_ros.recordings.bag_reader import Bag
     from squeal_ros.recordings.message_definitions import MessageDefinitions
+    from squeal_ros.recordings.output_process import write_replay
     from squeal_ros.recordings.replay_report import ReplayReport
 
     chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
@@ -150,9 +151,10 @@ def replay(options: argparse.Namespace) -> int:
     outputs.check((options.bag, *filter(None, (options.config, chosen.model, chosen.table))))
     model = BrakeModel.load(chosen.model)
     bag = Bag(options.bag, MessageDefinitions(options.types))
-    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
+    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace,
+                             exact=options.exact)
     report_progress(pressure_references(chosen))
-    outputs.write(iter(ticks))
+    write_replay(ticks, outputs)
     report = ReplayReport(outputs.summary, outputs.events, ticks.findings, bag.notes)
     if options.json:
         print(json.dumps(plain({**report.as_json(), 'output': options.output,
