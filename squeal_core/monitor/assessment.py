@@ -89,6 +89,16 @@ class Assessment:
         return self.state in ('steady', 'released')
 
     @cached_property
+    def unstable_frequencies_hz(self) -> tuple[float, ...]:
+        """Frequencies of the flutter modes, worst first."""
+        return tuple([mode.frequency_hz for mode in self.flutter])
+
+    @cached_property
+    def unstable_growth_rates(self) -> tuple[float, ...]:
+        """Growth rates of the flutter modes [1/s], worst first."""
+        return tuple([mode.growth_rate for mode in self.flutter])
+
+    @cached_property
     def flutter(self) -> tuple[Mode, ...]:
         """Oscillating unstable modes, worst first."""
         return tuple(m for m in self.modes if m.kind == 'flutter')

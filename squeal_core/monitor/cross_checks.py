@@ -24,7 +24,6 @@ rate of assessments. A doubt ends when the input is seen to agree again, not whe
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from squeal_core.monitor.axles import axle_partners, axle_shares, in_words
 from squeal_core.monitor.cross_evidence import Wheel
@@ -175,7 +174,7 @@ def _drop_what_is_off(wheel: Wheel, settings: MonitorSettings) -> None:
 
 def _marked(wheel: Wheel, inputs: Mapping[Signal, Reading]) -> Mapping[Signal, Reading]:
     """Return the readings of one brake, those in doubt marked."""
-    doubted = {signal: replace(inputs[signal], status='implausible', detail=said)
+    doubted = {signal: inputs[signal]._replace(status='implausible', detail=said)
                for signal in wheel.doubts
                if (said := wheel.doubted(signal)) and inputs[signal].status == 'good'}
     return {**inputs, **doubted} if doubted else inputs

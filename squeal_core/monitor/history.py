@@ -16,8 +16,9 @@
 
 from collections.abc import Iterable, Iterator
 import csv
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
+from operator import attrgetter
 from pathlib import Path
 from typing import IO
 
@@ -57,6 +58,8 @@ class AssessmentRecord:
 _TEXTS = ('brake', 'state', 'reason')
 _LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
 _COLUMNS = tuple(AssessmentRecord.__dataclass_fields__)
+_FIRST_LIST = _COLUMNS.index(_LISTS[0])  # the lists are the columns from here to the last one
+_values = attrgetter(*_COLUMNS)
 
 
 def row_of(assessment: Assessment) -> AssessmentRecord:
@@ -68,8 +71,8 @@ def row_of(assessment: Assessment) -> AssessmentRecord:
         squeal_risk=assessment.risk, growth_rate_1_s=assessment.growth_rate,
         worst_frequency_hz=assessment.worst_frequency_hz,
         friction_margin=assessment.friction_margin,
-        unstable_frequencies_hz=tuple(m.frequency_hz for m in assessment.flutter),
-        unstable_growth_rates_1_s=tuple(m.growth_rate for m in assessment.flutter),
+        unstable_frequencies_hz=assessment.unstable_frequencies_hz,
+        unstable_growth_rates_1_s=assessment.unstable_growth_rates,
         reason=assessment.reason)
 
 
@@ -81,9 +84,9 @@ class CsvWriter:
         self._writer.writerow(_COLUMNS)
 
     def write(self, row: AssessmentRecord) -> None:
-        values = dict(row.__dict__)
-        values.update((name, ' '.join(map(repr, values[name]))) for name in _LISTS)
-        self._writer.writerow(values[name] for name in _COLUMNS)
+        values = _values(row)
+        self._writer.writerow([*values[:_FIRST_LIST], *(
+            ' '.join(map(repr, numbers)) for numbers in values[_FIRST_LIST:-1]), values[-1]])
 
 
 def read_rows(path: str | Path) -> Iterator[AssessmentRecord]:
@@ -153,11 +156,10 @@ class SquealEvent:
     def extended(self, row: AssessmentRecord) -> 'SquealEvent':
         """Return the event with one more tick."""
         peak = max(self.peak_risk, row.squeal_risk)  # the first stays where the second is NaN
-        longer = replace(self, end=row.time_s, peak_risk=peak)
-        if math.isnan(self.growth_rate) or row.growth_rate_1_s > self.growth_rate:
-            return replace(longer, growth_rate=row.growth_rate_1_s,
-                           frequency_hz=row.worst_frequency_hz)
-        return longer
+        growth_rate, frequency = self.growth_rate, self.frequency_hz
+        if math.isnan(growth_rate) or row.growth_rate_1_s > growth_rate:
+            growth_rate, frequency = row.growth_rate_1_s, row.worst_frequency_hz
+        return SquealEvent(self.brake, self.start, row.time_s, peak, growth_rate, frequency)
 
 
 class EventDetector:

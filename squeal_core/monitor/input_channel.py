@@ -31,6 +31,7 @@ Status: TypeAlias = Literal[
     'good', 'never received', 'stale', 'stuck', 'contradicted', 'implausible', 'invalid',
     'outside validated range', 'time went backwards']
 
+_GOOD: tuple[Status, str] = 'good', ''
 # samples kept of an input: between two ticks, and stamped ahead of them
 _KEPT = 4096
 # settings of which the guards are made, besides those of the input
@@ -39,8 +40,7 @@ _OF_GUARDS = ('bar_suspected_below', 'reference_check', 'publisher_tolerance',
 _TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a friction table
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(NamedTuple):
     """
     A value in SI units and the time it holds for [ns].
 
@@ -79,8 +79,7 @@ class MissingValue:
     is_other: bool = False
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(NamedTuple):
     """
     An input as an assessment found it: the newest sample up to the tick.
 
@@ -234,14 +233,13 @@ class InputChannel:
             self._unstamped = sample
             return
         self._unstamped = None
-        status, detail = self._history(sample, sliding, others)
-        judged = _Judged(sample.stamp, sample.value, status, detail)
-        if not self._samples or sample.stamp >= self._samples[-1].stamp:
-            self._samples.append(judged)
+        samples = self._samples
+        judged = _Judged(sample.stamp, sample.value, *self._history(sample, sliding, others))
+        if not samples or sample.stamp >= samples[-1].stamp:
+            samples.append(judged)
         else:
-            self._samples.insert(bisect.bisect_right(self._samples, sample.stamp, key=_stamp),
-                                 judged)
-        if len(self._samples) > _KEPT:
+            samples.insert(bisect.bisect_right(samples, sample.stamp, key=_stamp), judged)
+        if len(samples) > _KEPT:
             self._drop_one()
 
     def record_missing(self, instead: MissingValue) -> None:
@@ -252,20 +250,24 @@ class InputChannel:
 
     def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
         """Ask the guards about a sample."""
-        stamp, value = sample.stamp, sample.value
-        contradiction = self._publishers.check(stamp, value, number=sample.number,
-                                               connection=sample.connection)
-        said = [guard.check(stamp, value) for guard in self._guards if math.isfinite(value)]
+        stamp, value, number, connection = sample
+        contradiction = self._publishers.check(
+            stamp, value, number=number, connection=connection) if number or connection else ''
+        if not math.isfinite(value):
+            # its value says enough
+            return ('contradicted', contradiction) if contradiction else _GOOD
+        detail = ''
+        for guard in self._guards:  # each sees every sample
+            said = guard.check(stamp, value)
+            detail = detail or said
         if contradiction:
             return 'contradicted', contradiction
-        if not math.isfinite(value):
-            return 'good', ''  # its value says enough
-        if detail := next(filter(None, said), ''):
+        if detail:
             return 'invalid', detail
         if not self._limits.minimum <= value <= self._limits.maximum:
-            return 'good', ''
+            return _GOOD
         detail = self._stuck.check(stamp, value, sliding=sliding, others=others)
-        return ('stuck', detail) if detail else ('good', '')
+        return ('stuck', detail) if detail else _GOOD
 
     def _drop_one(self) -> None:
         """Make room: a sample that the next tick will refuse goes first, else the oldest."""
@@ -282,12 +284,14 @@ class InputChannel:
 
     def read(self, time: int) -> Reading:
         """Return what is known at a tick [ns]; later ticks need no older samples."""
-        self._tick = time
-        while self._samples and self._samples[-1].stamp > time + self._ahead:
+        self._tick, samples = time, self._samples
+        while samples and samples[-1].stamp > time + self._ahead:
             self._refuse_last(time)
-        past = bisect.bisect_right(self._samples, time, key=_stamp)
-        del self._samples[:max(past - 1, 0)]  # the newest of the past stays, and what is ahead
-        newest = self._samples[0] if past else None
+        past = len(samples) if samples and samples[-1].stamp <= time else bisect.bisect_right(
+            samples, time, key=_stamp)
+        if past > 1:
+            del samples[:past - 1]  # the newest of the past stays, and what is ahead
+        newest = samples[0] if past else None
         if newest is None or time - newest.stamp > self._max_age:
             return self._missing(newest, time)
         self._went_back, self._refusal = False, None

@@ -107,6 +107,8 @@ class StuckCheck:
         elif sliding and 0 < stamp - self._stamp <= self._longest_gap:
             self._held += stamp - self._stamp
         self._stamp = stamp
+        if not self._held:
+            return ''
         lively = min(self.changes - 1, others - self._others_before) >= self._least_changes
         if not self._after or self._held <= self.limit or not lively:
             return ''

@@ -23,7 +23,6 @@ The monitor is advisory. It is no safety function.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 import math
 from typing import TypeAlias
 
@@ -104,12 +103,14 @@ class BrakeMonitor:
         if isinstance(sample, MissingValue):
             self._inputs[signal].record_missing(sample)
             return
-        self._latest[signal] = sample.value
-        sliding = (self._latest.get('pressure', 0.0) >= self._settings.release_pressure
-                   and abs(self._latest.get('rotor_speed', 0.0))
-                   >= self._settings.minimum_rotor_speed)
-        others = sum(one.changes for name, one in self._inputs.items() if name != signal)
-        self._inputs[signal].receive(sample, sliding=sliding, others=others)
+        latest, own = self._latest, self._inputs[signal]
+        latest[signal] = sample.value
+        sliding = (latest.get('pressure', 0.0) >= self._settings.release_pressure
+                   and abs(latest.get('rotor_speed', 0.0)) >= self._settings.minimum_rotor_speed)
+        others = -own.changes
+        for one in self._inputs.values():
+            others += one.changes
+        own.receive(sample, sliding=sliding, others=others)
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
@@ -167,8 +168,8 @@ class BrakeMonitor:
         validated = self._validated['friction']
         if validated.admits(coefficient):
             return {'temperature': temperature}, 'temperature', coefficient
-        outside = replace(temperature, status='outside validated range',
-                          detail=f'which gives friction {coefficient:.4g}, {validated}')
+        outside = temperature._replace(status='outside validated range',
+                                       detail=f'which gives friction {coefficient:.4g}, {validated}')
         return {**needed, 'temperature': outside}, '', math.nan
 
     def _without_sliding(self, context: AssessmentContext) -> Assessment | None:
@@ -182,7 +183,7 @@ class BrakeMonitor:
                 'not sliding', f'rotor speed {speed.value:.2f} rad/s: not sliding')
         for name, reading in (('rotor_speed', speed), ('pressure', pressure)):
             if abs(reading.value) < self._validated[name].low:
-                low = replace(reading, detail=str(self._validated[name]))
+                low = reading._replace(detail=str(self._validated[name]))
                 return context.result('outside validated range', low.described(name))
         return None
 

@@ -103,7 +103,7 @@ class Mode:
 
     @property
     def frequency_hz(self) -> float:
-        return abs(self.eigenvalue.imag) / (2.0 * np.pi)
+        return abs(self.eigenvalue.imag) / math.tau
 
     @property
     def growth_rate(self) -> float:

@@ -63,9 +63,9 @@ def brake_values(assessment: Assessment) -> tuple[tuple[str, float], ...]:
             ('friction_margin', float(assessment.friction_margin)))
 
 
-def frequencies_hz(assessment: Assessment) -> list[float]:
+def frequencies_hz(assessment: Assessment) -> tuple[float, ...]:
     """Return those of all flutter modes [Hz], worst first; empty: none; one NaN: not known."""
-    return [m.frequency_hz for m in assessment.flutter] if assessment.is_valid else [math.nan]
+    return assessment.unstable_frequencies_hz if assessment.is_valid else (math.nan,)
 
 
 def frequency_list(library: MessageLibrary, frequencies: Sequence[float]) -> Any:
@@ -161,8 +161,8 @@ def _figures(assessment: Assessment) -> dict[str, object]:
         'squeal_risk': assessment.risk, 'growth_rate_1_s': assessment.growth_rate,
         'worst_frequency_hz': assessment.worst_frequency_hz,
         'friction_margin': assessment.friction_margin,
-        'unstable_frequencies_hz': ' '.join(repr(m.frequency_hz) for m in assessment.flutter),
-        'unstable_growth_rates_1_s': ' '.join(repr(m.growth_rate) for m in assessment.flutter),
+        'unstable_frequencies_hz': ' '.join(map(repr, assessment.unstable_frequencies_hz)),
+        'unstable_growth_rates_1_s': ' '.join(map(repr, assessment.unstable_growth_rates)),
         'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
         'friction': assessment.friction, 'friction_source': assessment.friction_source,
         **_of_stability(assessment)}

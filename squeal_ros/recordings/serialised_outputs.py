@@ -100,11 +100,11 @@ def _status(status: messages.BrakeStatus) -> bytes:
     """Return a DiagnosticStatus without its level."""
     parts = [_key(status.name), _text(status.message), _key(status.hardware_id),
              _COUNT.pack(len(status.values))]
-    count, ends = _COUNT.pack, _ENDS
+    count, ends, key_bytes = _COUNT.pack, _ENDS, _key
     for key, value in status.values.items():
         data = str(value).encode()
         size = len(data)
-        parts += (_key(key), count(size + 1), data, ends[size & 3])
+        parts += key_bytes(key), count(size + 1), data, ends[size & 3]
     if status.values:  # the next level stands right behind the last text
         parts[-1] = parts[-1][:1]
     return b''.join(parts)
