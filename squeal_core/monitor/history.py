@@ -14,13 +14,13 @@
 
 """Assessments over time as a table: rows to and from CSV, and the squeal events in them."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 import csv
 from dataclasses import dataclass
 import math
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from pathlib import Path
-from typing import IO
+from typing import IO, NamedTuple
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import SquealError
@@ -59,7 +59,7 @@ _TEXTS = ('brake', 'state', 'reason')
 _LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
 _COLUMNS = tuple(AssessmentRecord.__dataclass_fields__)
 _FIRST_LIST = _COLUMNS.index(_LISTS[0])  # the lists are the columns from here to the last one
-_values = attrgetter(*_COLUMNS)
+_values, _texts = attrgetter(*_COLUMNS), itemgetter(*_COLUMNS)
 
 
 def row_of(assessment: Assessment) -> AssessmentRecord:
@@ -82,6 +82,10 @@ class CsvWriter:
     def __init__(self, file: IO[str]) -> None:
         self._writer = csv.writer(file, lineterminator='\n')
         self._writer.writerow(_COLUMNS)
+
+    def write_texts(self, texts: Mapping[str, str]) -> None:
+        """Write a row whose columns are texts already, numbers as `repr` gives them."""
+        self._writer.writerow(_texts(texts))
 
     def write(self, row: AssessmentRecord) -> None:
         values = _values(row)
@@ -153,13 +157,23 @@ class SquealEvent:
     growth_rate: float
     frequency_hz: float
 
-    def extended(self, row: AssessmentRecord) -> 'SquealEvent':
+    def extended(self, tick: '_Tick') -> 'SquealEvent':
         """Return the event with one more tick."""
-        peak = max(self.peak_risk, row.squeal_risk)  # the first stays where the second is NaN
+        peak = max(self.peak_risk, tick.risk)  # the first stays where the second is NaN
         growth_rate, frequency = self.growth_rate, self.frequency_hz
-        if math.isnan(growth_rate) or row.growth_rate_1_s > growth_rate:
-            growth_rate, frequency = row.growth_rate_1_s, row.worst_frequency_hz
-        return SquealEvent(self.brake, self.start, row.time_s, peak, growth_rate, frequency)
+        if math.isnan(growth_rate) or tick.growth_rate > growth_rate:
+            growth_rate, frequency = tick.growth_rate, tick.frequency_hz
+        return SquealEvent(self.brake, self.start, tick.time, peak, growth_rate, frequency)
+
+
+class _Tick(NamedTuple):
+    """Risk of a brake at a tick [s], growth rate and frequency of its worst mode."""
+
+    brake: str
+    time: float
+    risk: float
+    growth_rate: float
+    frequency_hz: float
 
 
 class EventDetector:
@@ -179,19 +193,29 @@ class EventDetector:
         self._open: dict[str, SquealEvent] = {}
         self._ended: list[SquealEvent] = []
 
-    def update(self, row: AssessmentRecord, time_ns: int) -> None:
-        """Take the next row of a brake, of the tick at `time_ns` [ns]."""
-        if row.brake not in self._alarms:
-            self._alarms[row.brake] = Alarm.of(self._settings)
-        present = self._open.pop(row.brake, None)
-        up = self._alarms[row.brake].update(time_ns, row.squeal_risk)
-        if present is not None and (not up or row.time_s < present.end):  # or time went back
+    def add(self, found: Assessment) -> None:
+        """Take the next assessment of a brake."""
+        self._add(found.time, _Tick(found.brake, found.time * 1e-9, found.risk, found.growth_rate,
+                                    found.worst_frequency_hz))
+
+    def add_row(self, row: AssessmentRecord) -> None:
+        """Take the next row of a brake, as of a table."""
+        # a time in s has a microsecond of precision, ten years after 1970 and later
+        self._add(round(row.time_s * 1e6) * 1000, _Tick(
+            row.brake, row.time_s, row.squeal_risk, row.growth_rate_1_s, row.worst_frequency_hz))
+
+    def _add(self, time_ns: int, tick: _Tick) -> None:
+        brake = tick.brake
+        if brake not in self._alarms:
+            self._alarms[brake] = Alarm.of(self._settings)
+        present = self._open.pop(brake, None)
+        up = self._alarms[brake].update(time_ns, tick.risk)
+        if present is not None and (not up or tick.time < present.end):  # or time went back
             self._ended.append(present)
             present = None
         if up:
-            self._open[row.brake] = present.extended(row) if present else SquealEvent(
-                row.brake, row.time_s, row.time_s, row.squeal_risk, row.growth_rate_1_s,
-                row.worst_frequency_hz)
+            self._open[brake] = present.extended(tick) if present else SquealEvent(
+                brake, tick.time, tick.time, *tick[2:])
 
     @property
     def events(self) -> list[SquealEvent]:
@@ -204,6 +228,6 @@ def squeal_events(rows: Iterable[AssessmentRecord],
                   settings: MonitorSettings) -> list[SquealEvent]:
     """Return the events in the rows of a table, by time of start."""
     detector = EventDetector(settings)
-    for row in rows:  # a time in s has a microsecond of precision, ten years after 1970 and later
-        detector.update(row, round(row.time_s * 1e6) * 1000)
+    for row in rows:
+        detector.add_row(row)
     return detector.events

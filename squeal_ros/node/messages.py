@@ -118,24 +118,29 @@ class NodeStatus:
     message: str = 'running'
 
 
-class BrakeStatus(NamedTuple):
-    """A DiagnosticStatus in plain values."""
+class StatusTexts(NamedTuple):
+    """A DiagnosticStatus as plain texts."""
 
     level: int
     name: str
     message: str
     hardware_id: str
-    values: Mapping[str, object]
+    values: Mapping[str, str]
 
 
 def statuses(node: str, assessments: Sequence[Assessment], levels: Sequence[int],
-             status: NodeStatus) -> list[BrakeStatus]:
+             status: NodeStatus) -> list[StatusTexts]:
     """Return the diagnostics of one tick: a status for each brake, then one for the node."""
     return [
-        *(BrakeStatus(level, f'{node}: {a.brake}', a.reason, a.brake,
-                      {'state': a.state, **_figures(a)})
+        *(StatusTexts(level, f'{node}: {a.brake}', a.reason, a.brake,
+                      _as_texts({'state': a.state, **_figures(a)}))
           for a, level in zip(assessments, levels, strict=True)),
-        BrakeStatus(status.level, f'{node}: node', status.message, node, status.values)]
+        StatusTexts(status.level, f'{node}: node', status.message, node,
+                    _as_texts(status.values))]
+
+
+def _as_texts(values: Mapping[str, object]) -> dict[str, str]:
+    return {key: str(value) for key, value in values.items()}
 
 
 def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assessment],
@@ -148,12 +153,12 @@ def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assess
         _status(library, one) for one in statuses(node, assessments, levels, status)])
 
 
-def _status(library: MessageLibrary, status: BrakeStatus) -> Any:
+def _status(library: MessageLibrary, status: StatusTexts) -> Any:
     key_value = library.type('diagnostic_msgs/msg/KeyValue')
     return library.type('diagnostic_msgs/msg/DiagnosticStatus')(
         level=library.byte(status.level), name=status.name, message=status.message,
         hardware_id=status.hardware_id,
-        values=[key_value(key=key, value=str(value)) for key, value in status.values.items()])
+        values=[key_value(key=key, value=value) for key, value in status.values.items()])
 
 
 def _figures(assessment: Assessment) -> dict[str, object]:

@@ -24,7 +24,8 @@ it has written. So it does when this process is killed.
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 from collections.abc import Iterator  # noqa: I100
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+import gc
 import os
 import pickle
 import subprocess
@@ -41,6 +42,7 @@ from squeal_ros.recordings.replay import Outputs, Replay
 _FEW_MESSAGES = 20_000  # read in less time than a process takes to start
 _START = ('import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); '
           'from squeal_ros.recordings.output_process import work; work()')
+_ALLOCATIONS = 100_000  # from one search for garbage to the next; a block of ticks has 10,000
 _PATIENCE = 60.0  # s for a block that is being evaluated when this process is interrupted
 
 
@@ -71,10 +73,21 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
     if not parallel:
         outputs.write(iter(replay))
         return
-    with _OutputProcess(outputs, replay.model) as process:
+    with _OutputProcess(outputs, replay.model) as process, _rare_collections():
         for block in replay.blocks():
             process.send(block)
         outputs.summary, outputs.detector = process.result()
+
+
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Look for cyclic garbage, of which ticks leave none, less often."""
+    before = gc.get_threshold()
+    gc.set_threshold(_ALLOCATIONS)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 class _OutputProcess:
@@ -148,6 +161,7 @@ def _raise(number: int | None, text: str) -> NoReturn:
 def work() -> None:
     """Evaluate and write what comes through the standard input; for the process itself."""
     outputs, model = pickle.load(sys.stdin.buffer)
+    gc.set_threshold(_ALLOCATIONS)
     try:
         outputs.write(_assessed(outputs, model, sys.stdin.buffer))
         result: tuple[object, ...] = 'done', outputs.summary, outputs.detector

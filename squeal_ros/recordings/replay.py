@@ -22,7 +22,7 @@ from pathlib import Path
 from squeal_core.common.output import check_target, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import CsvWriter, EventDetector, row_of, SquealEvent
+from squeal_core.monitor.history import CsvWriter, EventDetector, SquealEvent
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import (
     Assessment,
@@ -194,10 +194,19 @@ class Outputs:
     def _write_tick(self, bag: BagWriter, table: CsvWriter,
                     assessments: tuple[Assessment, ...]) -> None:
         self.summary.add(assessments)
-        for assessment in assessments:
-            row = row_of(assessment)
-            self.detector.update(row, assessment.time)
-            table.write(row)
+        statuses = messages.statuses(
+            self.node.lstrip('/'), assessments, self._levels.of(assessments),
+            messages.NodeStatus({'ticks_done': self.summary.ticks}))
+        for assessment, status in zip(assessments, statuses, strict=False):  # the last: the node's
+            self.detector.add(assessment)
+            table.write_texts(_row_texts(assessment, status))
         bag.write_serialised(assessments[0].time, serialised_outputs(
-            self.node, assessments, self._levels.of(assessments),
-            messages.NodeStatus({'ticks_done': self.summary.ticks})))
+            self.node, assessments, statuses))
+
+
+def _row_texts(assessment: Assessment, status: messages.StatusTexts) -> dict[str, str]:
+    """Return the row of a table; most of its numbers are in the diagnostics, so they are texts."""
+    values = status.values
+    return {**values, 'time_s': repr(assessment.time * 1e-9), 'brake': assessment.brake,
+            'reason': assessment.reason, 'rotor_speed_rad_s': values['rotor_speed_input'],
+            'pressure_pa': values['pressure_input']}

@@ -18,7 +18,7 @@ CDR bytes of the output messages, the same that the type store makes of message 
 A replay writes 17 messages a tick, and objects of rosbags take it longer than the assessments.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 import struct
 from typing import Any
@@ -33,8 +33,9 @@ _COUNT = struct.Struct('<I')
 _ENDS = [bytes(1 + -(size + 1) % 4) for size in range(4)]  # a zero, and then on to a multiple of 4
 
 
-def serialised_outputs(node: str, assessments: Sequence[Assessment], levels: Sequence[int],
-                       status: messages.NodeStatus) -> Iterator[tuple[str, str, bytes]]:
+def serialised_outputs(node: str, assessments: Sequence[Assessment],
+                       statuses: Sequence[messages.StatusTexts]
+                       ) -> Iterator[tuple[str, str, bytes]]:
     """
     Yield topic, type and bytes of each message of one tick.
 
@@ -42,9 +43,10 @@ def serialised_outputs(node: str, assessments: Sequence[Assessment], levels: Seq
     ----------
     node : str
         Whose topics they are, in full.
-    assessments, levels : sequences
+    assessments : sequence of Assessment
         Of all brakes.
-    status : NodeStatus
+    statuses : sequence of StatusTexts
+        Of the diagnostics.
 
     """
     for assessment in assessments:
@@ -54,8 +56,7 @@ def serialised_outputs(node: str, assessments: Sequence[Assessment], levels: Seq
         frequencies = messages.frequencies_hz(assessment)
         yield *topics['unstable_frequencies'], _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
-    yield '/diagnostics', messages.DIAGNOSTICS_TYPE, _diagnostics(
-        assessments[0].time, messages.statuses(node.lstrip('/'), assessments, levels, status))
+    yield '/diagnostics', messages.DIAGNOSTICS_TYPE, _diagnostics(assessments[0].time, statuses)
 
 
 @lru_cache(maxsize=1024)
@@ -82,13 +83,12 @@ def _serialised(message: Any, kind: str) -> bytes:
     return bytes(JAZZY.serialize_cdr(message, kind, little_endian=True))
 
 
-def _diagnostics(time: int, statuses: Iterable[messages.BrakeStatus]) -> bytes:
+def _diagnostics(time: int, statuses: Sequence[messages.StatusTexts]) -> bytes:
     """Return a DiagnosticArray at a time [ns]: every text begins at a multiple of 4."""
-    every = list(statuses)
     done = b''.join((b'\0\1\0\0', _TIME.pack(*divmod(time, 1_000_000_000)), _text(''),
-                     _COUNT.pack(len(every))))
+                     _COUNT.pack(len(statuses))))
     parts, size = [done], len(done)
-    for status in every:
+    for status in statuses:
         level = bytes((status.level,)).ljust(4 - size % 4, b'\0')  # it stands at any place
         body = _status(status)
         parts += (level, body)
@@ -96,13 +96,13 @@ def _diagnostics(time: int, statuses: Iterable[messages.BrakeStatus]) -> bytes:
     return b''.join(parts)
 
 
-def _status(status: messages.BrakeStatus) -> bytes:
+def _status(status: messages.StatusTexts) -> bytes:
     """Return a DiagnosticStatus without its level."""
     parts = [_key(status.name), _text(status.message), _key(status.hardware_id),
              _COUNT.pack(len(status.values))]
     count, ends, key_bytes = _COUNT.pack, _ENDS, _key
     for key, value in status.values.items():
-        data = str(value).encode()
+        data = value.encode()
         size = len(data)
         parts += key_bytes(key), count(size + 1), data, ends[size & 3]
     if status.values:  # the next level stands right behind the last text

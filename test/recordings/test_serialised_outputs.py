@@ -53,7 +53,7 @@ def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> N
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
         library, NODE[1:], assessments, levels, status)
     seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(
-        NODE, assessments, levels, status)}
+        NODE, assessments, messages.statuses(NODE[1:], assessments, levels, status))}
     assert list(seen) == list(expected)  # in order
     for topic, (kind, message) in expected.items():
         assert seen[topic] == (kind, bytes(JAZZY.serialize_cdr(message, kind))), topic
