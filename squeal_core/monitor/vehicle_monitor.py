@@ -168,8 +168,9 @@ class BrakeMonitor:
         validated = self._validated['friction']
         if validated.admits(coefficient):
             return {'temperature': temperature}, 'temperature', coefficient
-        outside = temperature._replace(status='outside validated range',
-                                       detail=f'which gives friction {coefficient:.4g}, {validated}')
+        outside = temperature._replace(
+            status='outside validated range',
+            detail=f'which gives friction {coefficient:.4g}, {validated}')
         return {**needed, 'temperature': outside}, '', math.nan
 
     def _without_sliding(self, context: AssessmentContext) -> Assessment | None:
@@ -189,7 +190,7 @@ class BrakeMonitor:
 
 
 def completed(stability: VehicleStability,
-               ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
+              ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
     """Return the assessments of prepared ticks; many at once cost less than each alone."""
     results = iter(stability.evaluate([
         one.conditions for tick in ticks for one in tick if isinstance(one, AssessmentContext)]))
