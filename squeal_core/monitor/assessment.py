@@ -120,7 +120,9 @@ class AssessmentContext(NamedTuple):
 
     def result(self, state: State, reason: str, **values: Any) -> Assessment:
         """Return the assessment in this context."""
-        return Assessment(**self._asdict(), state=state, reason=reason, **values)
+        return Assessment(
+            brake=self.brake, time=self.time, inputs=self.inputs, friction=self.friction,
+            friction_source=self.friction_source, state=state, reason=reason, **values)
 
 
 def from_stability(context: AssessmentContext,
