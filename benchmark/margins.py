@@ -63,8 +63,9 @@ def main() -> None:
           f'brakes, {len(finite) / len(found):.2%} with a margin')
     for reason, count in Counter(_kind_of(margin) for margin in found).most_common():
         print(f'  {count:6} {reason}')
-    chosen = np.random.default_rng(0).choice(finite, options.checks, replace=False).tolist()
-    _print_errors(model, limits, [(conditions[i], found[i]) for i in chosen])
+    checks = np.random.default_rng(0).permutation(finite)[:options.checks].astype(int).tolist()
+    if checks:
+        _print_errors(model, limits, [(conditions[i], found[i]) for i in checks])
     _print_cost(model, evaluator, conditions[:4], worst[:4])
 
 
