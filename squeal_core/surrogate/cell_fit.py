@@ -41,8 +41,8 @@ from squeal_core.surrogate.table_domain import TableDomain
 _CORNERS = 8
 _HELD_OUT = 8  # points that are not fitted
 _SPREAD = np.array([0.2, 0.25, 0.03])  # ln speed, ln pressure, friction: the usual reach
-_MARGIN = 1 / 15  # of that decay rate, between omitted modes at the samples and their bound
-_QUIET = 1 / 30  # of that decay rate: up to it eigenvalues that do not oscillate matter
+_MARGIN = 1 / 3  # of that decay rate, between omitted modes at the samples and their bound
+_QUIET = 1 / 5  # of that decay rate: up to it eigenvalues that do not oscillate matter
 _DAMPED = 1e4  # times that decay rate: bound where no mode is omitted
 _SAFETY = 2.0  # on the residuals, for between the samples
 _ASTRAY = 40.0  # times the tolerance that a series is off at a corner, beyond which no fit helps
@@ -78,6 +78,12 @@ def samples() -> FloatArray:
 
 
 @lru_cache
+def _inner() -> FloatArray:
+    """Return points (125, 3) inside a cell, at which the series alone looks for flutter."""
+    return np.array(list(product((-0.8, -0.4, 0.0, 0.4, 0.8), repeat=3)))
+
+
+@lru_cache
 def _fitting(degree: int) -> FloatArray:
     """Return the least-squares operator (terms, fitted samples)."""
     return np.asarray(np.linalg.pinv(fit_terms(degree).at(samples()[:-_HELD_OUT])))
@@ -108,6 +114,7 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     except np.linalg.LinAlgError:
         return Rejection(int(np.argmax(half / _SPREAD)))
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
+    fit.look_inside(domain.points(model, centre + half * _inner()).coefficients().T)
     axis = fit.axis(domain.points(model, centre + half * _lines()).coefficients().T)
     free = int(np.count_nonzero(model.free_coordinates))
     for place in range(len(samples())):
@@ -132,6 +139,16 @@ class _Fit:
         self._predicted = expansion.eigenvalues_alone(coefficients)
         self._own = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
         self._roots = np.zeros((0, self._own.size), complex)
+        self._flutters = np.zeros(self._own.size, bool)
+
+    def look_inside(self, coefficients: FloatArray) -> None:
+        """
+        Note modes that the series has grow somewhere inside the cell.
+
+        Two modes that decay may meet and flutter in a region too narrow for the samples.
+        """
+        top = self._expansion.eigenvalues_alone(coefficients).real.max(axis=0)
+        self._flutters = top > _QUIET * self._tolerances.matters
 
     def axis(self, coefficients: FloatArray) -> int:
         """Return the axis to halve the cell along: that of the largest third difference."""
@@ -164,7 +181,7 @@ class _Fit:
         """Tell which eigenvalues (n,) matter somewhere in the cell."""
         top = self._roots.real.max(axis=0)
         quiet = (np.abs(self._roots.imag) <= self._limits.oscillation).any(axis=0)
-        return (self._oscillating() & (top > self._below())) | (
+        return (self._oscillating() & (self._flutters | (top > self._below()))) | (
             quiet & (top > _QUIET * self._tolerances.matters))
 
     def _below(self) -> float:

@@ -27,7 +27,7 @@ from squeal_core.surrogate.monomials import Monomials
 
 DEGREE = 4  # of the fit: 35 terms
 _GROWTH = 4.9e-7  # of the model's largest frequency: ten times what counts as growth
-_MATTERS = 1.48e-4  # of the model's largest frequency: decay rate of modes that do not matter
+_MATTERS = 2.47e-5  # of the model's largest frequency: decay rate of modes that do not matter
 
 
 @lru_cache
@@ -56,12 +56,12 @@ class TableTolerances:
 
     growth: float = 0.1
     decay: float = 0.02
-    matters: float = -30.0
+    matters: float = -5.0
     band: tuple[float, float] = (1250.0, 16000.0)
 
     @classmethod
     def of(cls, model: BrakeModel, *, growth: float | None = None) -> 'TableTolerances':
-        """Return tolerances relative to the model's spectrum; 0.1 and -30 1/s for K09's."""
+        """Return tolerances relative to the model's spectrum; 0.1 and -5 1/s for K09's."""
         scale = frequency_scale(model)
         if not scale:
             return cls() if growth is None else cls(growth=growth)

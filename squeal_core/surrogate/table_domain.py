@@ -31,7 +31,7 @@ Range: TypeAlias = tuple[float, float]
 
 ROTOR_SPEED: Range = (1.0, 120.0)  # rad/s, of a vehicle from walking pace to 130 km/h and beyond
 PRELOAD: Range = (100.0, 20000.0)  # N
-FRICTION: Range = (0.15, 0.65)
+FRICTION: Range = (0.001, 0.65)  # linings have 0.15 and more; critical values lie below
 AXES = ('rotor_speed', 'contact_pressure', 'friction')
 _LAW = 1e-9  # relative difference up to which slope and stiffness are those of the model
 
@@ -76,7 +76,7 @@ class TableDomain:
     def usual(cls, model: BrakeModel, *, rotor_speed: Range = ROTOR_SPEED,
               preload: Range = PRELOAD, friction: Range = FRICTION,
               stiffness_factor: float = 1.0) -> 'TableDomain':
-        """Return the usual envelope of a vehicle, 1-120 rad/s, 100-20,000 N, 0.15-0.65."""
+        """Return the usual envelope of a vehicle, 1-120 rad/s, 100-20,000 N, 0.001-0.65."""
         low, high = preload
         return cls(rotor_speed=rotor_speed, friction=friction, stiffness_factor=stiffness_factor,
                    contact_pressure=(low / model.contact_area, high / model.contact_area))
