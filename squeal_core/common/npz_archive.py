@@ -236,6 +236,15 @@ def read_archive(path: str | Path, kind: ArchiveKind, wanted: Wanted,
     return header, arrays
 
 
+def is_archive(path: str | Path, kind: ArchiveKind) -> bool:
+    """Tell whether a file is an archive of a kind, by its header."""
+    try:
+        with npz_reader(path, kind.error) as reader:
+            return bool(_header(Path(path), kind, reader))
+    except Exception:  # noqa: BLE001 - whatever else the file is
+        return False
+
+
 def content_hash(header: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
     """Return SHA-256 over the header without its hash, and over every array."""
     digest = hashlib.sha256()

@@ -34,6 +34,7 @@ from squeal_core.common.npz_archive import (
     Arrays,
     content_hash,
     Header,
+    is_archive,
     read_archive,
     write_archive,
 )
@@ -117,6 +118,11 @@ def read_table(path: str | Path, model: BrakeModel) -> ExpansionTable:
 def read_table_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a table file, checked against its contents."""
     return _read(path)[0]
+
+
+def is_table(path: str | Path) -> bool:
+    """Tell whether a file is a table file, by its header."""
+    return is_archive(path, KIND)
 
 
 def model_hash(model: BrakeModel) -> str:
@@ -212,14 +218,22 @@ def cached_path(model: BrakeModel) -> Path:
     return Path(root) / 'squeal_ros' / f'table_{model_hash(model)[:16]}_{SCHEMA}.npz'
 
 
-def find_table(model: BrakeModel) -> ExpansionTable | None:
-    """Return the table of a model that is shipped or in the user's cache; None without one."""
+def find_table_file(model: BrakeModel) -> Path | None:
+    """Return the table file of a model that is shipped or in the user's cache, or None."""
+    wanted = model_hash(model)
     for path in (*_shipped(), cached_path(model)):
         try:
-            return read_table(path, model)
-        except TableFileError:  # of another model, or none is there
+            if read_table_header(path).get('model') == wanted:
+                return path
+        except TableFileError:  # none is there, or one of an earlier version
             continue
     return None
+
+
+def find_table(model: BrakeModel) -> ExpansionTable | None:
+    """Return the table of a model that is shipped or in the user's cache; None without one."""
+    path = find_table_file(model)
+    return None if path is None else read_table(path, model)
 
 
 def _shipped() -> list[Path]:

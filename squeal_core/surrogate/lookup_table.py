@@ -247,7 +247,7 @@ class _Evaluated:
                 np.abs(roots.imag) <= tolerances.oscillation)
             key = np.where(oscillating, key, np.where(divergent, -roots.real, np.inf))
         order = key.argsort(axis=1)
-        flat = order + np.arange(0, order.size, order.shape[1])[:, None]
+        flat = order + order.shape[1] * np.arange(len(x))[:, None]
         self.roots, self.errors = roots.take(flat), errors.take(flat)
         self.counts = np.full(len(x), order.shape[1])
         self._number(oscillating, omitted, table.modes)

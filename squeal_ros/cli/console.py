@@ -42,9 +42,9 @@ class ProgressBar:
     def __enter__(self) -> 'ProgressBar':
         return self
 
-    def __call__(self, done: int, total: int) -> None:
+    def __call__(self, done: int, total: int, rest: str = '') -> None:
         filled = self._width * done // total
-        text = f'[{"#" * filled:-<{self._width}}] {done} of {total} {self._what}'
+        text = f'[{"#" * filled:-<{self._width}}] {done} of {total} {self._what}{rest:16}'
         if self._shown and text != self._drawn:
             print(f'\r{text}', end='', file=sys.stderr, flush=True)
             self._drawn = text

@@ -124,7 +124,7 @@ def parser() -> argparse.ArgumentParser:
     _map(sub.add_parser('map', help='stability over one or two parameters'))
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
-    _tabulate(sub.add_parser('tabulate', help='lay down what makes the monitor fast, beforehand'))
+    _tabulate(sub.add_parser('tabulate', help='precompute the look-up table of a model'))
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
@@ -209,27 +209,25 @@ def _critical(p: argparse.ArgumentParser) -> None:
 def _tabulate(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_from_module('table_commands', 'tabulate'))
     _model(p)
-    p.add_argument('-o', '--output', required=True, metavar='TABLE.npz')
+    p.add_argument('-o', '--output', metavar='TABLE.npz',
+                   help="default: the user's cache, where the monitor finds it")
     _force(p)
-    _range(p, '--rotor-speed', 'rad/s')
+    _range(p, '--rotor-speed', 'rad/s (default 1 to 120)')
     load = p.add_mutually_exclusive_group()
     _range(load, '--pressure', 'Pa')
-    _range(load, '--preload', 'N, of one pad')
-    _range(p, '--friction', None)
-    _range(p, '--friction-slope', "s/m (default: the friction law's at each speed)")
-    _range(p, '--contact-stiffness', "N/m^3 (default: the model's at each pressure)")
-    p.add_argument('--drive', metavar='CYCLE', help='instead of ranges: where the four brakes of '
+    _range(load, '--preload', 'N, of one pad (default 100 to 20000)')
+    _range(p, '--friction', 'default 0.001 to 0.65')
+    p.add_argument('--stiffness-factor', type=float, default=1.0, metavar='X',
+                   help="on the model's contact stiffness (default 1)")
+    p.add_argument('--drive', metavar='CYCLE', help='only the cells in which the four brakes of '
                    'a vehicle operate in a drive cycle')
     p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
     p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')
-    p.add_argument('--coverage', type=float, default=0.95, metavar='PART',
-                   help='ends when so many new points need no further anchor (default 0.95)')
-    p.add_argument('--most', type=int, default=1000, metavar='N', help='anchors (default 1000)')
-    p.add_argument('--memory', type=float, default=200.0, metavar='MB', help='default 200')
     p.add_argument('--tolerance', type=float, metavar='1/S',
                    help="of growth rates (default: 4.9e-7 of the model's largest angular "
                         'frequency; 0.1 1/s for kang2009)')
-    p.add_argument('--seed', type=int, default=0, metavar='N')
+    p.add_argument('--workers', type=int, default=os.cpu_count() or 1, metavar='N',
+                   help='processes (default: one for each core)')
     p.add_argument('--json', action='store_true')
 
 

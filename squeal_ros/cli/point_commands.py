@@ -37,6 +37,7 @@ from squeal_core.stability.eigenvectors import eigenvalue_conditions, Eigenvalue
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.stability.sensitivity import parameter_sensitivity
+from squeal_core.surrogate.lookup_file import is_table, read_table_header
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import read_vehicle
 from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped
@@ -44,6 +45,7 @@ from squeal_ros.cli.console import plain, report_progress, warn
 from squeal_ros.cli.listing import counts_in_words, rank
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
+from squeal_ros.cli.table_info import model_table_lines, table_lines
 
 
 def build(options: argparse.Namespace) -> int:
@@ -68,13 +70,19 @@ def build(options: argparse.Namespace) -> int:
 
 
 def info(options: argparse.Namespace) -> int:
-    """Show what a model file holds."""
+    """Show what a model file holds, or a table file."""
+    if is_table(options.model):
+        print(json.dumps(plain(read_table_header(options.model))) if options.json
+              else '\n'.join(table_lines(options.model)))
+        return 0
     header, model = load_with_header(options.model)
     if options.json:
         frequencies = (model.angular_frequencies / 2.0 / np.pi).tolist()
         print(json.dumps(plain({**header, 'frequencies_hz': frequencies})))
     else:
         for line in model_lines(header, model, options.model):
+            print(line)
+        for line in model_table_lines(model, options.model):
             print(line)
     return 0
 

@@ -12,141 +12,131 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The command that lays anchors down beforehand: for an envelope, or for a drive."""
+"""The command that builds the table of a model before the drive."""
 
 import argparse
-from collections.abc import Iterable
+from dataclasses import asdict
 import json
 from pathlib import Path
+import time
 from typing import Any
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
+from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
-from squeal_core.surrogate.coverage import (
-    braking_points,
-    build_table,
-    covered,
-    Envelope,
-    random_places,
-    Range,
+from squeal_core.surrogate.coverage_report import (
+    CoverageReport,
+    measure_coverage,
+    with_coverage,
 )
-from squeal_core.surrogate.table_file import write_table
-from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
+from squeal_core.surrogate.lookup_file import cached_path, write_table
+from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_cell import TableTolerances
+from squeal_core.surrogate.table_domain import (
+    FRICTION,
+    places_of,
+    PRELOAD,
+    ROTOR_SPEED,
+    TableDomain,
+)
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import read_vehicle
 from squeal_ros.cli.arguments import check_output, positive, shipped
 from squeal_ros.cli.console import plain, ProgressBar, warn
 from squeal_ros.cli.point_checks import check_point
+from squeal_ros.cli.table_info import coverage_lines
 
-_TESTS = 2000  # points at which coverage is measured
-_DRIVE_RATES = 20.0, 100.0  # points a second: of anchors, and of the test
-_RANGES = ('rotor_speed', 'pressure', 'preload', 'friction', 'friction_slope',
-           'contact_stiffness')
+_DRIVE_RATE = 20.0  # samples a second
+_SPECIAL = ('rotor_speed', 'pressure', 'preload', 'friction', 'stiffness_factor', 'drive')
 
 
 def tabulate(options: argparse.Namespace) -> int:
-    """Lay anchors down, write them, and say how much they cover; 1 where it is less than asked."""
+    """Build a table, measure what it answers, write it; 1 where it has gaps."""
     _check(options)
     model = BrakeModel.load(options.model)
-    tolerance = options.tolerance or SolverSettings.of(model).tolerance
-    table = TabulatedSolver(model, SolverSettings(tolerance=tolerance, audit_every=0))
-    about: dict[str, Any] = {'seed': options.seed, 'tolerance': tolerance}
-    laid: Iterable[OperatingPoint]
-    tests: Iterable[OperatingPoint]
-    if options.drive:
-        about['drive'] = options.drive
-        laid, tests = (_shuffled(_driven(model, options, rate), options.seed + i)
-                       for i, rate in enumerate(_DRIVE_RATES))
-    else:
-        envelope = _envelope(model, options)
-        about['envelope'] = {name: list(ends) for name, ends in envelope.ranges.items()}
-        laid, tests = (envelope.points(model, random_places(options.seed + i)) for i in (0, 1))
-    with ProgressBar('anchors at most') as progress:
-        summary = build_table(table, laid, coverage=options.coverage, most=options.most,
-                              memory=1e6 * options.memory,
-                              progress=lambda anchors, _: progress(anchors, options.most))
-    share = covered(table, tests, _TESTS)
-    write_table(table.anchors, model, options.output, about={**about, 'coverage': share},
-                overwrite=options.force)
-    return _report(options, {
-        'anchors': len(table.anchors), 'megabytes': Path(options.output).stat().st_size / 1e6,
-        'memory_megabytes': table.nbytes / 1e6, 'points': summary.points,
-        'undecided': summary.undecided, 'complete': summary.complete, 'coverage': share, **about,
-        'output': options.output}, good=share >= options.coverage)
+    domain = _domain(model, options)
+    points = _driven(model, options) if options.drive else None
+    with ProgressBar('boxes') as progress:
+        begun = time.monotonic()
+
+        def show(done: int, total: int) -> None:
+            left = (time.monotonic() - begun) / done * (total - done)
+            progress(done, total, f', {left / 60.0:.0f} min left' if left >= 60.0
+                     else f', {left:.0f} s left')
+
+        table = build_table(model, domain, points=points, workers=options.workers, progress=show,
+                            tolerances=TableTolerances.of(model, growth=options.tolerance))
+    x = places_of(points) if points else None
+    report = measure_coverage(table, model, x=x)
+    output = Path(options.output) if options.output else cached_path(model)
+    if not options.output:
+        output.parent.mkdir(parents=True, exist_ok=True)
+    write_table(with_coverage(table, report), model, output,
+                overwrite=options.force or not options.output)
+    return _print(options, table, report, output)
 
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse what would fail after the work, before it."""
-    check_output('--output', options.output, ('.npz',), force=options.force,
-                 inputs=(resources.find('models', options.model, '.npz'),))
-    positive('--memory', options.memory)
-    if options.tolerance is not None:
-        positive('--tolerance', options.tolerance)
-    if not 0.0 < options.coverage < 1.0:
-        raise SquealError(f'--coverage: is {options.coverage:g}; give a part between 0 and 1')
-    if options.most < 1 or options.seed < 0:
-        raise SquealError(f'--most is {options.most}, --seed {options.seed}; give a number of '
-                          'anchors from 1, and a seed from 0')
+    if options.output:
+        check_output('--output', options.output, ('.npz',), force=options.force,
+                     inputs=(resources.find('models', options.model, '.npz'),))
+    for name in ('tolerance', 'duration', 'stiffness_factor'):
+        if getattr(options, name) is not None:
+            positive(f'--{name.replace("_", "-")}', getattr(options, name))
+    if options.workers < 0:
+        raise SquealError(f'--workers is {options.workers}; give 0 or more')
     check_point(options)
-    if options.duration is not None:
-        positive('--duration', options.duration)
-    given = [name for name in _RANGES if getattr(options, name) is not None]
-    if options.drive and given:
-        raise SquealError(f'--drive: says all, and --{given[0].replace("_", "-")} is given too; '
-                          'leave one of them out')
-    if not options.drive and (options.rotor_speed is None or options.friction is None
-                              or (options.pressure is None and options.preload is None)):
-        raise SquealError('--rotor-speed, --friction and --pressure or --preload: not all are '
-                          'given; give the range of each, or a --drive')
+    special = [name for name in _SPECIAL if getattr(options, name) not in (None, 1.0)]
+    if special and not options.output:
+        raise SquealError(f'--{special[0].replace("_", "-")}: give an --output too; the cache '
+                          'keeps the table of the usual envelope')
 
 
-def _envelope(model: BrakeModel, options: argparse.Namespace) -> Envelope:
-    def ends(name: str) -> Range | None:
-        given = getattr(options, name)
-        return None if given is None else (float(given[0]), float(given[1]))
-
-    pressure: Any = ([model.contact_pressure(value) for value in options.pressure]
-                     if options.preload is None
-                     else [value / model.contact_area for value in options.preload])
-    return Envelope(
-        rotor_speed=(options.rotor_speed[0], options.rotor_speed[1]),
-        contact_pressure=(pressure[0], pressure[1]),
-        friction=(options.friction[0], options.friction[1]),
-        friction_slope=ends('friction_slope'), contact_stiffness=ends('contact_stiffness'))
+def _domain(model: BrakeModel, options: argparse.Namespace) -> TableDomain:
+    preload = options.preload or PRELOAD
+    if options.pressure:
+        low, high = (model.contact_area * model.contact_pressure(value)
+                     for value in options.pressure)
+        preload = low, high
+    return TableDomain.usual(
+        model, rotor_speed=tuple(options.rotor_speed or ROTOR_SPEED), preload=tuple(preload),
+        friction=tuple(options.friction or FRICTION), stiffness_factor=options.stiffness_factor)
 
 
-def _driven(model: BrakeModel, options: argparse.Namespace, rate: float) -> list[OperatingPoint]:
-    """Return where the four brakes slide under load during a drive."""
+def _driven(model: BrakeModel, options: argparse.Namespace) -> list[OperatingPoint]:
+    """Return the points at which the four brakes slide under load during a drive."""
     from squeal_ros.cli.demo import signals_of
     cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'), warn=warn)
     vehicle = read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn)
-    signals = signals_of(cycle, vehicle, model, rate=rate, duration=options.duration)
+    signals = signals_of(cycle, vehicle, model, rate=_DRIVE_RATE, duration=options.duration)
     limits = read_settings({})
-    points = [point for brake in range(len(signals.brakes)) for point in braking_points(
-        model, *(values[:, brake].tolist() for values in (
-            signals.rotor_speed, signals.pressure, signals.friction)),
-        release_pressure=limits.release_pressure,
-        minimum_rotor_speed=limits.minimum_rotor_speed)]
-    if not points:
+    sliding = ((signals.pressure >= limits.release_pressure)
+               & (signals.rotor_speed >= limits.minimum_rotor_speed))
+    values: list[FloatArray] = [array[sliding] for array in (
+        signals.rotor_speed, signals.pressure, signals.friction)]
+    if not values[0].size:
         raise SquealError(f'--drive: {options.drive} never brakes; give another cycle or a longer '
                           '--duration')
-    return points
+    return [model.operating_point(rotor_speed=speed, pressure=pressure, friction=friction)
+            for speed, pressure, friction in np.column_stack(values).tolist()]
 
 
-def _shuffled(points: list[OperatingPoint], seed: int) -> list[OperatingPoint]:
-    """In no order of time: an anchor made where another ends would cover half of what it can."""
-    return [points[i] for i in np.random.default_rng(seed).permutation(len(points)).tolist()]
-
-
-def _report(options: argparse.Namespace, summary: dict[str, Any], *, good: bool) -> int:
+def _print(options: argparse.Namespace, table: ExpansionTable, report: CoverageReport,
+           output: Path) -> int:
+    megabytes = output.stat().st_size / 1e6
     if options.json:
+        summary: dict[str, Any] = {
+            'output': str(output), 'cells': len(table.cells), 'megabytes': megabytes,
+            'memory_megabytes': table.nbytes / 1e6, **table.about, **asdict(report)}
         print(json.dumps(plain(summary)))
     else:
-        print(f'{options.output}: {summary["anchors"]} anchors, {summary["megabytes"]:.1f} MB, '
-              f'cover {summary["coverage"]:.1%} of {_TESTS} other points'
-              f'{"" if summary["complete"] else "; ended by --most or --memory"}')
-    return 0 if good else 1
+        print(f'{output}: {len(table.cells)} cells, {megabytes:.1f} MB')
+        for line in coverage_lines(asdict(report), drive=options.drive):
+            print(line)
+    return 0 if report.answered >= 0.95 else 1

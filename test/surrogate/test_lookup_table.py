@@ -25,12 +25,18 @@ from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import OperatingPointError, TableFileError
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.surrogate.coverage_report import measure_coverage
-from squeal_core.surrogate.lookup_file import read_table, write_table
+from squeal_core.surrogate.lookup_file import (
+    cached_path,
+    find_table,
+    read_table,
+    write_table,
+)
 from squeal_core.surrogate.lookup_solver import TableLookup
 from squeal_core.surrogate.lookup_table import ExpansionTable
 from squeal_core.surrogate.table_builder import build_table
 from squeal_core.surrogate.table_cell import TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
+from squeal_ros.cli.main import main
 from support.engine_models import random_model
 
 RANGES: dict[str, Any] = {'rotor_speed': (8.0, 20.0), 'preload': (1000.0, 2000.0),
@@ -205,3 +211,32 @@ def test_a_stiffness_factor_is_that_of_a_stiffer_model(
     assert found.source == 'table'
     truth = complex_modes(model, point)
     assert np.abs(found.mode_eigenvalues - truth.mode_eigenvalues[found.numbers - 1]).max() <= 0.1
+
+
+@pytest.mark.parametrize(('option', 'values'), [('--friction', ['0.3', '0.4']),
+                                                ('--stiffness-factor', ['1.1'])])
+def test_the_cache_keeps_only_tables_of_the_usual_envelope(
+        option: str, values: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['tabulate', 'kang2009', option, *values]) == 2
+    assert f'{option}: give an --output too' in capsys.readouterr().err
+
+
+def test_the_command_line_builds_a_table_and_shows_it(
+        model: BrakeModel, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+        monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    path, table = tmp_path / 'model.npz', tmp_path / 'table.npz'
+    model.save(path)
+    assert find_table(model) is None
+    assert main(['tabulate', str(path), '-o', str(table), '--workers', '0', '--rotor-speed', '10',
+                 '11', '--preload', '1000', '1100', '--friction', '0.3', '0.32',
+                 '--tolerance', '0.1']) == 0
+    assert 'answers 100.00% of 20000 random points' in capsys.readouterr().out
+    assert main(['info', str(table)]) == 0
+    assert 'rotor speed      10 to 11 rad/s' in capsys.readouterr().out
+    cached = cached_path(model)
+    cached.parent.mkdir(parents=True)
+    table.rename(cached)
+    assert find_table(model) is not None
+    assert main(['info', str(path)]) == 0
+    assert f'table            {cached}' in capsys.readouterr().out
