@@ -62,9 +62,9 @@ class Assessment:
     worst_frequency_hz : float
         Frequency of that mode.
     friction_margin : float
-        Critical minus present friction [-]; NaN where there is none.
+        Critical minus present friction [-]; NaN where there is none, or none is known.
     stability : BrakeStability or None
-        Modes with their errors and risk by mode, of a brake that slides.
+        Modes with their errors, risk by mode and margins with reasons, of a brake that slides.
 
     """
 
@@ -105,13 +105,24 @@ class Assessment:
 
 
 class AssessmentContext(NamedTuple):
-    """Brake, tick and inputs of an assessment to be made."""
+    """
+    Brake, tick and inputs of an assessment to be made.
+
+    Parameters
+    ----------
+    brake, time, inputs, friction, friction_source
+        As of `Assessment`.
+    confirm : bool
+        Whether the friction margin is to be confirmed at this tick.
+
+    """
 
     brake: str
     time: int
     inputs: Mapping[Signal, Reading]
     friction: float = math.nan
     friction_source: str = ''
+    confirm: bool = False
 
     @property
     def conditions(self) -> SlidingConditions:
@@ -137,7 +148,8 @@ def from_stability(context: AssessmentContext,
         'steady', _in_words(worst, found.risk.probability), point=found.point,
         modes=found.modes.unstable, risk=found.risk.probability,
         growth_rate=worst.growth_rate if worst else math.nan,
-        worst_frequency_hz=worst.frequency_hz if worst else math.nan, stability=found)
+        worst_frequency_hz=worst.frequency_hz if worst else math.nan,
+        friction_margin=found.margins.friction.value, stability=found)
 
 
 def explained(found: Assessment) -> Assessment:

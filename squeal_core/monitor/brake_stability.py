@@ -17,6 +17,7 @@
 from dataclasses import dataclass
 
 from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.monitor.margins import Margins
 from squeal_core.risk.probability import Risk
 from squeal_core.stability.eigensolution import ComplexModes, Mode
 
@@ -33,6 +34,7 @@ class BrakeStability:
     worst : Mode or None
         The least stable mode that oscillates within the squeal band.
     risk : Risk
+    margins : Margins
 
     """
 
@@ -40,3 +42,4 @@ class BrakeStability:
     modes: ComplexModes
     worst: Mode | None
     risk: Risk
+    margins: Margins

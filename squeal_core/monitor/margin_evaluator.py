@@ -139,7 +139,11 @@ class MarginEvaluator:
             return margin
         point = self.model.operating_point(rotor_speed=conditions.rotor_speed,
                                            pressure=conditions.pressure, friction=margin.critical)
-        modes = complex_modes(self.model, point, tolerances=self.tolerances)
+        try:
+            modes = complex_modes(self.model, point, tolerances=self.tolerances)
+        except np.linalg.LinAlgError as error:
+            return replace(margin, critical=math.nan,
+                           reason=f'{margin.reason}: not confirmed, no eigensolution ({error})')
         full = least_stable(modes.mode_eigenvalues[None], margin.kind, self.settings.band_hz,
                             self.tolerances)[0]
         if abs(full.real - margin.growth_rate) <= self.settings.error:
@@ -216,16 +220,12 @@ class MarginEvaluator:
 
 
 def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerances,
-                 band_hz: tuple[float, float]) -> Growth:
-    """Return the look-up in a table; it answers where a verdict hangs on an error, too."""
-    per_pressure = model.contact_pressure(1.0)
-
-    def growth(rows: FloatArray, kind: Kind) -> ComplexArray:
-        roots = table.eigenvalues(rows[:, 0], per_pressure * rows[:, 1], rows[:, 2], tolerances)
-        found = least_stable(roots, kind, band_hz, tolerances)
-        return np.where(np.isnan(roots.real).all(axis=1), complex(math.nan, math.nan), found)
-
-    return growth
+                 band_hz: tuple[float, float], rows: FloatArray, kind: Kind) -> ComplexArray:
+    """Return what `Growth` does, by look-up; where a verdict hangs on an error, too."""
+    roots = table.eigenvalues(rows[:, 0], model.contact_pressure(1.0) * rows[:, 1], rows[:, 2],
+                              tolerances)
+    found = least_stable(roots, kind, band_hz, tolerances)
+    return np.where(np.isnan(roots.real).all(axis=1), complex(math.nan, math.nan), found)
 
 
 def _margin(found: Boundaries, row: int, parameter: Parameter, kind: Kind,

@@ -181,13 +181,14 @@ MONITOR_KEYS = (
                 'standard deviation of the rotor speed, relative', 0.0, 1.0),
     SettingSpec('contact_stiffness_deviation', 0.1, '-',
                 'standard deviation of the contact stiffness, relative', 0.0, 1.0),
-    SettingSpec('engine_tolerance', 0.1, '1/s',
-                'error of a growth rate above which a point is solved in full', 1e-6, 100.0),
+    SettingSpec('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: the one '
+                'that is shipped or cached for the model; "none": no table', change='configure'),
     SettingSpec('audit_interval', 3000.0, '-',
-                'of so many answers from the table one is compared with a full solve; 0: none',
+                'of so many answers from the table one is compared with a full solution; 0: none',
                 0.0, 1e9),
-    SettingSpec('table', '', '-', 'path of a table that `squeal tabulate` wrote; empty: no table',
-                change='configure'),
+    SettingSpec('margin_confirm_interval', 10.0, 's',
+                'between full solutions that confirm the friction margin of a brake; 0: none',
+                0.0, 3600.0),
     SettingSpec('clock_timeout', 1.0, 's',
                 'a /clock that stands still for longer has stopped: nothing is known', 0.1,
                 3600.0),
@@ -325,9 +326,9 @@ class MonitorSettings:
     pressure_deviation: float
     rotor_speed_deviation: float
     contact_stiffness_deviation: float
-    engine_tolerance: float
-    audit_interval: float
     table: str
+    audit_interval: float
+    margin_confirm_interval: float
     clock_timeout: float
     mode_shapes: bool
     mode_shape_size: float

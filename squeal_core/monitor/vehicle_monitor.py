@@ -44,6 +44,7 @@ from squeal_core.monitor.input_channel import (
     Status,
     validated_ranges,
 )
+from squeal_core.monitor.margins import confirmation_due
 from squeal_core.monitor.settings import BrakeSettings, MonitorSettings, Signal
 from squeal_core.monitor.vehicle_stability import VehicleStability
 
@@ -78,6 +79,7 @@ class BrakeMonitor:
     def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         self.brake = brake
         self._settings = settings
+        self._place = [one.name for one in settings.brakes].index(brake.name)
         self._validated = validated_ranges(self._model, settings)
 
     def update_settings(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
@@ -133,7 +135,9 @@ class BrakeMonitor:
             return context._replace(friction=math.nan, friction_source='').result(
                 next(s for s in _STATES.values() if s in states),
                 '; '.join(r.described(name) for name, r in bad.items()))
-        return self._without_sliding(context) or context
+        return self._without_sliding(context) or context._replace(confirm=confirmation_due(
+            time, self._settings.period, round(1e9 * self._settings.margin_confirm_interval),
+            self._place, len(self._settings.brakes)))
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
         """Whether the brake is released or at rest, so that no friction is needed."""
@@ -192,8 +196,9 @@ class BrakeMonitor:
 def completed(stability: VehicleStability,
               ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
     """Return the assessments of prepared ticks; many at once cost less than each alone."""
-    results = iter(stability.evaluate([
-        one.conditions for tick in ticks for one in tick if isinstance(one, AssessmentContext)]))
+    contexts = [one for tick in ticks for one in tick if isinstance(one, AssessmentContext)]
+    results = iter(stability.evaluate([one.conditions for one in contexts],
+                                      [one.confirm for one in contexts]))
     return [tuple(explained(from_stability(one, next(results)))
                   if isinstance(one, AssessmentContext) else one for one in tick)
             for tick in ticks]
@@ -264,6 +269,8 @@ class VehicleMonitor(VehicleInputs):
     """
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
+        for brake in settings.brakes:
+            _check_model_serves(brake, model)
         self.stability = VehicleStability(model, settings)
         super().__init__(settings, model, self.stability)
 

@@ -15,17 +15,25 @@
 """Stability of all brakes of one vehicle, a function of model, table, settings and conditions."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
+from functools import partial
 
 import numpy as np
-from squeal_core.brake.operating_point import SlidingConditions
+from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
+from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.brake_stability import BrakeStability
+from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth
+from squeal_core.monitor.margins import Kind, Margin, Margins, MarginSettings
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.risk.evaluator import RiskEvaluator
 from squeal_core.risk.probability import InputUncertainty
-from squeal_core.stability.eigensolution import Tolerances
-from squeal_core.surrogate.table_file import read_table
-from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
+from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.surrogate.lookup_file import find_table, read_table
+from squeal_core.surrogate.lookup_solver import TableLookup
+from squeal_core.surrogate.lookup_table import ExpansionTable
+
+NO_TABLE = 'none'  # value of the setting `table`
 
 
 class VehicleStability:
@@ -48,19 +56,29 @@ class VehicleStability:
     def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
         self.model = model
         self.tolerances = Tolerances.of(model, growth=settings.growth_threshold)
-        expansions = read_table(settings.table, model) if settings.table else ()
-        self.solver = TabulatedSolver(model, tolerances=self.tolerances, anchors=expansions)
+        self.solver = TableLookup(model, _table(model, settings), limits=self.tolerances)
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings; counts and the table stay."""
+        """Take other settings; the table and the counts of its answers stay."""
         self._band = band_of(settings)
-        self.solver.settings = SolverSettings(
-            tolerance=settings.engine_tolerance, audit_every=round(settings.audit_interval))
-        self._risks = RiskEvaluator(self.model, self._band, _deviations(settings),
+        self.solver.band, self.solver.audit_every = self._band, round(settings.audit_interval)
+        self._risks = RiskEvaluator(self.model, self._band, _uncertainty(settings),
                                     self.tolerances)
+        self._margins = MarginEvaluator(
+            self.model, _margin_settings(self.model, settings, self.solver.table),
+            self.tolerances, growth=None if self.solver.table is None else self._growth)
 
-    def evaluate(self, conditions: Sequence[SlidingConditions]
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is precomputed, in lines for a log."""
+        table = self.solver.table
+        if table is None:
+            return ('no table: each assessment of a brake is a full solution, its risk of first '
+                    'order, and there are no margins; compute a table by `squeal tabulate`',)
+        return (f'table of {len(table.cells)} cells; other points are solved in full',)
+
+    def evaluate(self, conditions: Sequence[SlidingConditions], confirm: Sequence[bool]
                  ) -> list[BrakeStability | np.linalg.LinAlgError]:
         """
         Return the stability of brakes, or why a brake has none.
@@ -69,22 +87,48 @@ class VehicleStability:
         ----------
         conditions : sequence of SlidingConditions
             Of brakes of one tick, or of many.
+        confirm : sequence of bool
+            Whose friction margin a full solution confirms.
 
         """
-        return [self._evaluated(at) for at in conditions]
+        if not conditions:
+            return []
+        points = [self.model.operating_point(**vars(at)) for at in conditions]
+        modes = self.solver.solve_all(points)
+        solved = [one for one in zip(conditions, points, modes, confirm, strict=True)
+                  if isinstance(one[2], ComplexModes)]
+        found = iter(self._evaluated(*zip(*solved, strict=True)) if solved else ())
+        return [next(found) if isinstance(one, ComplexModes) else one for one in modes]
 
-    def _evaluated(self, at: SlidingConditions) -> BrakeStability | np.linalg.LinAlgError:
-        point = self.model.operating_point(**vars(at))
-        try:
-            modes = self.solver.complex_modes(point)
-        except np.linalg.LinAlgError as error:
-            return error
-        return BrakeStability(point=point, modes=modes, worst=modes.worst_in(*self._band),
-                              risk=self._risks.assess(at, modes))
+    def _evaluated(self, conditions: Sequence[SlidingConditions],
+                   points: Sequence[OperatingPoint], modes: Sequence[ComplexModes],
+                   confirm: Sequence[bool]) -> list[BrakeStability]:
+        worst = [found.worst_in(*self._band) for found in modes]
+        margins = self._margins.friction_margins(conditions, worst)
+        risks = self._risks.assess(conditions, modes)
+        return [BrakeStability(point=point, modes=found, worst=mode, risk=risk, margins=Margins(
+            self._confirmed(margin, at) if due else margin,
+            partial(self._margins.other_margins, at)))
+                for at, point, found, mode, risk, margin, due in zip(
+                    conditions, points, modes, worst, risks, margins, confirm, strict=True)]
+
+    def _confirmed(self, margin: Margin, at: SlidingConditions) -> Margin:
+        """Compare a margin with a full solution; the table's cell that is wrong goes."""
+        found = self._margins.confirm(margin, at)
+        if np.isfinite(margin.critical) and not found.confirmed:
+            self.solver.distrust(self.model.operating_point(
+                rotor_speed=at.rotor_speed, pressure=at.pressure, friction=margin.critical))
+        return found
+
+    def _growth(self, rows: FloatArray, kind: Kind) -> ComplexArray:
+        assert self.solver.table is not None
+        return table_growth(self.solver.table, self.model, self.tolerances, self._band, rows, kind)
 
     def figures(self) -> dict[str, float]:
         """Return the counts of answers since the start, by name."""
-        return {f'solver_{name}': value for name, value in self.solver.figures().items()}
+        return {**{f'solver_{name}': value for name, value in self.solver.figures().items()},
+                **{f'margins_{name}': value
+                   for name, value in asdict(self._margins.statistics).items()}}
 
 
 def band_of(settings: MonitorSettings) -> tuple[float, float]:
@@ -92,7 +136,33 @@ def band_of(settings: MonitorSettings) -> tuple[float, float]:
     return settings.squeal_band_low_hz, settings.squeal_band_high_hz
 
 
-def _deviations(settings: MonitorSettings) -> InputUncertainty:
+def _table(model: BrakeModel, settings: MonitorSettings) -> ExpansionTable | None:
+    if settings.table == NO_TABLE:
+        return None
+    return read_table(settings.table, model) if settings.table else find_table(model)
+
+
+def _margin_settings(model: BrakeModel, settings: MonitorSettings,
+                     table: ExpansionTable | None) -> MarginSettings:
+    """Look for margins where the model was validated and the table has answers."""
+    assert model.caliper is not None
+    per_pressure, per_preload = model.contact_pressure(1.0), model.caliper.preload(1.0)
+    bounds = {'friction': (0.0, settings.validated_friction_high),
+              'rotor_speed': (settings.validated_rotor_speed_low,
+                              settings.validated_rotor_speed_high),
+              'pressure': (settings.validated_preload_low / per_preload,
+                           settings.validated_preload_high / per_preload)}
+    if table is not None:
+        domain = table.domain
+        ends = {'friction': domain.friction, 'rotor_speed': domain.rotor_speed, 'pressure': (
+            domain.contact_pressure[0] / per_pressure, domain.contact_pressure[1] / per_pressure)}
+        bounds = {name: (max(low, ends[name][0]), min(high, ends[name][1]))
+                  for name, (low, high) in bounds.items()}
+    return MarginSettings(band_hz=band_of(settings), **bounds,
+                          error=0.0 if table is None else table.tolerances.growth)
+
+
+def _uncertainty(settings: MonitorSettings) -> InputUncertainty:
     return InputUncertainty(
         friction=settings.friction_deviation, pressure=settings.pressure_deviation,
         rotor_speed=settings.rotor_speed_deviation,

@@ -49,8 +49,12 @@ class RiskEvaluator:
         self._model, self._band = model, band_hz
         self._deviations, self._tolerances = deviations, tolerances
 
-    def assess(self, at: SlidingConditions, modes: ComplexModes) -> Risk:
-        """Return the risk at conditions, given the complex modes there."""
+    def assess(self, conditions: Sequence[SlidingConditions],
+               modes: Sequence[ComplexModes]) -> list[Risk]:
+        """Return the risks at conditions, given the complex modes there."""
+        return [self._assessed(at, found) for at, found in zip(conditions, modes, strict=True)]
+
+    def _assessed(self, at: SlidingConditions, modes: ComplexModes) -> Risk:
         if self._deviations.none:
             unstable = modes.flutter_in(*self._band)
             return Risk(float(bool(unstable)), 0.0, 'certain',

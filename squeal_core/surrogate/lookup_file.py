@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core import __version__
 from squeal_core.common import resources
 from squeal_core.common.arrays import readonly
 from squeal_core.common.errors import SquealError, TableFileError
@@ -70,6 +69,8 @@ def write_table(table: ExpansionTable, model: BrakeModel, path: str | Path, *,
         Where the file cannot be written.
 
     """
+    from squeal_core import __version__  # the package itself imports all packages
+
     cells = table.cells
     arrays = {
         'grid': table.grid, 'centres': table.centres, 'halves': table.halves,

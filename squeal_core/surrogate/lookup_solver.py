@@ -23,7 +23,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
 from squeal_core.surrogate.lookup_table import ExpansionTable
 from squeal_core.surrogate.table_cell import TableTolerances
-from squeal_core.surrogate.table_domain import friction_of
+from squeal_core.surrogate.table_domain import friction_of, places_of
 
 AUDIT_EVERY = 3000  # answers: some hundredths of the time of all of them
 
@@ -79,29 +79,44 @@ class TableLookup:
                                     friction_of(point), self.limits)
         return self._full(point) if found is None else self._checked(point, *found)
 
-    def solve_all(self, points: Sequence[OperatingPoint]) -> list[ComplexModes]:
+    def solve_all(self, points: Sequence[OperatingPoint]
+                  ) -> list[ComplexModes | np.linalg.LinAlgError]:
         """
-        Return the complex modes at several points, those of a cell together.
+        Return the complex modes at several points, or why a point has none.
 
-        They are those of `solve`, one after the other, to 1e-9 relative.
+        Bit for bit those of `solve`, one after the other; those of a cell cost little more than
+        one.
         """
-        if self.table is None or len(points) < 2:
-            return [self.solve(point) for point in points]
+        if self.table is None or not points:
+            return [self._attempted(point) for point in points]
         follows = [self.table.domain.follows(self.model, point) for point in points]
         tabulated = self.table.evaluate(
             np.abs([point.rotor_speed for point in points]),
             [point.contact_pressure for point in points],
             [friction_of(point) for point in points], self.limits)
         cells = tabulated.cells.tolist()
-        return [self._checked(point, tabulated.modes(i), cells[i])
-                if follows[i] and cells[i] >= 0 else self._full(point)
+        return [self._attempted(point, (tabulated.modes(i), cells[i]))
+                if follows[i] and cells[i] >= 0 else self._attempted(point)
                 for i, point in enumerate(points)]
+
+    def distrust(self, point: OperatingPoint) -> None:
+        """Do not use the table's cell at a point again, as it was found wrong."""
+        if self.table is not None:
+            self._distrust(int(self.table.locate(places_of([point]))[0]))
 
     def figures(self) -> dict[str, float]:
         """Return the counts, by name, and the size of the table."""
         cells = len(self.table.cells) if self.table else 0
         size = 1e-6 * self.table.nbytes if self.table else 0.0
         return {**asdict(self.statistics), 'cells': cells, 'megabytes': round(size, 3)}
+
+    def _attempted(self, point: OperatingPoint, found: tuple[ComplexModes, int] | None = None
+                   ) -> ComplexModes | np.linalg.LinAlgError:
+        """Return the modes at a point, given the table's answer and its cell, or the error."""
+        try:
+            return self._full(point) if found is None else self._checked(point, *found)
+        except np.linalg.LinAlgError as error:
+            return error
 
     def _full(self, point: OperatingPoint) -> ComplexModes:
         self.statistics.full += 1
@@ -132,9 +147,14 @@ class TableLookup:
         self.statistics.worst_audit = max(self.statistics.worst_audit, off)
         if off <= 1.0:
             return found
+        self._distrust(cell)
+        return truth
+
+    def _distrust(self, cell: int) -> None:
+        assert self.table is not None
         self.statistics.mismatches += 1
         self._distrusted.add(cell)
-        return truth
+        self.table = self.table.without(cell)
 
 
 def deviation(found: ComplexModes, truth: ComplexModes, tolerances: TableTolerances) -> float:

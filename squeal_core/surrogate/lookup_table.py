@@ -15,9 +15,8 @@
 """Table of the eigenvalues that matter, cell by cell of an envelope: look-up and evaluation."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-import math
 from typing import Any
 
 import numpy as np
@@ -143,6 +142,10 @@ class ExpansionTable:
         """Largest number of eigenvalues kept in a cell."""
         return max((cell.layout.count for cell in self.cells), default=1)
 
+    def without(self, cell: int) -> 'ExpansionTable':
+        """Return the table without a cell."""
+        return replace(self, grid=np.where(self.grid == cell, -1, self.grid))
+
     def locate(self, x: FloatArray) -> IndexArray:
         """Return the cell of each place x (P, 3); -1: none."""
         share = (x - self._low) * self._per_box  # type: ignore[attr-defined]
@@ -163,11 +166,6 @@ class ExpansionTable:
         tolerances : Tolerances
             What counts as oscillation and growth. A point at which the sign of a growth rate
             hangs on its error is not answered.
-
-        Notes
-        -----
-        A point in company and the same point alone give eigenvalues that agree to 1e-9 relative:
-        products of matrices sum in another order.
 
         """
         return self._collected(coordinates(rotor_speeds, contact_pressures, frictions), tolerances)
@@ -193,7 +191,7 @@ class ExpansionTable:
         """Return the modes at one point and its cell, as `evaluate`; None without an answer."""
         if not (rotor_speed > 0.0 and contact_pressure > 0.0):
             return None
-        x = np.array([[math.log(rotor_speed), math.log(contact_pressure), friction]])
+        x = coordinates(rotor_speed, contact_pressure, friction)
         place = int(self.locate(x)[0])
         if place < 0:
             return None

@@ -116,7 +116,7 @@ class TableCell:
             Of the cell coordinates, as `fit_terms` has them.
 
         """
-        values = terms @ self._all
+        values = (terms[..., None, :] @ self._all)[..., 0, :]  # bit for bit those of each alone
         ends = 2 * self.layout.count
         roots, errors = self.layout.eigenvalues(values[..., :ends].view(complex), self.bounds)
         return roots, errors, values[..., ends:]

@@ -12,9 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the node says about itself and its brakes, and when: diagnostics, and the markers."""
+"""Diagnostics of the node and its brakes, and when each status is due."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
+import math
 import time
 from typing import Any
 
@@ -23,14 +24,16 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
-from squeal_ros.node.node_statistics import Growth, Health
+from squeal_ros.node.node_statistics import Growth, Health, Turns
 from squeal_ros.node.publishers import OutputTopics
 from squeal_ros.node.subscriptions import InputTopics
 
 
 class Reporter:
     """
-    Publishes diagnostics at their rate and on a change of level.
+    Publishes diagnostics: each status at their rate, of brakes also on a change of level.
+
+    The statuses take turns, so that no tick has to say all.
 
     Parameters
     ----------
@@ -44,27 +47,32 @@ class Reporter:
     outputs : OutputTopics
     unreadable : callable
         Count of messages without the field that was looked for.
-    engine : callable
-        Figures of the engine, and which brakes are compared, by name.
+    stability : callable
+        Counts of answers of the table and of full solutions, by name.
+    cross_checks : callable
+        Which brakes are compared, in words.
 
     """
 
     def __init__(self, name: str, settings: MonitorSettings, library: messages.MessageLibrary,
                  health: Health, model: BrakeModel, inputs: InputTopics, outputs: OutputTopics,
                  unreadable: Callable[[], int],
-                 engine: Callable[[], Mapping[str, object]]) -> None:
+                 stability: Callable[[], Mapping[str, float]],
+                 cross_checks: Callable[[], str]) -> None:
         self._name, self._settings = name, settings
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
-        self._model, self._engine = _model_values(model), engine
+        self._model = _model_values(model)
+        self._stability, self._cross_checks = stability, cross_checks
         self._topics = {(brake.name, signal): source.topic for brake in settings.brakes
                         for signal, source in brake.inputs.items()}
         self.mode_shapes = 'off'
         self._alarms = messages.Levels(settings)
         self._levels: list[int] = []
-        self._last = (0, 0)  # ROS time and steady time
+        self._turns = Turns(len(settings.brakes) + 1)
+        self._confirmed: dict[str, int] = {}  # when margins of brakes last were [ns]
         self._growth = {'deadline misses': Growth(), 'unreadable messages': Growth(),
-                        'errors': Growth()}
+                        'errors': Growth(), 'table mismatches': Growth()}
 
     def update_settings(self, settings: MonitorSettings) -> None:
         self._settings = settings
@@ -72,24 +80,41 @@ class Reporter:
 
     def report(self, assessments: Sequence[Assessment]) -> None:
         """Take note of a tick, and publish diagnostics if they are due."""
+        self._confirmed |= {one.brake: one.time for one in assessments if one.stability
+                            and one.stability.margins.friction.confirmed}
         levels = self._alarms.of(assessments)
-        now, steady = assessments[0].time, time.monotonic_ns()
-        period = 1e9 / self._settings.diagnostics_rate
-        # simulated time may run faster or slower, or stand still
-        due = abs(now - self._last[0]) >= period or steady - self._last[1] >= period
-        if due or levels != self._levels:
-            self._publish(assessments, levels, '')
-            self._levels, self._last = levels, (now, steady)
+        changed = {place for place, (new, old) in enumerate(zip(
+            levels, self._levels or levels, strict=True)) if new != old}
+        self._levels = levels
+        self._publish(assessments, levels, changed, self._turns.due(
+            assessments[0].time, time.monotonic_ns(),
+            round(1e9 / self._settings.diagnostics_rate), self._settings.period))
 
     def report_unknown(self, assessments: Sequence[Assessment], reason: str) -> None:
         """Publish diagnostics of brakes of which nothing is known, as there are no ticks."""
-        self._publish(assessments, self._alarms.of(assessments), reason)
+        levels = self._alarms.of(assessments)
+        self._publish(assessments, levels, set(), set(range(len(levels) + 1)), reason)
 
-    def _publish(self, assessments: Sequence[Assessment], levels: list[int],
-                 stopped: str) -> None:
-        self._outputs.publish_diagnostics(messages.diagnostics(
-            self._library, self._name, assessments, levels,
-            self._node_status(assessments, stopped)))
+    def _publish(self, assessments: Sequence[Assessment], levels: list[int], changed: Set[int],
+                 due: Set[int], stopped: str = '') -> None:
+        """Publish what changed and what is due: brakes by their place, the node behind them."""
+        found = [messages.brake_status(
+            self._name, assessment, level, self._margins(assessment) if place in due else None)
+            for place, (assessment, level) in enumerate(zip(assessments, levels, strict=True))
+            if place in due | changed]
+        if len(levels) in due:
+            found.append(self._node_status(assessments, stopped).of(self._name))
+        if found:
+            self._outputs.publish_diagnostics(
+                messages.diagnostics(self._library, assessments[0].time, found))
+
+    def _margins(self, assessment: Assessment) -> dict[str, object]:
+        """Return the margins that not every tick has, and the age of the last confirmation."""
+        if assessment.stability is None:
+            return {}
+        confirmed = self._confirmed.get(assessment.brake)
+        age = math.nan if confirmed is None else round(1e-9 * (assessment.time - confirmed), 6)
+        return {**messages.other_margins(assessment), 'friction_margin_confirmed_age_s': age}
 
     def _node_status(self, assessments: Sequence[Assessment],
                      stopped: str) -> messages.NodeStatus:
@@ -97,8 +122,10 @@ class Reporter:
         wrong = self._inputs.look_around(steady)
         contradicted = self._contradicted(assessments)
         unreadable = self._unreadable() + self._inputs.undecodable
+        stability = self._stability()
         counts = {'deadline misses': self._health.deadline_misses,
-                  'unreadable messages': unreadable, 'errors': self._health.errors}
+                  'unreadable messages': unreadable, 'errors': self._health.errors,
+                  'table mismatches': int(stability['solver_mismatches'])}
         faults = [f'{name}: {count}' for name, count in counts.items()
                   if self._growth[name].recent(count, steady)]
         values: Mapping[str, object] = {
@@ -106,7 +133,7 @@ class Reporter:
             'dropped_messages': self._inputs.dropped, 'wrong_publishers': len(wrong),
             'contradicted_topics': len(contradicted),
             'rate_hz': self._settings.rate, 'mode_shapes': self.mode_shapes,
-            **self._model, **self._engine(),
+            **self._model, **stability, 'cross_checks': self._cross_checks(),
             **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)

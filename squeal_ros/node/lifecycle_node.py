@@ -140,7 +140,9 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             return FAILURE
         self.get_logger().info(f'watching {", ".join(self._configured.monitor.brakes)} at '
                                f'{self.settings.rate:g} Hz; {pressure_references(self.settings)}')
-        self.get_logger().info(self._configured.monitor.cross_checks.summary)
+        for note in (self._configured.monitor.cross_checks.summary,
+                     *self._configured.monitor.stability.notes):
+            self.get_logger().info(note)
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -241,8 +243,8 @@ class _Configured:
         self.reporter = Reporter(
             node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
             self.inputs, self.outputs, lambda: self.router.problems.total(),
-            lambda: {**self.monitor.stability.figures(),
-                     'cross_checks': self.monitor.cross_checks.summary})
+            lambda: self.monitor.stability.figures(),
+            lambda: self.monitor.cross_checks.summary)
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)

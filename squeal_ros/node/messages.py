@@ -109,15 +109,6 @@ def _level(assessment: Assessment, alarm: bool) -> int:
     return WARN if alarm else OK
 
 
-@dataclass(frozen=True)
-class NodeStatus:
-    """How the node itself does: a diagnostic level, the same in words, and figures."""
-
-    values: Mapping[str, object]
-    level: int = OK
-    message: str = 'running'
-
-
 class StatusTexts(NamedTuple):
     """A DiagnosticStatus as plain texts."""
 
@@ -128,29 +119,58 @@ class StatusTexts(NamedTuple):
     values: Mapping[str, str]
 
 
+@dataclass(frozen=True)
+class NodeStatus:
+    """How the node itself does: a diagnostic level, the same in words, and figures."""
+
+    values: Mapping[str, object]
+    level: int = OK
+    message: str = 'running'
+
+    def of(self, node: str) -> StatusTexts:
+        """Return the status under a node's name."""
+        return StatusTexts(self.level, f'{node}: node', self.message, node,
+                           _as_texts(self.values))
+
+
 def statuses(node: str, assessments: Sequence[Assessment], levels: Sequence[int],
              status: NodeStatus) -> list[StatusTexts]:
     """Return the diagnostics of one tick: a status for each brake, then one for the node."""
-    return [
-        *(StatusTexts(level, f'{node}: {a.brake}', a.reason, a.brake,
-                      _as_texts({'state': a.state, **_figures(a)}))
-          for a, level in zip(assessments, levels, strict=True)),
-        StatusTexts(status.level, f'{node}: node', status.message, node,
-                    _as_texts(status.values))]
+    return [*(brake_status(node, assessment, level)
+              for assessment, level in zip(assessments, levels, strict=True)),
+            status.of(node)]
 
 
 def _as_texts(values: Mapping[str, object]) -> dict[str, str]:
     return {key: str(value) for key, value in values.items()}
 
 
-def diagnostics(library: MessageLibrary, node: str, assessments: Sequence[Assessment],
-                levels: Sequence[int], status: NodeStatus) -> Any:
-    """Return the DiagnosticArray of one tick: a status for each brake, then one for the node."""
-    seconds, nanoseconds = divmod(assessments[0].time, 1_000_000_000)
+def brake_status(node: str, assessment: Assessment, level: int,
+                 more: Mapping[str, object] | None = None) -> StatusTexts:
+    """Return the diagnostics of one brake, with more values if given."""
+    return StatusTexts(
+        level, f'{node}: {assessment.brake}', assessment.reason, assessment.brake,
+        _as_texts({'state': assessment.state, **_figures(assessment), **(more or {})}))
+
+
+def other_margins(assessment: Assessment) -> dict[str, object]:
+    """Return the margins besides that of friction; they cost some milliseconds."""
+    if assessment.stability is None:
+        return {}
+    figures: dict[str, object] = {}
+    for name, margin in assessment.stability.margins.compute_others().items():
+        figures |= {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
+                    f'margin_{name}_reason': margin.reason}
+    return figures
+
+
+def diagnostics(library: MessageLibrary, time: int, statuses: Sequence[StatusTexts]) -> Any:
+    """Return a DiagnosticArray at a time [ns]."""
+    seconds, nanoseconds = divmod(time, 1_000_000_000)
     stamp = library.type('builtin_interfaces/msg/Time')(sec=seconds, nanosec=nanoseconds)
     header = library.type('std_msgs/msg/Header')(stamp=stamp, frame_id='')
-    return library.type(DIAGNOSTICS_TYPE)(header=header, status=[
-        _status(library, one) for one in statuses(node, assessments, levels, status)])
+    return library.type(DIAGNOSTICS_TYPE)(
+        header=header, status=[_status(library, one) for one in statuses])
 
 
 def _status(library: MessageLibrary, status: StatusTexts) -> Any:
@@ -179,12 +199,15 @@ def _figures(assessment: Assessment) -> dict[str, object]:
 
 
 def _of_stability(assessment: Assessment) -> dict[str, object]:
-    """Return the source and error of modes and risk."""
+    """Return the source and error of modes and risk, and the friction margin with its reason."""
     found = assessment.stability
     if found is None:
         return {}
+    margin = found.margins.friction
     return {
         'modes_from': found.modes.source, 'modes_error_1_s': float(found.modes.errors.max()),
         'risk_basis': found.risk.basis, 'risk_error': found.risk.error,
         'risk_by_mode': ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
-                                 for m in found.risk.modes)}
+                                 for m in found.risk.modes),
+        'friction_margin_hz': margin.frequency_hz, 'friction_margin_reason': margin.reason,
+        'friction_margin_confirmed': margin.confirmed}

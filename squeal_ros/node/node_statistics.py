@@ -109,3 +109,34 @@ class Growth:
         if count != self._count:
             self._count, self._at = count, steady
         return self._at is not None and steady - self._at < RECENT
+
+
+class Turns:
+    """
+    When each of several reports is due: once a period, one after the other.
+
+    Parameters
+    ----------
+    count : int
+
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._last: list[tuple[int, int]] = []  # ROS time and steady time of each [ns]
+
+    def due(self, now: int, steady: int, period: int, tick: int) -> set[int]:
+        """
+        Return the places of those that are due at a tick; periods in ns.
+
+        Simulated time may run faster or slower, or stand still, so steady time counts, too.
+        """
+        if not self._last:
+            step = period // self._count if period > tick else 0
+            ahead = [place * step - period for place in range(self._count)]
+            self._last = [(now + wait, steady + wait) for wait in ahead]
+        found = {place for place, (last, steadily) in enumerate(self._last)
+                 if abs(now - last) >= period or steady - steadily >= period}
+        for place in found:
+            self._last[place] = now, steady
+        return found

@@ -16,6 +16,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 import math
 from typing import Any
 
@@ -228,7 +229,7 @@ def test_look_up_in_a_table() -> None:
     limits = Tolerances.of(model)
     table = build_table(model, TableDomain.usual(
         model, rotor_speed=(6.0, 12.0), preload=(1000.0, 2200.0), friction=(0.3, 0.5)))
-    growth = table_growth(table, model, limits, SQUEAL_BAND)
+    growth = partial(table_growth, table, model, limits, SQUEAL_BAND)
     margins = MarginEvaluator(model, replace(SETTINGS, friction=table.domain.friction), limits,
                               growth=growth)
     rng = np.random.default_rng(3)

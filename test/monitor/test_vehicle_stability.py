@@ -25,19 +25,20 @@ from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.settings import read_settings, Signal
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.monitor.vehicle_stability import VehicleStability
-from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.surrogate.tabulated_solver import TabulatedSolver
+from squeal_core.stability.eigensolution import complex_modes, ComplexModes
+from squeal_core.surrogate import lookup_solver
 
 TICK = 1_000_000_000
 HERE = SlidingConditions(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
 
 
 def stability(model: BrakeModel, **changes: Any) -> VehicleStability:
-    return VehicleStability(model, read_settings({'brakes': ['fl'], **changes}))
+    return VehicleStability(
+        model, read_settings({'brakes': ['fl'], 'table': 'none', **changes}))
 
 
 def evaluated(model: BrakeModel, at: SlidingConditions, **changes: Any) -> BrakeStability:
-    found, = stability(model, **changes).evaluate([at])
+    found, = stability(model, **changes).evaluate([at], [False])
     assert isinstance(found, BrakeStability)
     return found
 
@@ -62,7 +63,7 @@ def test_without_uncertainty_the_risk_is_zero_or_one(kang: BrakeModel) -> None:
 # ---------------------------------------------------------------- brakes and the vehicle
 
 def vehicle(model: BrakeModel, inputs: dict[str, tuple[float, float, float]]) -> VehicleMonitor:
-    watch = VehicleMonitor(read_settings({'brakes': list(inputs)}), model)
+    watch = VehicleMonitor(read_settings({'brakes': list(inputs), 'table': 'none'}), model)
     signals: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
     for brake, values in inputs.items():
         for signal, value in zip(signals, values, strict=True):
@@ -85,14 +86,12 @@ def test_a_vehicle_is_its_brakes(kang: BrakeModel) -> None:
 def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """The others are assessed, though the brakes are evaluated together."""
-    solve = TabulatedSolver.complex_modes
-
-    def failing(table: TabulatedSolver, point: OperatingPoint) -> object:
+    def failing(model: BrakeModel, point: OperatingPoint, **options: Any) -> ComplexModes:
         if point.friction > 0.5:
             raise np.linalg.LinAlgError('did not converge')
-        return solve(table, point)
+        return complex_modes(model, point, **options)
 
-    monkeypatch.setattr(TabulatedSolver, 'complex_modes', failing)
+    monkeypatch.setattr(lookup_solver, 'complex_modes', failing)
     found = vehicle(kang, {f'b{i}': (40.0, 1.2e6, 0.6 if i == 1 else 0.4)
                            for i in range(4)}).assess(TICK)
     assert [one.state for one in found] == ['steady', 'invalid', 'steady', 'steady']

@@ -41,7 +41,9 @@ def test_once_a_second_and_at_once_on_a_change_of_level(monkeypatch: pytest.Monk
         car.until(lambda: heard)
         heard.clear()
         car.advance(4.0)
-        assert len(heard) == 4
+        assert sorted(status.name for message in heard for status in message.status) == (
+            4 * ['squeal_monitor: fl'] + 4 * ['squeal_monitor: node'])
+        assert len(heard) == 8  # in ticks of their own
         heard.clear()
         for _ in range(3):  # a second of steady time counts, too, for a simulation that crawls
             steady[0] += 10**9
@@ -49,7 +51,7 @@ def test_once_a_second_and_at_once_on_a_change_of_level(monkeypatch: pytest.Monk
         assert len(heard) == 3
         heard.clear()
         car.pressure, released = 0.0, car.simulated
-        car.until(lambda: heard and heard[-1].status[0].level[0] == OK)
+        car.until(lambda: heard and car.status.level[0] == OK)
         assert car.simulated <= released + 0.65 * 1e9  # risk_hold, and two ticks
 
 
@@ -62,7 +64,8 @@ def test_every_figure_is_a_value() -> None:
         assert [s.hardware_id for s in (fl, fr)] == ['fl', 'fr']
         texts = {'state', 'friction_source', 'modes_from', 'risk_basis', 'risk_by_mode',
                  'unstable_frequencies_hz', 'unstable_growth_rates_1_s', 'mode_shapes', 'model',
-                 'audit_failed_names', 'cross_checks'}
+                 'audit_failed_names', 'cross_checks', 'friction_margin_reason',
+                 'friction_margin_confirmed'}
         for status in (fl, fr, node):
             keys = [item.key for item in status.values]
             assert len(set(keys)) == len(keys)

@@ -51,7 +51,7 @@ def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> N
         for name, message in messages.brake_messages(library, assessment):
             expected[f'{NODE}/{assessment.brake}/{name}'] = messages.TYPES[name], message
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
-        library, NODE[1:], assessments, levels, status)
+        library, assessments[0].time, messages.statuses(NODE[1:], assessments, levels, status))
     seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(
         NODE, assessments, messages.statuses(NODE[1:], assessments, levels, status))}
     assert list(seen) == list(expected)  # in order

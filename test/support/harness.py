@@ -88,6 +88,7 @@ class Vehicle:
         self._heard = False  # all that a node in another process says at a tick
         self._clock = self.node.create_publisher(Clock, '/clock', 10)
         self.said: dict[str, Any] = {}
+        self.statuses: dict[str, Any] = {}  # by name, the last heard behind
         self._fresh: set[str] = set()  # heard of since time went on
         self.count = 0
         self._clients: dict[str, Any] = {}
@@ -110,6 +111,9 @@ class Vehicle:
             self.said[name] = message
             self._fresh.add(name)
             self.count += 1
+            for status in getattr(message, 'status', ()):  # of a brake, or the node's
+                self.statuses.pop(status.name, None)
+                self.statuses[status.name] = status
 
         self.node.create_subscription(kind, topic, hear, qos)
 
@@ -301,15 +305,14 @@ class Vehicle:
     @property
     def status(self) -> Any:
         """Return this brake's diagnostic status, or None."""
-        found = [s for s in getattr(self.said.get('diagnostics'), 'status', ())
-                 if s.hardware_id == self.brake]
-        return found[0] if found else None
+        found = [s for s in self.statuses.values() if s.hardware_id == self.brake]
+        return found[-1] if found else None
 
     @property
     def node_status(self) -> Any:
         """Return the node's own diagnostic status, or None."""
-        statuses = getattr(self.said.get('diagnostics'), 'status', ())
-        return statuses[-1] if statuses else None
+        found = [s for s in self.statuses.values() if s.name.endswith(': node')]
+        return found[-1] if found else None
 
     @property
     def figures(self) -> dict[str, str]:
