@@ -26,10 +26,11 @@ import numpy as np
 import pytest
 from squeal_core.modes.nodal_modes import NodalModes
 from squeal_core.modes.readers import read_modes, ReaderError
+from support.processes import short_and_long
 from support.reader_samples import options, SAMPLES, write_sample
 
-FLIPS, CUTS = 100, 40
-FEWER = {'op2': 30, 'nastran_h5': 12}  # pyNastran takes its time, HDF5 a process of its own
+CUTS, LINES = 24, 18
+FEWER = {'op2': 16, 'nastran_h5': 8}  # pyNastran takes its time, HDF5 a process of its own
 
 
 def outcome(path: Path, told: dict[str, Any]) -> ReaderError | NodalModes:
@@ -47,8 +48,10 @@ def outcome(path: Path, told: dict[str, Any]) -> ReaderError | NodalModes:
     return found
 
 
+@short_and_long('flips', 40, 1000)
 @pytest.mark.parametrize('name', SAMPLES)
-def test_flipped_bytes(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_flipped_bytes(name: str, flips: int, tmp_path: Path,
+                       capfd: pytest.CaptureFixture[str]) -> None:
     path = write_sample(name, tmp_path)
     data, told = bytearray(path.read_bytes()), options(name)
     whole = outcome(path, told)
@@ -56,7 +59,7 @@ def test_flipped_bytes(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[s
     random = np.random.default_rng(1)
     capfd.readouterr()
     refused = 0
-    for _ in range(FEWER.get(name, FLIPS)):
+    for _ in range(min(FEWER.get(name, flips), flips)):
         at, bit = int(random.integers(len(data))), 1 << int(random.integers(8))
         data[at] ^= bit
         path.write_bytes(data)
@@ -93,7 +96,7 @@ def test_lines_lost_doubled_and_swapped(name: str, tmp_path: Path) -> None:
     lines, told = path.read_bytes().split(b'\n'), options(name)
     random = np.random.default_rng(3)
     refused = 0
-    for k in range(30):
+    for k in range(LINES):
         i, j = sorted(random.integers(len(lines), size=2).tolist())
         changed = [*lines]
         if k % 3 == 0:
@@ -104,4 +107,4 @@ def test_lines_lost_doubled_and_swapped(name: str, tmp_path: Path) -> None:
             changed[i], changed[j] = changed[j], changed[i]
         path.write_bytes(b'\n'.join(changed))
         refused += isinstance(outcome(path, told), ReaderError)
-    assert refused > 10
+    assert refused > LINES / 3

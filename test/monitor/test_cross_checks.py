@@ -28,6 +28,7 @@ from squeal_core.monitor.input_channel import Reading, Sample
 from squeal_core.monitor.settings import read_settings, Signal
 from squeal_core.monitor.vehicle_monitor import VehicleMonitor
 from support.brake_monitors import CERTAIN, MODEL
+from support.processes import short_and_long
 from support.vehicle_streams import (
     BAR,
     BEGIN,
@@ -396,9 +397,10 @@ def lies_believed(drive: Drive, faults: Sequence[Fault]) -> float:
 
 
 @pytest.mark.parametrize('block', range(4))
-def test_an_injector_of_faults_and_pairs(block: int) -> None:
+@short_and_long('count', 6, 100)
+def test_an_injector_of_faults_and_pairs(count: int, block: int) -> None:
     """No pressure that reads released is believed for longer than is documented."""
-    for seed in range(12 * block, 12 * block + 12):
+    for seed in range(count * block, count * (block + 1)):
         drive, faults = injected(seed)
         both = [fault for fault in faults if fault.signal == 'pressure']
         pair = len(both) == 2

@@ -323,7 +323,7 @@ def test_a_contradiction_begins_and_ends_with_the_values() -> None:
 
 
 def test_publishers_that_agree_are_no_contradiction() -> None:
-    time = np.arange(0.0, 4.0, 0.02)
+    time = np.arange(0.0, 2.4, 0.02)
     random = np.random.default_rng(1)
     pulsing = 40e5 + 30e5 * np.sin(2 * np.pi * 15.0 * time)  # ABS
     for values in (pulsing, np.minimum(20e5 * time, 40e5), random.normal(1e4, 2e4, time.size)):
@@ -453,7 +453,7 @@ def test_no_false_alarm_on_a_drive(name: str) -> None:
         assert {r.status for r in readings.values()} == {'good'}, readings
 
     signals = drive(name, 20.0)
-    for brake in (0, 2):
+    for brake in (0, 2) if name == 'us06' else (0,):  # the rear one where it brakes hardest
         watched(signals, brake, read, **{'a.temperature.topic': '/t'})
 
 

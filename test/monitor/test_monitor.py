@@ -298,7 +298,7 @@ def play(events: Events, ticks: bool) -> list[str]:
             repr((last.state, last.inputs, last.friction, last.risk))]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.lists(SAMPLE | st.tuples(st.just('tick'), STEP, st.just(0.0)), max_size=30))
 def test_same_samples_and_ticks_same_assessments(events: Events) -> None:
     """To the last bit; after other ticks the table is another, and so a number by its error."""
@@ -324,7 +324,7 @@ def expected_state(samples: Events, time: int) -> str:
     return 'steady' if abs(fresh['rotor_speed']) >= 0.5 else 'not sliding'
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.lists(SAMPLE, max_size=9), STEP, st.integers(0, 3))
 def test_no_number_unless_steady_or_released(samples: Events, time: int, before: int) -> None:
     samples = [*((name, 1, GOOD[name]) for name in list(GOOD)[:before]), *samples]

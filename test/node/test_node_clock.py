@@ -82,10 +82,10 @@ def test_a_clock_with_long_steps_costs_no_ticks() -> None:
         health = car.monitor.health
         car.advance(0.1 - car.simulated % 100_000_000 / 1e9)
         done, lost = health.ticks_done, health.ticks_lost
-        for _ in range(20):
+        for _ in range(8):
             car.advance(0.1, step=0.1)
             assert car.stamp == car.simulated
-        assert (health.ticks_done - done, health.ticks_lost - lost) == (200, 0)
+        assert (health.ticks_done - done, health.ticks_lost - lost) == (80, 0)
         assert car.risk > 0.99
 
 
@@ -206,8 +206,7 @@ class SetClock:
         return self._clock.create_jump_callback(*arguments, **names)
 
 
-@pytest.mark.parametrize('step', [-3600, -2, -0.04, 0.04, 2, 3600])
-def test_the_system_clock_is_set(step: float) -> None:
+def test_the_system_clock_is_set() -> None:
     """A timer on ROS time would stall for as long as the clock goes back (rclpy#1490)."""
     with vehicle(bring_up=False, use_sim_time=False, **PATIENT) as car:
         clock = SetClock(car.monitor.get_clock())
@@ -215,15 +214,17 @@ def test_the_system_clock_is_set(step: float) -> None:
         car.node.get_clock = lambda: clock  # stamps come from the same machine
         car.monitor.bring_up()
         car.until(lambda: car.risk > 0.99)
-        clock.offset = round(step * 1e9)
-        done = car.monitor.health.ticks_done
-        car.until(lambda: car.monitor.health.ticks_done > done + 4)
-        car.said.clear()
-        car.until(lambda: car.risk > 0.99)
-        assert car.monitor.health.clock_jumps == (abs(step) >= 2)
+        health = car.monitor.health
+        for step in (-3600, -2, -0.04, 0.04, 2, 3600):
+            clock.offset += round(step * 1e9)
+            done, jumps = health.ticks_done, health.clock_jumps
+            car.until(lambda: health.ticks_done > done + 4)  # noqa: B023
+            car.said.clear()
+            car.until(lambda: car.risk > 0.99)
+            assert health.clock_jumps - jumps == (abs(step) >= 2), step
 
 
-@pytest.mark.parametrize('rate', [2.0, 20.0, 500.0])
+@pytest.mark.parametrize('rate', [2.0, 500.0])
 def test_a_node_that_keeps_its_thread_serves_all_the_same(rate: float) -> None:
     """It sleeps between ticks itself, for 50 ms; and again, where the executor serves it first."""
     with vehicle(alone=True, use_sim_time=False, rate=rate, **PATIENT) as car:

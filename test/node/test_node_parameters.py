@@ -156,7 +156,7 @@ STORM = st.lists(st.builds(ParameterMessage, name=st.sampled_from(NAMES), value=
                  max_size=4)
 
 
-@short_and_long('count', 200, 2000)
+@short_and_long('count', 60, 2000)
 def test_any_request_is_answered_and_leaves_settings_that_hold(
         stormy: Vehicle, count: int) -> None:
     settings(max_examples=count)(given(STORM, st.booleans())(

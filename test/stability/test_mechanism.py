@@ -14,7 +14,9 @@
 
 """What each term adds to a growth rate, against closed forms and differences; labels; trust."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from squeal_core.stability.eigenvectors import eigenvalue_conditions, mode_vecto
 from squeal_core.stability.mechanism import (
     contributions,
     Label,
+    Mechanism,
     mechanisms,
     participation,
     powers,
@@ -81,6 +84,16 @@ def scaled(model: BrakeModel, point: OperatingPoint, term: str, factor: float) -
         d, k = (d + value * array, k) if name in ROTATION else (d, k + value * array)
     n = model.size
     return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-k, -d]]))
+
+
+@pytest.fixture(scope='module')
+def of_k09(kang: BrakeModel) -> Callable[[float, bool], tuple[Mechanism, ...]]:
+    """Return what gives the mechanisms at a speed, at constant friction or by the law, once."""
+    @cache
+    def found(speed: float, law: bool) -> tuple[Mechanism, ...]:
+        return mechanisms(kang, by_law(kang, speed) if law else at(kang, speed))
+
+    return found
 
 
 # ---------------------------------------------------------------- contributions and powers
@@ -177,10 +190,10 @@ def test_conservative_terms_add_nothing_to_weakly_damped_modes(kang: BrakeModel)
         assert abs(rest) < 1e-5 * abs(mode.eigenvalue)
 
 
-def test_signs_in_k09(kang: BrakeModel) -> None:
+def test_signs_in_k09(of_k09: Callable[[float, bool], tuple[Mechanism, ...]]) -> None:
     """What makes a mode grow counts as positive: the couple, G at speed, R in the pad pair."""
-    slow, fast = ({round(m.mode.frequency_hz, -1): m for m in mechanisms(kang, at(kang, s))}
-                  for s in (5.0, 20.0))
+    slow, fast = ({round(m.mode.frequency_hz, -1): m for m in of_k09(speed, False)}
+                  for speed in (5.0, 20.0))
     assert all(m.contributions['friction_couple'] > 0.0 for m in slow.values())
     assert slow[3210.0].contributions['radial_dissipation'] > 0.5
     assert slow[1660.0].contributions['radial_dissipation'] < -10.0
@@ -220,11 +233,11 @@ CASES: list[tuple[float, bool, dict[int, Label]]] = [
 
 
 @pytest.mark.parametrize(('speed', 'law', 'expected'), CASES)
-def test_labels_of_k09(speed: float, law: bool, expected: dict[int, Label],
-                       kang: BrakeModel) -> None:
+def test_labels_of_k09(speed: float, law: bool, expected: dict[int, Label], kang: BrakeModel,
+                       of_k09: Callable[[float, bool], tuple[Mechanism, ...]]) -> None:
     """And full solves with the label's term out, in which the mode of that frequency is stable."""
     point = by_law(kang, speed) if law else at(kang, speed)
-    found = mechanisms(kang, point)
+    found = of_k09(speed, law)
     assert {m.mode.index: m.label for m in found} == expected
     for m in found:
         term = TERM_OF[m.label]
@@ -287,9 +300,9 @@ def test_a_stable_mode() -> None:
     assert found[0].without == {}
 
 
-def test_reason_says_what_was_taken_out(kang: BrakeModel) -> None:
-    point = by_law(kang, 5.0)
-    found = mechanisms(kang, point, complex_modes(kang, point).modes[11:12])
+def test_reason_says_what_was_taken_out(
+        of_k09: Callable[[float, bool], tuple[Mechanism, ...]]) -> None:
+    found = [mechanism for mechanism in of_k09(5.0, True) if mechanism.mode.index == 12]
     assert found[0].reason.startswith('negative slope needed: growth rate +17.')
     assert '-17.1' in found[0].reason
     assert list(found[0].without) == ['gyroscopic', 'friction_couple', 'radial_dissipation',

@@ -285,12 +285,12 @@ SCRIPT = """
 import os
 import numpy as np
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.sweep import sweep
+from squeal_core.studies.sweep import sweep
 if __name__ == '__main__':
     kang = BrakeModel.load('kang2009')
     point = OperatingPoint(rotor_speed=5.0, friction=0.42, contact_stiffness=0.35e11,
                            contact_pressure=2000.0 / kang.contact_area)
-    axes = {'rotor_speed': [5.0, 20.0], 'friction': np.linspace(0.0, 0.5, 6)}
+    axes = {'rotor_speed': [5.0, 20.0], 'friction': np.linspace(0.0, 0.5, 3)}
     before = dict(os.environ)
     for tracked in (False, True):
         one, two = (sweep(kang, point, axes, tracked=tracked, workers=n) for n in (0, 2))
@@ -315,7 +315,7 @@ def test_workers_equal_one_process_bit_for_bit(tmp_path: Path) -> None:
 LONG = """
 import numpy as np
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.sweep import sweep
+from squeal_core.studies.sweep import sweep
 if __name__ == '__main__':
     kang = BrakeModel.load('kang2009')
     point = OperatingPoint(rotor_speed=5.0, friction=0.42, contact_stiffness=0.35e11,
