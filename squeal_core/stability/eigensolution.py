@@ -206,8 +206,10 @@ class ComplexModes:
 
     def worst_in(self, low_hz: float, high_hz: float) -> Mode | None:
         """Return the least stable oscillating mode with a frequency in a band."""
-        return next(iter(self.flutter_in(low_hz, high_hz)
-                         or self.least_stable(low_hz, high_hz)), None)
+        for mode in self.unstable:
+            if mode.kind == 'flutter' and low_hz <= mode.frequency_hz <= high_hz:
+                return mode
+        return next(iter(self.least_stable(low_hz, high_hz)), None)
 
 
 def complex_modes(model: BrakeModel, point: OperatingPoint, *,

@@ -98,16 +98,17 @@ def _diagnostics(time: int, statuses: Sequence[messages.StatusTexts]) -> bytes:
 
 def _status(status: messages.StatusTexts) -> bytes:
     """Return a DiagnosticStatus without its level."""
-    parts = [_key(status.name), _text(status.message), _key(status.hardware_id),
-             _COUNT.pack(len(status.values))]
-    count, ends, key_bytes = _COUNT.pack, _ENDS, _key
-    for key, value in status.values.items():
-        data = value.encode()
-        size = len(data)
-        parts += key_bytes(key), count(size + 1), data, ends[size & 3]
-    if status.values:  # the next level stands right behind the last text
-        parts[-1] = parts[-1][:1]
-    return b''.join(parts)
+    values = [value.encode() for value in status.values.values()]
+    sizes = [*map(len, values)]
+    pairs = [b''] * (4 * len(values))
+    pairs[::4] = _texts(tuple(status.values))
+    pairs[1::4] = [_COUNT.pack(size + 1) for size in sizes]
+    pairs[2::4] = values
+    pairs[3::4] = [_ENDS[size & 3] for size in sizes]
+    if pairs:
+        pairs[-1] = pairs[-1][:1]  # the next level stands right behind the last text
+    return b''.join((*_texts((status.name,)), _text(status.message),
+                     *_texts((status.hardware_id,)), _COUNT.pack(len(values)), *pairs))
 
 
 def _text(text: str) -> bytes:
@@ -117,4 +118,7 @@ def _text(text: str) -> bytes:
     return _COUNT.pack(size + 1) + data + _ENDS[size & 3]
 
 
-_key = lru_cache(maxsize=1024)(_text)  # the same in every tick
+@lru_cache(maxsize=1024)
+def _texts(texts: tuple[str, ...]) -> list[bytes]:
+    """Return texts that are the same in every tick."""
+    return [*map(_text, texts)]
