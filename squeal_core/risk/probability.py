@@ -112,7 +112,7 @@ class Risk:
 
     probability: float
     error: float
-    basis: Literal['summed', 'first order', 'certain']
+    basis: Literal['precomputed', 'summed', 'first order', 'certain']
     named: Callable[[], tuple[ModeRisk, ...]] = tuple
 
     @cached_property
