@@ -23,6 +23,7 @@ from typing import Any, Literal, TypeAlias
 from squeal_core.common.errors import ConfigurationError, did_you_mean, short_repr
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.monitor.axles import axle_partners
+from squeal_core.risk.uncertainty import InputUncertainty, RiskParameters
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 Signal: TypeAlias = Literal['rotor_speed', 'pressure', 'friction', 'temperature']
@@ -338,6 +339,17 @@ class MonitorSettings:
     def period(self) -> int:
         """Time between assessments [ns]."""
         return round(1e9 / self.rate)
+
+
+def risk_parameters(settings: MonitorSettings) -> RiskParameters:
+    """Return what the risk of a monitor with these settings is the probability of."""
+    return RiskParameters(
+        band_hz=(settings.squeal_band_low_hz, settings.squeal_band_high_hz),
+        growth_threshold=settings.growth_threshold,
+        uncertainty=InputUncertainty(
+            friction=settings.friction_deviation, pressure=settings.pressure_deviation,
+            rotor_speed=settings.rotor_speed_deviation,
+            contact_stiffness=settings.contact_stiffness_deviation))
 
 
 def pressure_references(settings: MonitorSettings) -> str:

@@ -84,7 +84,7 @@ class RiskEvaluator:
 
     def _precomputed(self, conditions: Sequence[SlidingConditions]) -> list[float]:
         """Return the risk of each by the map, NaN where there is none."""
-        if self._map is None:
+        if self._map is None or not conditions:
             return [math.nan] * len(conditions)
         found = self._map.risk_at(*np.array(
             [(abs(at.rotor_speed), self._model.contact_pressure(at.pressure), at.friction)

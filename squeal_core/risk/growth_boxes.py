@@ -24,6 +24,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 import math
+from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
@@ -41,6 +42,8 @@ _LISTED = 30.0  # 1/s below zero, from which on a mode is evaluated
 _NEAR_BAND = (0.7, 1.4)  # times the ends of the band: frequencies that may come into it
 _FEW = 4  # points of a box that are solved in full where an expansion fails
 _CHUNK = 2048  # points evaluated at once
+_CHECKED = (3, 3, 5, 5)  # points along the axes of a box at which its expansion is checked
+_EDGE = 0.2  # of a distance to the band: it then changes about as much as growth over ln k_c
 _NONE = -1e3  # 1/s, where no mode is near growth
 
 
@@ -63,13 +66,13 @@ class BandGrowth:
 
     def excess(self, roots: ComplexArray) -> FloatArray:
         """
-        Return the growth rate above the threshold, or the distance to the band if that is less.
+        Return the growth rate above the threshold, or a scaled distance to the band if less.
 
         It is above zero just where a mode grows within the band, and continuous at its ends.
         """
         low, high = self.band
         return np.minimum(roots.real - self.threshold,
-                          np.minimum(roots.imag - low, high - roots.imag))
+                          _EDGE * np.minimum(roots.imag - low, high - roots.imag))
 
 
 @dataclass(frozen=True)
@@ -96,12 +99,10 @@ class GridBox:
 
     @property
     def checked(self) -> IndexArray:
-        """Index of the corners (16 of them), then of both ends of each axis through the centre."""
-        ends = [(low, high - 1) for low, high in zip(self.low, self.high, strict=True)]
-        centre = [sum(pair) // 2 for pair in ends]
-        faces = [[*centre[:axis], end, *centre[axis + 1:]]
-                 for axis, pair in enumerate(ends) for end in pair]
-        return np.array([*product(*ends), *faces], np.intp)
+        """Index (P, 4) of a lattice of points, both ends of each axis among them."""
+        axes = [np.linspace(low, high - 1, count).round().astype(np.intp)
+                for low, high, count in zip(self.low, self.high, _CHECKED, strict=True)]
+        return np.stack(np.meshgrid(*axes, indexing='ij'), axis=-1).reshape(-1, 4)
 
     def halves(self, axis: int) -> tuple['GridBox', 'GridBox']:
         middle = (self.low[axis] + self.high[axis]) // 2
@@ -114,7 +115,7 @@ class BoxGrowth:
     """Excess growth (n1, n2, n3, n4) [1/s] at the points of a box, and how it was computed."""
 
     box: GridBox
-    excess: FloatArray
+    excess: Any
     expansions: int
 
 
@@ -174,7 +175,7 @@ def _by_expansion(grid: GrowthGrid, criterion: BandGrowth,
             stiffness_step=0.5 * float(_SMALLEST[3]))
     except np.linalg.LinAlgError:
         return None, longest
-    check = _CornerCheck.of(grid, criterion, box, expansion)
+    check = _ExpansionCheck.of(grid, criterion, box, expansion)
     divisible = box.size > smallest
     if not check.suffices and divisible.any():
         return None, check.worst_axis(divisible)
@@ -182,15 +183,15 @@ def _by_expansion(grid: GrowthGrid, criterion: BandGrowth,
 
 
 @dataclass(frozen=True, eq=False)
-class _CornerCheck:
+class _ExpansionCheck:
     """
-    Check of an expansion at the corners and faces of a box.
+    Check of an expansion at a lattice of points of a box.
 
     Parameters
     ----------
     suffices : bool
         Whether the expansion serves the whole box.
-    errors : (24,) array
+    errors : (P,) array
         Largest error where the sign of growth is open, over what it may be.
     blocks : index array
         Blocks that are evaluated in the box.
@@ -203,7 +204,7 @@ class _CornerCheck:
 
     @classmethod
     def of(cls, grid: GrowthGrid, criterion: BandGrowth, box: GridBox,
-           expansion: Anchor) -> '_CornerCheck':
+           expansion: Anchor) -> '_ExpansionCheck':
         roots, errors = expansion.roots_at(grid.coefficients(box.checked))
         errors = np.minimum(errors, _FAR)
         excess = criterion.excess(roots)
@@ -219,9 +220,12 @@ class _CornerCheck:
         listed = (excess > -_LISTED).any(axis=0)
         return cls(bool(off.max() <= 1.0), off, np.unique(owner[listed]))
 
-    def worst_axis(self, divisible: FloatArray) -> int:
+    def worst_axis(self, divisible: Any) -> int:
         """Return the axis with the largest error at its ends, of those that can be divided."""
-        along = self.errors[16:].reshape(4, 2).max(axis=1)
+        errors = self.errors.reshape(_CHECKED)
+        centre = tuple(count // 2 for count in _CHECKED)
+        along = [max(errors[(*centre[:axis], end, *centre[axis + 1:])] for end in (0, -1))
+                 for axis in range(len(_CHECKED))]
         return int(np.argmax(np.where(divisible, along, -1.0)))
 
 

@@ -84,9 +84,9 @@ class GrowthGrid:
         speed, pressure, friction, factor = ((axis[a], axis[b]) for axis, a, b in zip(
             (self.rotor_speed, self.contact_pressure, self.friction, self.stiffness_factor),
             low, high, strict=True))
-        return self._points(*(np.sqrt([a * b]) for a, b in (speed, pressure)),
-                            np.array([0.5 * sum(friction)]),
-                            np.sqrt([factor[0] * factor[1]]))[0]
+        return self._points(
+            np.sqrt([speed[0] * speed[1]]), np.sqrt([pressure[0] * pressure[1]]),
+            np.array([0.5 * sum(friction)]), np.sqrt([factor[0] * factor[1]]))[0]
 
     def _points(self, speed: FloatArray, pressure: FloatArray, friction: FloatArray,
                 factor: FloatArray) -> OperatingPoints:
@@ -147,7 +147,7 @@ def stiffness_factors(deviation: float) -> FloatArray:
         return np.ones(1)
     step = min(STIFFNESS_STEP, max(0.4 * deviation, 0.004) / 3.0)
     count = round(_DEVIATIONS * deviation / step)
-    return np.exp(step * np.arange(-count, count + 1))
+    return np.asarray(np.exp(step * np.arange(-count, count + 1)))
 
 
 def _friction_steps(uncertainty: InputUncertainty) -> tuple[float, float]:

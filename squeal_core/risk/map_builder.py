@@ -20,12 +20,12 @@ from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray
+from scipy.special import ndtr
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.growth_boxes import BandGrowth, box_growth, first_boxes
 from squeal_core.risk.growth_grid import grid_around, grid_over, GrowthGrid
 from squeal_core.risk.operating_map import MapError, OperatingMap
-from squeal_core.risk.smoothing import growth_probability
+from squeal_core.risk.smoothing import probability_scores
 from squeal_core.risk.uncertainty import RiskParameters
 from squeal_core.stability.eigensolution import Tolerances
 
@@ -69,11 +69,11 @@ def build_operating_map(model: BrakeModel, parameters: RiskParameters, *,
         model, parameters.uncertainty, rotor_speed=rotor_speed, friction=friction,
         contact_pressure=(preload[0] / model.contact_area, preload[1] / model.contact_area))
     excess = _excess(grid, criterion_of(model, parameters), run, progress)
-    risk = growth_probability(grid, excess, nominal, parameters.uncertainty)
+    score = probability_scores(grid, excess, nominal, parameters.uncertainty)
     growth = excess[:, :, nominal, grid.stiffness_factor.size // 2] + parameters.growth_threshold
     found = OperatingMap(
         parameters, grid.rotor_speed, grid.contact_pressure, grid.friction[nominal],
-        risk.astype(np.float32), growth.astype(np.float32), MapError(0, np.nan, np.nan))
+        score.astype(np.float32), growth.astype(np.float32), MapError(0, np.nan, np.nan))
     return _with_error(model, found, run, checks)
 
 
@@ -90,14 +90,14 @@ def integrated_risk(model: BrakeModel, parameters: RiskParameters, rotor_speed: 
     grid, place = grid_around(model, parameters.uncertainty, rotor_speed, contact_pressure,
                               friction)
     excess = _excess(grid, criterion_of(model, parameters), map, lambda *_: None)
-    found = growth_probability(grid, excess, slice(place, place + 1), parameters.uncertainty)
-    return float(found[1, 1, 0])
+    found = probability_scores(grid, excess, slice(place, place + 1), parameters.uncertainty)
+    return float(ndtr(found[1, 1, 0]))
 
 
-def _excess(grid: GrowthGrid, criterion: BandGrowth, run: Run, progress: Progress) -> FloatArray:
+def _excess(grid: GrowthGrid, criterion: BandGrowth, run: Run, progress: Progress) -> Any:
     """Return the excess growth at all points of a grid."""
     boxes = first_boxes(grid)
-    found = np.empty(grid.shape, np.float32)
+    found: Any = np.empty(grid.shape, np.float32)
     for done, part in enumerate(run(partial(box_growth, grid, criterion), boxes), start=1):
         found[part.box.slices] = part.excess
         progress(done, len(boxes))
@@ -107,10 +107,9 @@ def _excess(grid: GrowthGrid, criterion: BandGrowth, run: Run, progress: Progres
 def _with_error(model: BrakeModel, found: OperatingMap, run: Run, checks: int) -> OperatingMap:
     """Return a map with its error; half of the check points have an open risk, if there are."""
     rng = np.random.default_rng(0)
-    ends = [(np.log(axis[0]), np.log(axis[-1])) for axis in (
-        found.rotor_speed, found.contact_pressure)]
-    places = rng.uniform(*np.transpose([*ends, (found.friction[0], found.friction[-1])]),
-                         (_CANDIDATES, 3))
+    low, high = np.array([(axis[0], axis[-1]) for axis in (
+        np.log(found.rotor_speed), np.log(found.contact_pressure), found.friction)]).T
+    places = low + (high - low) * rng.random((_CANDIDATES, 3))
     places[:, :2] = np.exp(places[:, :2])
     risk = found.risk_at(*places.T)
     open_ = np.flatnonzero((risk > _OPEN[0]) & (risk < _OPEN[1]))[:checks // 2]

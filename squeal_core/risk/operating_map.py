@@ -22,12 +22,13 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtr
 from squeal_core.common.arrays import FloatArray, IndexArray, readonly
 from squeal_core.risk.uncertainty import InputUncertainty, RiskParameters
 
 Axis: TypeAlias = Literal['rotor_speed', 'contact_pressure', 'friction']
 AXES: tuple[Axis, ...] = ('rotor_speed', 'contact_pressure', 'friction')
-ARRAYS = (*AXES, 'risk', 'growth')
+ARRAYS = (*AXES, 'score', 'growth')
 _CORNERS = np.array(list(product((0, 1), repeat=3)))  # of a cell (8, 3)
 _ROUNDING = 1e-9  # of a grid step, by which a point may be outside
 
@@ -54,7 +55,7 @@ class MapError:
 @dataclass(frozen=True, eq=False)
 class OperatingMap:
     """
-    Risk and growth rate on a grid of operating points, linear between them.
+    Risk and growth rate on a grid of operating points.
 
     Parameters
     ----------
@@ -64,8 +65,9 @@ class OperatingMap:
         Grid, evenly spaced by their logarithms [rad/s], [Pa].
     friction : array
         Grid, evenly spaced [-].
-    risk : (speeds, pressures, frictions) array
-        Probability that a mode in the band grows [-].
+    score : (speeds, pressures, frictions) array
+        Standard normal quantile of the probability that a mode in the band grows [-]; this, and
+        not the probability, is nearly linear between grid points.
     growth : (speeds, pressures, frictions) array
         Largest growth rate of an oscillating mode in the band at the nominal contact stiffness
         [1/s]; where the largest is outside, minus its distance to the band [rad/s].
@@ -78,14 +80,14 @@ class OperatingMap:
     rotor_speed: FloatArray
     contact_pressure: FloatArray
     friction: FloatArray
-    risk: Any
+    score: Any
     growth: Any
     error: MapError
 
     @property
     def nbytes(self) -> int:
         """Size of the arrays [bytes]."""
-        return int(self.risk.nbytes + self.growth.nbytes)
+        return int(self.score.nbytes + self.growth.nbytes)
 
     def risk_at(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike,
                 friction: ArrayLike) -> FloatArray:
@@ -102,7 +104,8 @@ class OperatingMap:
             Friction coefficient [-].
 
         """
-        return self._interpolated(self._risk, rotor_speed, contact_pressure, friction)
+        return np.asarray(ndtr(self._interpolated(
+            self._score, rotor_speed, contact_pressure, friction)))
 
     def growth_at(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike,
                   friction: ArrayLike) -> FloatArray:
@@ -128,8 +131,8 @@ class OperatingMap:
         return values, self.growth_at(**at)
 
     @cached_property
-    def _risk(self) -> FloatArray:
-        return readonly(self.risk)
+    def _score(self) -> FloatArray:
+        return readonly(self.score)
 
     @cached_property
     def _growth(self) -> FloatArray:
@@ -150,7 +153,8 @@ class OperatingMap:
         with np.errstate(divide='ignore', invalid='ignore'):
             places = (np.stack([np.log(speed), np.log(pressure), friction], axis=-1)
                       - first) / steps
-        inside = ((places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=-1)
+        inside: Any = (
+            (places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=-1)
         places = np.where(inside[..., None], places, 0.0)
         cells = np.clip(places.astype(np.intp), 0, intervals - 1)
         parts = (places - cells)[..., None, :]
@@ -181,13 +185,17 @@ class OperatingMap:
             parameters, error = header['parameters'], header['error']
             low, high = map(float, parameters['band_hz'])
             found = cls(
-                RiskParameters(
+                parameters=RiskParameters(
                     band_hz=(low, high), growth_threshold=float(parameters['growth_threshold']),
                     uncertainty=InputUncertainty(**{
                         name: float(value) for name, value in parameters['uncertainty'].items()})),
-                *(readonly(arrays[name]) for name in AXES),
-                *(np.asarray(arrays[name], np.float32) for name in ('risk', 'growth')),
-                MapError(int(error['points']), float(error['largest']), float(error['rms'])))
+                rotor_speed=readonly(arrays['rotor_speed']),
+                contact_pressure=readonly(arrays['contact_pressure']),
+                friction=readonly(arrays['friction']),
+                score=np.asarray(arrays['score'], np.float32),
+                growth=np.asarray(arrays['growth'], np.float32),
+                error=MapError(int(error['points']), float(error['largest']),
+                               float(error['rms'])))
         except (KeyError, TypeError, AttributeError) as wrong:
             raise ValueError(f'no operating map ({type(wrong).__name__}: {wrong})') from None
         found._check()
@@ -199,6 +207,6 @@ class OperatingMap:
             axis = getattr(self, name)
             if axis.ndim != 1 or axis.size < 2 or not (np.diff(axis) > 0.0).all():
                 raise ValueError(f'no operating map: {name} does not rise')
-        if self.risk.shape != shape or self.growth.shape != shape:
-            raise ValueError(f'no operating map: risk is {self.risk.shape}, its axes {shape}')
+        if self.score.shape != shape or self.growth.shape != shape:
+            raise ValueError(f'no operating map: score is {self.score.shape}, its axes {shape}')
 

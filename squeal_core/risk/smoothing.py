@@ -27,13 +27,15 @@ with width^2 the sum of the squared changes of growth over the four deviations.
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.growth_grid import GrowthGrid
 from squeal_core.risk.uncertainty import InputUncertainty
 
 _NARROW = 0.5  # standard deviation of the narrow Gaussians over the step between them
 _SHARP = 1e-6  # 1/s, width of growth that nothing changes
+SURE = 4.0  # standard deviations; 3e-5 are left beyond
+_LEAST = 1e-300
 _REACH = 3.0 + 1e-6  # standard deviations that are summed
 
 
@@ -59,10 +61,13 @@ def gaussian_masses(points: FloatArray, deviation: float) -> tuple[FloatArray, f
     return np.asarray(masses / masses.sum()), narrow
 
 
-def growth_probability(grid: GrowthGrid, excess: FloatArray, nominal: slice,
+def probability_scores(grid: GrowthGrid, excess: FloatArray, nominal: slice,
                        uncertainty: InputUncertainty) -> FloatArray:
     """
-    Return the probability of growth at nominal speeds, pressures and frictions.
+    Return the standard normal quantile of the probability of growth.
+
+    It is the mean of the growth rate over its standard deviation where growth is linear in the
+    inputs, and hence nearly linear itself between grid points, where the probability is not.
 
     Parameters
     ----------
@@ -75,29 +80,53 @@ def growth_probability(grid: GrowthGrid, excess: FloatArray, nominal: slice,
     uncertainty : InputUncertainty
         Standard deviations of the inputs.
 
+    Returns
+    -------
+    (speeds, pressures, nominal frictions) array
+        Beyond `SURE`, where the sum over three standard deviations says little, by the tangent.
+
     """
-    steps = grid.steps
-    stiffness, stiffness_width = gaussian_masses(
+    excess = np.asarray(excess, float)
+    stiffness, narrow = gaussian_masses(
         np.log(grid.stiffness_factor), uncertainty.contact_stiffness)
+    middle = grid.stiffness_factor.size // 2
     found = np.empty((*excess.shape[:2], grid.friction[nominal].size))
     for column, place in enumerate(range(grid.friction.size)[nominal]):
         deviation = min(uncertainty.friction, 0.5 * float(grid.friction[place]))
-        masses, friction_width = gaussian_masses(grid.friction - grid.friction[place], deviation)
+        masses, friction_narrow = gaussian_masses(
+            grid.friction - grid.friction[place], deviation)
         used = slice(int(masses.nonzero()[0][0]), int(masses.nonzero()[0][-1]) + 1)
-        square = _squares(excess, used, (uncertainty.rotor_speed, uncertainty.pressure,
-                                         friction_width, stiffness_width) / steps)
-        sure = excess[:, :, used] / np.sqrt(square + _SHARP**2)
-        found[:, :, column] = (ndtr(sure) @ stiffness) @ masses[used]
-    return np.clip(found, 0.0, 1.0)
+        edge = (uncertainty.rotor_speed, uncertainty.pressure)
+        over = excess[:, :, used] / _widths(grid, excess, used, (*edge, friction_narrow, narrow))
+        low, high = ((ndtr(sign * over) @ stiffness) @ masses[used] for sign in (1.0, -1.0))
+        here = slice(place, place + 1)
+        tangent = excess[:, :, here] / _widths(
+            grid, excess, here, (*edge, deviation, uncertainty.contact_stiffness))
+        found[:, :, column] = _score(low, high, tangent[:, :, 0, middle])
+    return found
 
 
-def _squares(excess: FloatArray, frictions: slice, widths: Sequence[float]) -> FloatArray:
+def _score(low: FloatArray, high: FloatArray, tangent: FloatArray) -> FloatArray:
+    """Return the quantile of probabilities, and of their complements, or the tangent's."""
+    score = np.where(low < high, ndtri(np.maximum(low, _LEAST)), -ndtri(np.maximum(high, _LEAST)))
+    far = np.minimum(np.abs(score), np.maximum(np.abs(tangent), SURE))
+    return np.where(np.abs(score) < SURE, score, np.sign(score) * far)
+
+
+def _widths(grid: GrowthGrid, excess: FloatArray, frictions: slice,
+            deviations: Sequence[float]) -> FloatArray:
+    """Return the standard deviation of growth by deviations along the four axes of the grid."""
+    return np.asarray(np.sqrt(_SHARP**2 + _squares(
+        excess, frictions, np.array(deviations) / grid.steps)))
+
+
+def _squares(excess: FloatArray, frictions: slice, widths: FloatArray) -> FloatArray:
     """Return the sum of the squared changes of growth towards zero over a width of each axis."""
     low, high = max(frictions.start - 1, 0), frictions.stop + 1
     part = excess[:, :, low:high]
     inner = slice(frictions.start - low, frictions.stop - low)
     found = np.zeros(part[:, :, inner].shape)
-    for axis, width in enumerate(widths):
+    for axis, width in enumerate(widths.tolist()):
         if width and part.shape[axis] > 1:
             found += (width * _change_towards_zero(part, axis)[:, :, inner]) ** 2
     return found
