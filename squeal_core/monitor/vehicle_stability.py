@@ -25,9 +25,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth
 from squeal_core.monitor.margins import Kind, Margin, Margins, MarginSettings
-from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings, risk_parameters
 from squeal_core.risk.evaluator import RiskEvaluator
-from squeal_core.risk.probability import InputUncertainty
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.lookup_file import find_table, read_table
 from squeal_core.surrogate.lookup_solver import TableLookup
@@ -63,8 +62,7 @@ class VehicleStability:
         """Take other settings; the table and the counts of its answers stay."""
         self._band = band_of(settings)
         self.solver.band, self.solver.audit_every = self._band, round(settings.audit_interval)
-        self._risks = RiskEvaluator(self.model, self._band, _uncertainty(settings),
-                                    self.tolerances)
+        self._risks = RiskEvaluator(self.model, risk_parameters(settings))
         self._margins = MarginEvaluator(
             self.model, _margin_settings(self.model, settings, self.solver.table),
             self.tolerances, growth=None if self.solver.table is None else self._growth)
@@ -160,10 +158,3 @@ def _margin_settings(model: BrakeModel, settings: MonitorSettings,
                   for name, (low, high) in bounds.items()}
     return MarginSettings(band_hz=band_of(settings), **bounds,
                           error=0.0 if table is None else table.tolerances.growth)
-
-
-def _uncertainty(settings: MonitorSettings) -> InputUncertainty:
-    return InputUncertainty(
-        friction=settings.friction_deviation, pressure=settings.pressure_deviation,
-        rotor_speed=settings.rotor_speed_deviation,
-        contact_stiffness=settings.contact_stiffness_deviation)

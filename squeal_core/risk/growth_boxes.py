@@ -30,14 +30,14 @@ import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.risk.growth_grid import GrowthGrid
 from squeal_core.stability.eigensolution import eigenvalues
-from squeal_core.surrogate.expansion_builder import anchor_at
-from squeal_core.surrogate.spectral_expansion import Anchor
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 _LARGEST = np.array([1.2, 2.7, 0.25, 0.12])  # width of a box, of ln speed, ln pressure, mu, ln k_c
 _SMALLEST = np.array([0.3, 0.4, 0.05, 0.04])  # below which its expansion serves whatever its error
 _TOLERANCE = 2.0  # 1/s, estimated, where the sign of a growth rate is open; a tenth of it in truth
 _FRACTION = 0.5  # of a growth rate, by which it may be off
-_FAR = 20.0  # 1/s: a growth rate farther from zero keeps its sign, whatever the error estimate
+_FAR = 40.0  # 1/s: a growth rate farther from zero keeps its sign, whatever the error estimate
 _LISTED = 30.0  # 1/s below zero, from which on a mode is evaluated
 _NEAR_BAND = (0.7, 1.4)  # times the ends of the band: frequencies that may come into it
 _FEW = 4  # points of a box that are solved in full where an expansion fails
@@ -64,15 +64,15 @@ class BandGrowth:
     band: tuple[float, float]
     threshold: float
 
-    def excess(self, roots: ComplexArray) -> FloatArray:
+    def excess(self, values: ComplexArray) -> FloatArray:
         """
         Return the growth rate above the threshold, or a scaled distance to the band if less.
 
         It is above zero just where a mode grows within the band, and continuous at its ends.
         """
         low, high = self.band
-        return np.minimum(roots.real - self.threshold,
-                          _EDGE * np.minimum(roots.imag - low, high - roots.imag))
+        return np.minimum(values.real - self.threshold,
+                          _EDGE * np.minimum(values.imag - low, high - values.imag))
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def _by_expansion(grid: GrowthGrid, criterion: BandGrowth,
     smallest = np.maximum(np.round(_SMALLEST / grid.steps), 1.0)
     longest = int(np.argmax(box.size / smallest))
     try:
-        expansion = anchor_at(
+        expansion = expand_spectrum(
             grid.model, grid.between(np.array(box.low), np.subtract(box.high, 1)),
             stiffness_step=0.5 * float(_SMALLEST[3]))
     except np.linalg.LinAlgError:
@@ -204,16 +204,16 @@ class _ExpansionCheck:
 
     @classmethod
     def of(cls, grid: GrowthGrid, criterion: BandGrowth, box: GridBox,
-           expansion: Anchor) -> '_ExpansionCheck':
-        roots, errors = expansion.roots_at(grid.coefficients(box.checked))
+           expansion: SpectralExpansion) -> '_ExpansionCheck':
+        values, errors = expansion.eigenvalues_at(grid.coefficients(box.checked))
         errors = np.minimum(errors, _FAR)
-        excess = criterion.excess(roots)
+        excess = criterion.excess(values)
         low, high = _NEAR_BAND[0] * criterion.band[0], _NEAR_BAND[1] * criterion.band[1]
-        excess[:, ((roots.imag < low) | (roots.imag > high)).all(axis=0)] = _NONE
+        excess[:, ((values.imag < low) | (values.imag > high)).all(axis=0)] = _NONE
         owner = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
         grows = (excess > errors).all(axis=0)
         if grows.any():
-            return cls(True, np.zeros(len(roots)), np.unique(owner[grows]))
+            return cls(True, np.zeros(len(values)), np.unique(owner[grows]))
         open_ = (excess > -errors).any(axis=0)
         allowed = np.maximum(_TOLERANCE, _FRACTION * np.abs(excess))
         off = np.where(open_, errors / allowed, 0.0).max(axis=1)
@@ -229,7 +229,7 @@ class _ExpansionCheck:
         return int(np.argmax(np.where(divisible, along, -1.0)))
 
 
-def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: Anchor,
+def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: SpectralExpansion,
                blocks: IndexArray) -> Iterator[FloatArray]:
     """Yield the largest excess growth of some blocks at the points of a box, in chunks."""
     places = box.places
@@ -237,8 +237,9 @@ def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion:
         yield np.full(len(places), _NONE)
         return
     for start in range(0, len(places), _CHUNK):
-        roots = expansion.roots_of(blocks, grid.coefficients(places[start:start + _CHUNK]))
-        yield criterion.excess(roots).max(axis=1)
+        values = expansion.eigenvalues_of_blocks(
+            blocks, grid.coefficients(places[start:start + _CHUNK]))
+        yield criterion.excess(values).max(axis=1)
 
 
 def _by_full_solutions(grid: GrowthGrid, criterion: BandGrowth, box: GridBox) -> FloatArray:

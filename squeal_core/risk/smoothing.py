@@ -110,7 +110,7 @@ def _score(low: FloatArray, high: FloatArray, tangent: FloatArray) -> FloatArray
     """Return the quantile of probabilities, and of their complements, or the tangent's."""
     score = np.where(low < high, ndtri(np.maximum(low, _LEAST)), -ndtri(np.maximum(high, _LEAST)))
     far = np.minimum(np.abs(score), np.maximum(np.abs(tangent), SURE))
-    return np.where(np.abs(score) < SURE, score, np.sign(score) * far)
+    return np.asarray(np.where(np.abs(score) < SURE, score, np.sign(score) * far))
 
 
 def _widths(grid: GrowthGrid, excess: FloatArray, frictions: slice,

@@ -149,14 +149,14 @@ class SpectralExpansion:
         _, terms = self._steps_and_terms(coefficients)
         return self.layout.eigenvalues_of((terms @ self._parts).view(complex))
 
-    def roots_of(self, blocks: IndexArray, coefficients: FloatArray) -> ComplexArray:
+    def eigenvalues_of_blocks(self, blocks: IndexArray, coefficients: FloatArray) -> ComplexArray:
         """Return the eigenvalues (..., m) of some blocks, by ascending index, at coefficients."""
         layout = BlockLayout(self.sizes[blocks])
         rows = np.concatenate([self.layout.block(self.series, block)
                                for block in blocks.tolist()], axis=-1)
         _, terms = self._steps_and_terms(coefficients)
         parts = np.ascontiguousarray(layout.laid_out(rows)).view(float)
-        return layout.roots_of((terms @ parts).view(complex))
+        return layout.eigenvalues_of((terms @ parts).view(complex))
 
     def _steps_and_terms(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the scaled steps z (..., v) and their products (..., terms)."""

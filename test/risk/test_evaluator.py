@@ -16,6 +16,7 @@
 
 from dataclasses import replace
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -80,7 +81,7 @@ def test_several_conditions_at_once() -> None:
 @pytest.mark.parametrize('changes', [
     {'band_hz': (2000.0, 3000.0)}, {'growth_threshold': 1.0},
     {'uncertainty': replace(USUAL, pressure=0.05)}])
-def test_other_parameters_than_the_maps_are_first_order(changes: dict[str, object]) -> None:
+def test_other_parameters_than_the_maps_are_first_order(changes: dict[str, Any]) -> None:
     evaluator = RiskEvaluator(ONE, replace(PARAMETERS, **changes), ones_map())
     found = assess(evaluator, AT)
     assert found.basis == 'first order'
@@ -109,6 +110,22 @@ def test_first_order_is_exact_where_growth_is_linear(threshold: float) -> None:
     deviation = 0.05 * (mode.growth_rate + decay)
     found = first_order_probabilities(ONE, AT, [mode], uncertainty, threshold)
     assert found == pytest.approx([ndtr((mode.growth_rate - threshold) / deviation)], rel=1e-3)
+
+
+@pytest.mark.parametrize('name', ['friction', 'pressure', 'rotor_speed', 'contact_stiffness'])
+def test_first_order_deviation_is_the_change_over_one_deviation(
+        name: str, kang: BrakeModel) -> None:
+    at = replace(AT, contact_stiffness=kang.nominal_contact_stiffness)
+    mode = complex_modes(kang, kang.operating_point(**vars(at))).least_stable(1250.0, 16e3)[0]
+    step = 1e-3 * (1.0 if name == 'friction' else getattr(at, name))
+    low, high = (complex_modes(kang, kang.operating_point(**vars(replace(
+        at, **{name: getattr(at, name) + sign * step})))) for sign in (-0.5, 0.5))
+    near = [modes.eigenvalues[np.abs(modes.eigenvalues - mode.eigenvalue).argmin()].real
+            for modes in (low, high)]
+    deviation = abs(near[1] - near[0])
+    found = first_order_probabilities(kang, at, [mode], replace(NONE, **{name: 1e-3}),
+                                      mode.growth_rate - 0.5 * deviation)
+    assert found == pytest.approx([ndtr(0.5)], abs=2e-3)
 
 
 @pytest.mark.parametrize('friction', [0.1, 0.3, 0.42])

@@ -86,7 +86,7 @@ def sampled(model: BrakeModel, parameters: RiskParameters, place: tuple[float, f
 
 @pytest.mark.parametrize('deviation', [0.003, 0.01, 0.02, 0.1])
 def test_narrow_gaussians_make_up_a_gaussian(deviation: float) -> None:
-    points = 0.01 * np.arange(-40, 41)
+    points = np.asarray(0.01 * np.arange(-40, 41), float)
     masses, narrow = gaussian_masses(points, deviation)
     assert masses.sum() == pytest.approx(1.0)
     square = float(masses @ points**2) + narrow**2
@@ -150,13 +150,15 @@ def test_map_against_samples(friction: float) -> None:
     assert float(small_map().risk_at(*place)) == pytest.approx(expected, abs=WITHIN + error)
 
 
-@pytest.mark.parametrize('deviations', [
-    replace(USUAL, contact_stiffness=0.0), replace(USUAL, friction=0.0, contact_stiffness=0.03)])
-def test_other_uncertainties_against_samples(deviations: InputUncertainty) -> None:
-    parameters = replace(PARAMETERS, uncertainty=deviations)
-    expected, error = sampled(SMALL, parameters, PLACE, 1024)
+@pytest.mark.parametrize(('deviations', 'friction'), [
+    (replace(USUAL, contact_stiffness=0.0), 0.24),
+    (replace(USUAL, friction=0.0, contact_stiffness=0.03), 0.22)])
+def test_other_uncertainties_against_samples(deviations: InputUncertainty,
+                                             friction: float) -> None:
+    parameters, place = replace(PARAMETERS, uncertainty=deviations), (*PLACE[:2], friction)
+    expected, error = sampled(SMALL, parameters, place, 1024)
     assert 0.02 < expected < 0.98
-    assert integrated_risk(SMALL, parameters, *PLACE) == pytest.approx(
+    assert integrated_risk(SMALL, parameters, *place) == pytest.approx(
         expected, abs=WITHIN + error)
 
 
@@ -209,7 +211,7 @@ def test_growth_along_friction_is_that_of_full_solutions() -> None:
                            point.stiffness_factor.size // 2])
         truth = criterion_of(SMALL, PARAMETERS).excess(
             eigenvalues(SMALL, point.between(middle, middle))).max() + 0.01
-        assert found == pytest.approx(truth, abs=0.5)
+        assert found == pytest.approx(truth, abs=0.5, rel=0.05)
 
 
 def test_map_of_header_and_arrays() -> None:

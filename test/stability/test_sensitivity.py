@@ -14,16 +14,13 @@
 
 """Sensitivities against differences of the roots, and first-order risk against Monte Carlo."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.operating_point import Coefficients
-from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.risk.probability import first_order_risk, Inputs, InputUncertainty
-from squeal_core.stability.eigensolution import complex_modes, Mode
+from squeal_core.common.arrays import ComplexArray
+from squeal_core.stability.eigensolution import complex_modes
 from squeal_core.stability.sensitivity import growth_change, root_sensitivity
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
@@ -143,114 +140,3 @@ def test_growth_change_is_first_order() -> None:
 
 
 # ---------------------------------------------------------------- first-order risk
-
-TWO = BrakeModel(
-    angular_frequencies=[1e4, 1.03e4], damping_ratios=0.01,
-    contact_stiffness=[[2e-3, 1e-4], [1e-4, 1e-3]], gyroscopic=[[0.0, 4.0], [-4.0, 0.0]],
-    friction_couple=[[0.0, 2.0e-3], [-1.5e-3, 0.0]],
-    radial_dissipation=[[5e-4, 0.0], [0.0, 1e-4]], negative_slope=[[3e-3, 1e-4], [1e-4, 2e-3]])
-SPREAD = InputUncertainty(friction=0.004, pressure=0.02, rotor_speed=0.02, contact_stiffness=0.005)
-
-
-def point_of(inputs: Inputs) -> OperatingPoint:
-    """Return a point: the slope goes with the friction, as a scaled law's does."""
-    return OperatingPoint(
-        rotor_speed=inputs.rotor_speed, friction=inputs.friction,
-        friction_slope=-0.1 * inputs.friction, contact_pressure=inputs.pressure,
-        contact_stiffness=inputs.contact_stiffness)
-
-
-def inputs(friction: float) -> Inputs:
-    return Inputs(rotor_speed=5.0, pressure=1e6, friction=friction, contact_stiffness=1e10)
-
-
-def growing(at: Inputs) -> tuple[Mode, ...]:
-    """Return the mode nearest to growing."""
-    modes = complex_modes(TWO, point_of(at)).modes
-    return (max(modes, key=lambda m: m.growth_rate),)
-
-
-def monte_carlo(at: Inputs, samples: int = 40000) -> tuple[float, FloatArray]:
-    """Probability of growth, and the growth rates, by eigenvalues of samples of the inputs."""
-    rng = np.random.default_rng(5)
-    mu, p, speed, k = (rng.normal(mean, spread, samples)[:, None, None] for mean, spread in (
-        (at.friction, SPREAD.friction), (at.pressure, SPREAD.pressure * at.pressure),
-        (at.rotor_speed, SPREAD.rotor_speed * at.rotor_speed),
-        (at.contact_stiffness, SPREAD.contact_stiffness * at.contact_stiffness)))
-    stiffness = np.diag(TWO.angular_frequencies**2) + k * (
-        TWO.contact_stiffness + mu * TWO.friction_couple)
-    damping = (np.diag(TWO.structural_damping) + speed * TWO.gyroscopic
-               + p * mu / speed * TWO.radial_dissipation - 0.1 * mu * p * TWO.negative_slope)
-    upper = np.broadcast_to(np.hstack([np.zeros((2, 2)), np.eye(2)]), (samples, 2, 4))
-    state = np.concatenate([upper, np.concatenate([-stiffness, -damping], axis=2)], axis=1)
-    growth = np.linalg.eigvals(state).real.max(axis=1)
-    return float(np.mean(growth > 0.0)), growth
-
-
-@pytest.mark.parametrize('friction', [0.170, 0.172, 0.174, 0.178])
-def test_risk_against_monte_carlo(friction: float) -> None:
-    at = inputs(friction)
-    found = first_order_risk(TWO, point_of, at, growing(at), SPREAD).probability
-    expected, growth = monte_carlo(at)
-    assert 0.05 < expected < 0.98
-    # 40000 samples: 0.0025; the growth rate bends by (mean - present) / deviation of a deviation
-    bend = abs(growth.mean() - growing(at)[0].growth_rate) / growth.std()
-    assert bend < 0.05
-    assert found == pytest.approx(expected, abs=0.0075 + 0.4 * bend)
-
-
-@pytest.mark.parametrize('name', ['friction', 'pressure', 'rotor_speed', 'contact_stiffness'])
-def test_risk_of_one_uncertain_input(name: str) -> None:
-    """The deviation of the growth rate is its change over one deviation of the input."""
-    none = InputUncertainty(friction=0.0, pressure=0.0, rotor_speed=0.0, contact_stiffness=0.0)
-    at, spread = inputs(0.1725), 1e-3
-    mode = growing(at)[0]
-    step = spread if name == 'friction' else spread * getattr(at, name)
-    high, low = (growing(at.moved(name, sign * step))[0].growth_rate for sign in (0.5, -0.5))
-    found = first_order_risk(TWO, point_of, at, (mode,), replace(none, **{name: spread}))
-    deviation = abs(high - low)
-    expected = normal_cdf(mode.growth_rate / deviation)
-    # third derivatives over half a step of 1e-3
-    assert found.probability == pytest.approx(expected, abs=1e-4)
-    certain = first_order_risk(TWO, point_of, at, (mode,), none)
-    assert certain.probability == float(mode.growth_rate > 0.0)
-
-
-def normal_cdf(x: float) -> float:
-    """By summing the density, not by erf."""
-    grid = np.linspace(-12.0, x, 20001)
-    return float(trapezoid(np.exp(-0.5 * grid**2), grid) / np.sqrt(2.0 * np.pi))
-
-
-def test_the_greatest_probability_counts() -> None:
-    at = inputs(0.172)
-    modes = complex_modes(TWO, point_of(at)).modes
-    single = [first_order_risk(TWO, point_of, at, (m,), SPREAD).probability for m in modes]
-    both = first_order_risk(TWO, point_of, at, modes, SPREAD)
-    assert both.probability == max(single) > 0.1
-    assert min(single) < 1e-6
-    assert first_order_risk(TWO, point_of, at, (), SPREAD).probability == 0.0
-
-
-@pytest.mark.parametrize('start', [0.170, 0.175])
-def test_margin_is_the_way_to_critical_friction(start: float) -> None:
-    low, high = 0.16, 0.19
-    for _ in range(40):  # bisection on the growth rate itself
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if growing(inputs(middle))[0].growth_rate < 0 else (low, middle)
-    margin = first_order_risk(TWO, point_of, inputs(start), growing(inputs(start)),
-                              SPREAD).friction_margin
-    # the growth rate bends by some per cent over 0.003 of friction
-    assert start + margin == pytest.approx(low, abs=0.1 * abs(low - start))
-    assert np.sign(margin) == np.sign(low - start)
-
-
-def test_no_margin_without_a_way() -> None:
-    """A mode that friction only damps has none; neither has one beyond mu + 1."""
-    model = BrakeModel(angular_frequencies=[1e4, 2e4], damping_ratios=0.01,
-                       radial_dissipation=[[1e-3, 1e-5], [1e-5, 1e-3]])
-    at = inputs(0.4)
-    modes = complex_modes(model, point_of(at)).modes
-    found = first_order_risk(model, point_of, at, modes, SPREAD)
-    assert np.isnan(found.friction_margin)
-    assert found.probability == 0.0
