@@ -17,6 +17,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
@@ -27,8 +28,9 @@ from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth
 from squeal_core.monitor.margins import Kind, Margin, Margins, MarginSettings
 from squeal_core.monitor.settings import MonitorSettings, risk_parameters
 from squeal_core.risk.evaluator import RiskEvaluator
+from squeal_core.risk.map_file import map_path, read_operating_map
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
-from squeal_core.surrogate.lookup_file import find_table, read_table
+from squeal_core.surrogate.lookup_file import find_table_file, read_table
 from squeal_core.surrogate.lookup_solver import TableLookup
 from squeal_core.surrogate.lookup_table import ExpansionTable
 
@@ -55,14 +57,17 @@ class VehicleStability:
     def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
         self.model = model
         self.tolerances = Tolerances.of(model, growth=settings.growth_threshold)
-        self.solver = TableLookup(model, _table(model, settings), limits=self.tolerances)
+        path = _table_file(model, settings)
+        self.solver = TableLookup(model, None if path is None else read_table(path, model),
+                                  limits=self.tolerances)
+        self._map = None if path is None else read_operating_map(map_path(path), model)
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; the table and the counts of its answers stay."""
         self._band = band_of(settings)
         self.solver.band, self.solver.audit_every = self._band, round(settings.audit_interval)
-        self._risks = RiskEvaluator(self.model, risk_parameters(settings))
+        self._risks = RiskEvaluator(self.model, risk_parameters(settings), self._map)
         self._margins = MarginEvaluator(
             self.model, _margin_settings(self.model, settings, self.solver.table),
             self.tolerances, growth=None if self.solver.table is None else self._growth)
@@ -74,7 +79,9 @@ class VehicleStability:
         if table is None:
             return ('no table: each assessment of a brake is a full solution, its risk of first '
                     'order, and there are no margins; compute a table by `squeal tabulate`',)
-        return (f'table of {len(table.cells)} cells; other points are solved in full',)
+        lines = (f'table of {len(table.cells)} cells; other points are solved in full',
+                 self._risks.remedy)
+        return tuple(line for line in lines if line)
 
     def evaluate(self, conditions: Sequence[SlidingConditions], confirm: Sequence[bool]
                  ) -> list[BrakeStability | np.linalg.LinAlgError]:
@@ -134,10 +141,10 @@ def band_of(settings: MonitorSettings) -> tuple[float, float]:
     return settings.squeal_band_low_hz, settings.squeal_band_high_hz
 
 
-def _table(model: BrakeModel, settings: MonitorSettings) -> ExpansionTable | None:
+def _table_file(model: BrakeModel, settings: MonitorSettings) -> Path | None:
     if settings.table == NO_TABLE:
         return None
-    return read_table(settings.table, model) if settings.table else find_table(model)
+    return Path(settings.table) if settings.table else find_table_file(model)
 
 
 def _margin_settings(model: BrakeModel, settings: MonitorSettings,

@@ -14,13 +14,13 @@
 
 """Builds an operating map: growth rates on a grid, the risk from them, and its error."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.special import ndtr
+from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.growth_boxes import BandGrowth, box_growth, first_boxes
 from squeal_core.risk.growth_grid import grid_around, grid_over, GrowthGrid
@@ -30,7 +30,6 @@ from squeal_core.risk.uncertainty import RiskParameters
 from squeal_core.stability.eigensolution import Tolerances
 
 Range: TypeAlias = tuple[float, float]
-Run: TypeAlias = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 Progress: TypeAlias = Callable[[int, int], None]
 
 ROTOR_SPEED: Range = (1.0, 120.0)  # rad/s
@@ -43,7 +42,8 @@ _OPEN = (0.02, 0.98)  # risks between which half of these points are chosen
 
 def build_operating_map(model: BrakeModel, parameters: RiskParameters, *,
                         rotor_speed: Range = ROTOR_SPEED, preload: Range = PRELOAD,
-                        friction: Range = FRICTION, run: Run = map, checks: int = _CHECKS,
+                        friction: Range = FRICTION, workers: int = 0,
+                        checks: int = _CHECKS,
                         progress: Progress = lambda *_: None) -> OperatingMap:
     """
     Return the map of risk and growth rate over an envelope.
@@ -56,9 +56,8 @@ def build_operating_map(model: BrakeModel, parameters: RiskParameters, *,
         What the risk is the probability of.
     rotor_speed, preload, friction : (2,) floats
         Envelope of nominal conditions [rad/s], [N], [-].
-    run : callable
-        Applies a picklable function to each of several items, as `map` does; `imap_unordered` of
-        a pool of processes spreads the work over them.
+    workers : int
+        Processes; 0: this one.
     checks : int
         Number of points at which the map's error is measured.
     progress : callable
@@ -68,13 +67,13 @@ def build_operating_map(model: BrakeModel, parameters: RiskParameters, *,
     grid, nominal = grid_over(
         model, parameters.uncertainty, rotor_speed=rotor_speed, friction=friction,
         contact_pressure=(preload[0] / model.contact_area, preload[1] / model.contact_area))
-    excess = _excess(grid, criterion_of(model, parameters), run, progress)
+    excess = _excess(grid, criterion_of(model, parameters), workers, progress)
     score = probability_scores(grid, excess, nominal, parameters.uncertainty)
     growth = excess[:, :, nominal, grid.stiffness_factor.size // 2] + parameters.growth_threshold
     found = OperatingMap(
         parameters, grid.rotor_speed, grid.contact_pressure, grid.friction[nominal],
         score.astype(np.float32), growth.astype(np.float32), MapError(0, np.nan, np.nan))
-    return _with_error(model, found, run, checks)
+    return _with_error(model, found, workers, checks)
 
 
 def criterion_of(model: BrakeModel, parameters: RiskParameters) -> BandGrowth:
@@ -89,22 +88,22 @@ def integrated_risk(model: BrakeModel, parameters: RiskParameters, rotor_speed: 
     """Return the risk at one operating point from expansions around it, without a map."""
     grid, place = grid_around(model, parameters.uncertainty, rotor_speed, contact_pressure,
                               friction)
-    excess = _excess(grid, criterion_of(model, parameters), map, lambda *_: None)
+    excess = _excess(grid, criterion_of(model, parameters), 0, lambda *_: None)
     found = probability_scores(grid, excess, slice(place, place + 1), parameters.uncertainty)
     return float(ndtr(found[1, 1, 0]))
 
 
-def _excess(grid: GrowthGrid, criterion: BandGrowth, run: Run, progress: Progress) -> Any:
+def _excess(grid: GrowthGrid, criterion: BandGrowth, workers: int, progress: Progress) -> Any:
     """Return the excess growth at all points of a grid."""
-    boxes = first_boxes(grid)
+    jobs = {i: (grid, criterion, box) for i, box in enumerate(first_boxes(grid))}
     found: Any = np.empty(grid.shape, np.float32)
-    for done, part in enumerate(run(partial(box_growth, grid, criterion), boxes), start=1):
+    for done, (_, part) in enumerate(run_jobs(box_growth, jobs, workers), start=1):
         found[part.box.slices] = part.excess
-        progress(done, len(boxes))
+        progress(done, len(jobs))
     return found
 
 
-def _with_error(model: BrakeModel, found: OperatingMap, run: Run, checks: int) -> OperatingMap:
+def _with_error(model: BrakeModel, found: OperatingMap, workers: int, checks: int) -> OperatingMap:
     """Return a map with its error; half of the check points have an open risk, if there are."""
     rng = np.random.default_rng(0)
     low, high = np.array([(axis[0], axis[-1]) for axis in (
@@ -115,14 +114,10 @@ def _with_error(model: BrakeModel, found: OperatingMap, run: Run, checks: int) -
     open_ = np.flatnonzero((risk > _OPEN[0]) & (risk < _OPEN[1]))[:checks // 2]
     other = np.setdiff1d(np.arange(_CANDIDATES), open_)[:checks - open_.size]
     chosen = places[np.concatenate([open_, other])]
-    off = np.array([risk - float(found.risk_at(*place)) for place, risk in run(
-        partial(_checked, model, found.parameters), chosen.tolist())])
+    jobs = {i: (model, found.parameters, *place) for i, place in enumerate(chosen.tolist())}
+    off = np.array([risk - float(found.risk_at(*chosen[i]))
+                    for i, risk in run_jobs(integrated_risk, jobs, workers)])
     if not off.size:
         return found
     return replace(found, error=MapError(off.size, float(np.abs(off).max()),
                                          float(np.sqrt(np.mean(off**2)))))
-
-
-def _checked(model: BrakeModel, parameters: RiskParameters,
-             place: tuple[float, float, float]) -> tuple[tuple[float, float, float], float]:
-    return place, integrated_risk(model, parameters, *place)

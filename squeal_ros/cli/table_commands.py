@@ -27,7 +27,10 @@ from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.settings import read_settings
+from squeal_core.monitor.settings import load_settings, read_settings, risk_parameters
+from squeal_core.risk.map_builder import build_operating_map
+from squeal_core.risk.map_file import map_path, write_operating_map
+from squeal_core.risk.operating_map import OperatingMap
 from squeal_core.surrogate.coverage_report import (
     CoverageReport,
     measure_coverage,
@@ -76,8 +79,11 @@ def tabulate(options: argparse.Namespace) -> int:
     output = Path(options.output) if options.output else cached_path(model)
     if not options.output:
         output.parent.mkdir(parents=True, exist_ok=True)
-    write_table(with_coverage(table, report), model, output,
-                overwrite=options.force or not options.output)
+    overwrite = options.force or not options.output
+    write_table(with_coverage(table, report), model, output, overwrite=overwrite)
+    if options.config or not _special(options):
+        write_operating_map(_map(model, domain, options), model, map_path(output),
+                            overwrite=overwrite)
     return _print(options, table, report, output)
 
 
@@ -92,10 +98,26 @@ def _check(options: argparse.Namespace) -> None:
     if options.workers < 0:
         raise SquealError(f'--workers is {options.workers}; give 0 or more')
     check_point(options)
-    special = [name for name in _SPECIAL if getattr(options, name) not in (None, 1.0)]
+    special = _special(options)
     if special and not options.output:
         raise SquealError(f'--{special[0].replace("_", "-")}: give an --output too; the cache '
                           'keeps the table of the usual envelope')
+
+
+def _special(options: argparse.Namespace) -> list[str]:
+    """Return the options by which a table is not that of the usual envelope."""
+    return [name for name in _SPECIAL if getattr(options, name) not in (None, 1.0)]
+
+
+def _map(model: BrakeModel, domain: TableDomain, options: argparse.Namespace) -> OperatingMap:
+    """Build the operating map of the risk, for the settings of a monitor."""
+    settings = load_settings(options.config) if options.config else read_settings({})
+    low, high = domain.contact_pressure
+    with ProgressBar('risk, boxes') as progress:
+        return build_operating_map(
+            model, risk_parameters(settings), rotor_speed=domain.rotor_speed,
+            preload=(low * model.contact_area, high * model.contact_area),
+            friction=domain.friction, workers=options.workers, progress=progress)
 
 
 def _domain(model: BrakeModel, options: argparse.Namespace) -> TableDomain:

@@ -16,6 +16,7 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,9 +26,11 @@ from squeal_core import BrakeModel
 from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import TableFileError
 from squeal_core.risk.growth_boxes import box_growth, first_boxes
 from squeal_core.risk.growth_grid import grid_over, stiffness_factors
 from squeal_core.risk.map_builder import build_operating_map, criterion_of, integrated_risk
+from squeal_core.risk.map_file import map_path, read_operating_map, write_operating_map
 from squeal_core.risk.operating_map import OperatingMap
 from squeal_core.risk.smoothing import gaussian_masses, probability_scores
 from squeal_core.risk.uncertainty import InputUncertainty, RiskParameters
@@ -212,6 +215,21 @@ def test_growth_along_friction_is_that_of_full_solutions() -> None:
         truth = criterion_of(SMALL, PARAMETERS).excess(
             eigenvalues(SMALL, point.between(middle, middle))).max() + 0.01
         assert found == pytest.approx(truth, abs=0.5, rel=0.05)
+
+
+def test_file_gives_the_map_back(tmp_path: Path, kang: BrakeModel) -> None:
+    found, path = small_map(), map_path(tmp_path / 'table.npz')
+    assert read_operating_map(path, SMALL) is None
+    write_operating_map(found, SMALL, path)
+    again = read_operating_map(path, SMALL)
+    assert again is not None
+    assert again.parameters == found.parameters
+    assert float(again.risk_at(*PLACE)) == float(found.risk_at(*PLACE))
+    with pytest.raises(TableFileError, match='of another model'):
+        read_operating_map(path, kang)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(TableFileError):
+        read_operating_map(path, SMALL)
 
 
 def test_map_of_header_and_arrays() -> None:
