@@ -39,6 +39,7 @@ from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, Table
 from squeal_core.surrogate.table_domain import TableDomain
 
 _CORNERS = 8
+_FITTED = 56  # points of the fit, for 35 terms
 _HELD_OUT = 8  # points that are not fitted
 _SPREAD = np.array([0.2, 0.25, 0.03])  # ln speed, ln pressure, friction: the usual reach
 _MARGIN = 1 / 3  # of that decay rate, between omitted modes at the samples and their bound
@@ -60,8 +61,8 @@ def samples() -> FloatArray:
     """
     Return the points of full solutions (S, 3) in cell coordinates: corners, others, held out.
 
-    Those of the fit are approximate Fekete points of the polynomials of one degree more
-    (Sommariva and Vianello, Comput. Math. Appl. 57 (2009) 1324-1336).
+    Those of the fit are the first approximate Fekete points of the polynomials of one degree
+    more (Sommariva and Vianello, Comput. Math. Appl. 57 (2009) 1324-1336).
     """
     corners = np.array(list(product((-1.0, 1.0), repeat=3)))
     lines = np.cos(np.pi * np.arange(7) / 6)
@@ -70,8 +71,8 @@ def samples() -> FloatArray:
     values = fit_terms(DEGREE + 1).at(every)
     values[:_CORNERS] *= 1e3  # they come first
     _, _, order = qr(values.T, mode='economic', pivoting=True)
-    chosen = order[:values.shape[1]]
-    inside = every[np.concatenate([np.arange(_CORNERS), chosen[chosen >= _CORNERS]])]
+    others = order[order >= _CORNERS][:_FITTED - _CORNERS]
+    inside = every[np.concatenate([np.arange(_CORNERS), others])]
     steps = np.array([0.8191725134, 0.6710436067, 0.5497004779])  # R3 sequence
     held_out = 2.0 * ((0.5 + np.arange(1, _HELD_OUT + 1)[:, None] * steps) % 1.0) - 1.0
     return np.vstack([inside, held_out])

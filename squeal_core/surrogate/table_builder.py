@@ -133,8 +133,11 @@ class _Builder:
 
     def leaves(self, levels: Triple, place: Triple, x: FloatArray | None) -> Iterator[_Leaf]:
         """Yield the cells that a box is halved into."""
-        found = fit_cell(self.model, self.domain, *self.geometry(levels, place),
-                         self.tolerances, self.limits)
+        centre, half = self.geometry(levels, place)
+        if not self.domain.contains(centre, half):
+            yield _Leaf(levels, place, None)
+            return
+        found = fit_cell(self.model, self.domain, centre, half, self.tolerances, self.limits)
         if isinstance(found, TableCell):
             yield _Leaf(levels, place, found)
             return

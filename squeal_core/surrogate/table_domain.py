@@ -29,9 +29,10 @@ from squeal_core.surrogate.batch import OperatingPoints
 
 Range: TypeAlias = tuple[float, float]
 
-ROTOR_SPEED: Range = (1.0, 120.0)  # rad/s, of a vehicle from walking pace to 130 km/h and beyond
+ROTOR_SPEED: Range = (0.5, 120.0)  # rad/s, from the slowest that is evaluated to 130 km/h
 PRELOAD: Range = (100.0, 20000.0)  # N
 FRICTION: Range = (0.001, 0.65)  # linings have 0.15 and more; critical values lie below
+STEEPEST = 6000.0  # N s, preload times friction over rotor speed: creeping under full brakes
 AXES = ('rotor_speed', 'contact_pressure', 'friction')
 _LAW = 1e-9  # relative difference up to which slope and stiffness are those of the model
 
@@ -49,6 +50,9 @@ class TableDomain:
         Lowest and highest, above zero: rad/s, Pa, -.
     stiffness_factor : float
         Factor on the model's contact stiffness everywhere [-].
+    steepest : float
+        p0 mu / Omega [Pa s] from which on no cells are built: eigenvalues vary fast there, and
+        no vehicle creeps under full brakes.
 
     Raises
     ------
@@ -61,6 +65,7 @@ class TableDomain:
     contact_pressure: Range
     friction: Range
     stiffness_factor: float = 1.0
+    steepest: float = math.inf
 
     def __post_init__(self) -> None:
         for name in AXES:
@@ -68,17 +73,18 @@ class TableDomain:
             if not 0.0 < low < high < math.inf:
                 raise OperatingPointError(f'{name}: {low:g} to {high:g} is no range; give the '
                                           'lower end first and both above 0')
-        if not 0.0 < self.stiffness_factor < math.inf:
-            raise OperatingPointError(f'stiffness_factor is {self.stiffness_factor:g}; give a '
-                                      'number above 0')
+        if not 0.0 < self.stiffness_factor < math.inf or not self.steepest > 0.0:
+            raise OperatingPointError(f'stiffness_factor is {self.stiffness_factor:g}, steepest '
+                                      f'{self.steepest:g}; give numbers above 0')
 
     @classmethod
     def usual(cls, model: BrakeModel, *, rotor_speed: Range = ROTOR_SPEED,
               preload: Range = PRELOAD, friction: Range = FRICTION,
               stiffness_factor: float = 1.0) -> 'TableDomain':
-        """Return the usual envelope of a vehicle, 1-120 rad/s, 100-20,000 N, 0.001-0.65."""
+        """Return the usual envelope of a vehicle, 0.5-120 rad/s, 100-20,000 N, 0.001-0.65."""
         low, high = preload
         return cls(rotor_speed=rotor_speed, friction=friction, stiffness_factor=stiffness_factor,
+                   steepest=STEEPEST / model.contact_area,
                    contact_pressure=(low / model.contact_area, high / model.contact_area))
 
     @property
@@ -92,6 +98,11 @@ class TableDomain:
         """Edges (3,) in x."""
         return np.array([math.log(self.rotor_speed[1]), math.log(self.contact_pressure[1]),
                          self.friction[1]]) - self.low
+
+    def contains(self, centre: FloatArray, half: FloatArray) -> bool:
+        """Tell whether some of a box is less steep than the limit."""
+        speed, pressure, friction = centre + half * (1.0, -1.0, -1.0)
+        return bool(math.exp(pressure - speed) * friction < self.steepest)
 
     def points(self, model: BrakeModel, x: FloatArray) -> OperatingPoints:
         """Return the operating points at places x (P, 3)."""

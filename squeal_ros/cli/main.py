@@ -212,7 +212,7 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
     p.add_argument('-o', '--output', metavar='TABLE.npz',
                    help="default: the user's cache, where the monitor finds it")
     _force(p)
-    _range(p, '--rotor-speed', 'rad/s (default 1 to 120)')
+    _range(p, '--rotor-speed', 'rad/s (default 0.5 to 120)')
     load = p.add_mutually_exclusive_group()
     _range(load, '--pressure', 'Pa')
     _range(load, '--preload', 'N, of one pad (default 100 to 20000)')

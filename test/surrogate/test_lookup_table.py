@@ -240,3 +240,14 @@ def test_the_command_line_builds_a_table_and_shows_it(
     assert find_table(model) is not None
     assert main(['info', str(path)]) == 0
     assert f'table            {cached}' in capsys.readouterr().out
+
+
+def test_no_cells_are_built_where_a_vehicle_creeps_under_full_brakes(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    domain = replace(table.domain, steepest=1e4)
+    least = domain.contact_pressure[0] * domain.friction[0] / domain.rotor_speed[1]
+    assert least < domain.steepest < 20.0 * least
+    empty = build_table(model, replace(domain, steepest=0.9 * least))
+    assert measure_coverage(empty, model, points=10, solved=0).gaps == 1.0
+    point = domain.points(model, places(table, 1))[0]
+    assert TableLookup(model, empty).solve(point).source == 'full'
