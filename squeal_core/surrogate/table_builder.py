@@ -147,10 +147,10 @@ class _Builder:
             return
         deeper = _with(levels, axis, levels[axis] + 1)
         for side in (0, 1):
-            half = _with(place, axis, 2 * place[axis] + side)
-            some = None if x is None else x[self.inside(half, deeper, x)]
+            child = _with(place, axis, 2 * place[axis] + side)
+            some = None if x is None else x[self.inside(child, deeper, x)]
             if some is None or len(some):
-                yield from self.leaves(deeper, half, some)
+                yield from self.leaves(deeper, child, some)
 
     def table(self, leaves: Sequence[_Leaf], about: dict[str, float]) -> ExpansionTable:
         """Return the table of the cells."""
