@@ -64,7 +64,7 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     A sample is seen one tick later (1 s of the drive) where its message arrives after the tick
     it belongs to: here later than 12 ms. How many are depends on the machine.
     """
-    compared, equal, same, output = demo_of_40_seconds(tmp_path)
+    compared, equal, same, output = demo_of_24_seconds(tmp_path)
     parted = re.search(r'until (\S+) s, .*?, (\d+) of (\d+)', output)
     if parted is None:
         assert equal == same
@@ -83,9 +83,9 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     assert re.search(r'state +reason', output)
 
 
-def demo_of_40_seconds(folder: Path) -> tuple[int, int, int, str]:
+def demo_of_24_seconds(folder: Path) -> tuple[int, int, int, str]:
     """Return the assessments compared, those equal of those with the same samples, the output."""
-    done = subprocess.run([*COMMAND, '--duration', '40'], cwd=folder, env=ENVIRONMENT,
+    done = subprocess.run([*COMMAND, '--duration', '24'], cwd=folder, env=ENVIRONMENT,
                           capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     output = ' '.join(done.stdout.split())
