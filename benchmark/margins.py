@@ -38,7 +38,7 @@ from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth
 from squeal_core.monitor.margins import Margin, MarginSettings
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, Mode, SQUEAL_BAND, Tolerances
-from squeal_core.surrogate.lookup_file import read_table
+from squeal_core.surrogate.table_file import read_table
 
 GROWTH_THRESHOLD = 0.01  # 1/s, the default
 

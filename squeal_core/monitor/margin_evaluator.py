@@ -34,7 +34,7 @@ from squeal_core.monitor.margins import (
 from squeal_core.stability.boundaries import Boundaries, NO_MODE
 from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
-from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.expansion_table import ExpansionTable
 
 Growth: TypeAlias = Callable[[FloatArray, Kind], ComplexArray]
 """

@@ -30,9 +30,9 @@ from squeal_core.monitor.settings import MonitorSettings, risk_parameters
 from squeal_core.risk.evaluator import RiskEvaluator
 from squeal_core.risk.map_file import map_path, read_operating_map
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
-from squeal_core.surrogate.lookup_file import find_table_file, read_table
-from squeal_core.surrogate.lookup_solver import TableLookup
-from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_file import find_table_file, read_table
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 
 NO_TABLE = 'none'  # value of the setting `table`
 
@@ -58,8 +58,8 @@ class VehicleStability:
         self.model = model
         self.tolerances = Tolerances.of(model, growth=settings.growth_threshold)
         path = _table_file(model, settings)
-        self.solver = TableLookup(model, None if path is None else read_table(path, model),
-                                  limits=self.tolerances)
+        self.solver = TabulatedSolver(model, None if path is None else read_table(path, model),
+                                      limits=self.tolerances)
         self._map = None if path is None else read_operating_map(map_path(path), model)
         self.update_settings(settings)
 

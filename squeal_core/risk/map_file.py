@@ -22,7 +22,7 @@ from squeal_core.common.errors import TableFileError
 from squeal_core.common.npz_archive import ArchiveKind, Header, read_archive, write_archive
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.operating_map import ARRAYS, OperatingMap
-from squeal_core.surrogate.lookup_file import model_hash
+from squeal_core.surrogate.table_file import model_hash
 
 FORMAT = 'squeal_ros operating map'
 SCHEMA = 1

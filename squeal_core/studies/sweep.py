@@ -39,8 +39,7 @@ from squeal_core.stability.eigensolution import complex_modes, kind_of, Mode, To
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.mode_tracking import by_law, Law, moved, PARAMETERS, track
 from squeal_core.studies.sweep_file import make_sweep, Sweep
-from squeal_core.surrogate.batch import batch_modes, OperatingPoints
-from squeal_core.surrogate.tabulated_solver import TabulatedSolver
+from squeal_core.surrogate.batch import BatchSolver, OperatingPoints
 
 _CHUNK = 8  # points a worker takes at a time
 _TOGETHER = 1000  # points that are answered by the same anchors, between two looks at progress
@@ -188,13 +187,13 @@ def _rows(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
 def _by_table(model: BrakeModel, points: Sequence[OperatingPoint],
               limits: Tolerances) -> Iterator[tuple[int, _Row]]:
     """Yield rows by place of their point; those near each other are answered together."""
-    table = TabulatedSolver(model, tolerances=limits)
+    solver = BatchSolver(model, limits)
     identities = [str(i + 1) for i in range(model.size)]
     for start in range(0, len(points), _TOGETHER):
         some = points[start:start + _TOGETHER]
         columns = {item.name: [getattr(point, item.name) for point in some]
                    for item in fields(OperatingPoint)}
-        found = batch_modes(table, OperatingPoints.of(**columns), tolerances=limits)
+        found = solver.modes(OperatingPoints.of(**columns))
         for place, roots in enumerate(found.mode_eigenvalues.tolist(), start):
             yield place, (roots, [kind_of(root, limits) for root in roots], identities)
 

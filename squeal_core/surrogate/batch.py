@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Complex modes at many operating points at once, from as few anchors as will do.
+Complex modes at many operating points at once, from as few local expansions as will do.
 
-Points are answered in groups around an anchor, one matrix product for all points of a group. New
-anchors are made where several points wait for one; single points left over are solved in full.
-What is answered from an anchor meets the same limits as in `surrogate.tabulated_solver`.
+Points are answered in groups around an expansion, one matrix product for all points of a group.
+Expansions are computed where several points wait for one; single points left over are solved in
+full. Errors are within the same limits as those of a table.
 """
 
 from dataclasses import dataclass, fields
@@ -27,17 +27,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.brake.operating_point import coefficients_of, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.surrogate.expansion_builder import expand_spectrum
-from squeal_core.surrogate.expansion_table import verdict_within_error
 from squeal_core.surrogate.spectral_expansion import SpectralExpansion
-from squeal_core.surrogate.tabulated_solver import TabulatedSolver
+from squeal_core.surrogate.table_cell import TableTolerances, verdict_within_error
 
 _CHUNK = 512  # points evaluated at once: their terms fit into the cache
-_TRIED = 3  # anchors tried for a point
-_FAR = 3.0  # reaches beyond which an anchor is not tried
-_WORTH = 8  # points that wait from which on an anchor costs less than their full solves
-# steps within which points may share an anchor: of ln speed, ln pressure, ln k_c, mu, mu_v
+_TRIED = 3  # expansions tried for a point
+_FAR = 3.0  # trust radii beyond which an expansion is not tried
+_WORTH = 8  # points that wait from which on an expansion costs less than their full solves
+# steps within which points may share an expansion: of ln speed, ln pressure, ln k_c, mu, mu_v
 _STEPS = np.array([0.3, 0.4, 0.05, 0.06, 0.01])
 
 
@@ -124,60 +124,74 @@ class BatchModes:
         return np.where(places < 0, -np.inf, found)
 
 
-def batch_modes(table: TabulatedSolver, points: OperatingPoints, *,
-                tolerances: Tolerances | None = None) -> BatchModes:
+class BatchSolver:
     """
-    Return the modes at many points; the anchors it makes stay in the table.
+    Complex modes of a model at many points, from expansions that stay for the next batch.
 
     Parameters
     ----------
-    table : TabulatedSolver
-        Look-up table.
-    points : OperatingPoints
-        Operating points.
+    model : BrakeModel
+        Modal brake model.
     tolerances : Tolerances, optional
-        Those of the table where None.
+        What counts as oscillation and growth; `Tolerances.of(model)` where None.
+    errors : TableTolerances, optional
+        Errors of eigenvalues above which a point is solved in full; `TableTolerances.of(model)`
+        where None.
+
+    Attributes
+    ----------
+    expansions : list of SpectralExpansion
+        Computed so far.
 
     """
-    batch = _Batch(table, points, tolerances or table.tolerances)
-    batch.from_table()
-    batch.from_new_anchors()
-    batch.in_full()
-    return BatchModes(readonly(batch.mode_eigenvalues, complex), readonly(batch.errors),
-                      readonly(batch.full, bool), batch.tolerances)
+
+    def __init__(self, model: BrakeModel, tolerances: Tolerances | None = None, *,
+                 errors: TableTolerances | None = None) -> None:
+        self.model = model
+        self.tolerances = tolerances or Tolerances.of(model)
+        self.errors = errors or TableTolerances.of(model)
+        self.expansions: list[SpectralExpansion] = []
+
+    def modes(self, points: OperatingPoints) -> BatchModes:
+        """Return the modes at points."""
+        batch = _Batch(self, points)
+        batch.from_expansions()
+        batch.from_new_expansions()
+        batch.in_full()
+        return BatchModes(readonly(batch.mode_eigenvalues, complex), readonly(batch.errors),
+                          readonly(batch.full, bool), self.tolerances)
 
 
 class _Batch:
     """The work on one batch: which points are answered, and how."""
 
-    def __init__(self, table: TabulatedSolver, points: OperatingPoints,
-                 tolerances: Tolerances) -> None:
-        self.table, self.points, self.tolerances = table, points, tolerances
+    def __init__(self, solver: BatchSolver, points: OperatingPoints) -> None:
+        self.solver, self.points, self.tolerances = solver, points, solver.tolerances
         self._coefficients = points.coefficients()
-        self._free = int(np.count_nonzero(table.model.free_coordinates))
-        shape = (len(points), table.model.size)
+        self._free = int(np.count_nonzero(solver.model.free_coordinates))
+        shape = (len(points), solver.model.size)
         self.mode_eigenvalues, self.errors = np.zeros(shape, complex), np.zeros(shape)
         self.full = np.zeros(len(points), bool)
         self._waiting = np.ones(len(points), bool)
 
-    def from_table(self) -> None:
-        """Answer what anchors of the table can answer, each point by the nearest few."""
-        anchors = self.table.anchors
-        if not anchors:
+    def from_expansions(self) -> None:
+        """Answer what expansions can answer, each point by the nearest few."""
+        expansions = self.solver.expansions
+        if not expansions:
             return
         waiting = np.flatnonzero(self._waiting)
-        distances = np.stack([self._distances(anchor, waiting) for anchor in anchors])
-        for _ in range(min(_TRIED, len(anchors))):
+        distances = np.stack([self._distances(one, waiting) for one in expansions])
+        for _ in range(min(_TRIED, len(expansions))):
             nearest = distances.argmin(axis=0)
             near = distances[nearest, np.arange(waiting.size)] < _FAR
             for i in np.unique(nearest[near]).tolist():
-                self._answer(anchors[i], waiting[near & (nearest == i)])
+                self._answer(expansions[i], waiting[near & (nearest == i)])
             distances[nearest, np.arange(waiting.size)] = np.inf
             left = self._waiting[waiting]
             waiting, distances = waiting[left], distances[:, left]
 
-    def from_new_anchors(self) -> None:
-        """Make an anchor amid the points that wait around the first one, as long as it pays."""
+    def from_new_expansions(self) -> None:
+        """Expand amid the points that wait around the first one, as long as it pays."""
         places = self.points.places()
         apart = np.zeros(len(self.points), bool)  # left to full solves
         while (waiting := np.flatnonzero(self._waiting & ~apart)).size:
@@ -190,40 +204,39 @@ class _Batch:
             seed = int(group[np.abs(places[group] - middle).max(axis=1).argmin()])
             apart[[first, seed]] = True
             try:
-                anchor = expand_spectrum(self.table.model, self.points[seed],
-                                         degree=self.table.settings.degree)
+                expansion = expand_spectrum(self.solver.model, self.points[seed])
             except np.linalg.LinAlgError:  # the vectors do not span the space
                 continue
-            self.table.add(anchor)
-            self._answer(anchor, waiting[self._distances(anchor, waiting) < _FAR])
+            self.solver.expansions.append(expansion)
+            self._answer(expansion, waiting[self._distances(expansion, waiting) < _FAR])
 
     def in_full(self) -> None:
         """Solve what is left."""
         for place in np.flatnonzero(self._waiting).tolist():
-            found = complex_modes(self.table.model, self.points[place], tolerances=self.tolerances)
+            found = complex_modes(self.solver.model, self.points[place],
+                                  tolerances=self.tolerances)
             self.mode_eigenvalues[place] = found.mode_eigenvalues
             self.full[place] = True
         self._waiting[:] = False
 
-    def _distances(self, anchor: SpectralExpansion, places: IndexArray) -> FloatArray:
-        """Return how far points are from an anchor, in its reaches."""
-        away = self._coefficients[anchor.rows][:, places] - anchor.centre[:, None]
-        return np.asarray(np.linalg.norm(away / anchor.trust_radius[:, None], axis=0))
+    def _distances(self, expansion: SpectralExpansion, places: IndexArray) -> FloatArray:
+        """Return how far points are from an expansion, in its trust radii."""
+        away = self._coefficients[expansion.rows][:, places] - expansion.centre[:, None]
+        return np.asarray(np.linalg.norm(away / expansion.trust_radius[:, None], axis=0))
 
-    def _answer(self, anchor: SpectralExpansion, places: IndexArray) -> None:
+    def _answer(self, expansion: SpectralExpansion, places: IndexArray) -> None:
         for start in range(0, places.size, _CHUNK):
             chunk = places[start:start + _CHUNK]
-            roots, errors = anchor.eigenvalues(self._coefficients[:, chunk])
-            good = self._good(anchor, roots, errors)
+            roots, errors = expansion.eigenvalues(self._coefficients[:, chunk])
+            good = self._good(expansion, roots, errors)
             if good.any():
                 self._take(chunk[good], roots[:, good], errors[:, good])
 
-    def _good(self, anchor: SpectralExpansion, roots: ComplexArray, errors: FloatArray) -> Any:
+    def _good(self, expansion: SpectralExpansion, roots: ComplexArray, errors: FloatArray) -> Any:
         """Tell which points are answered well enough, with no verdict that hangs on the errors."""
-        settings, limits = self.table.settings, self.tolerances
-        allowed = np.maximum(settings.tolerance, -settings.decay_tolerance * roots.real)
-        became_real = anchor.mirrored[:, None] & (roots.imag <= limits.oscillation)
-        return ~((errors > allowed) | became_real
+        limits = self.tolerances
+        became_real = expansion.mirrored[:, None] & (roots.imag <= limits.oscillation)
+        return ~((errors > self.solver.errors.allowed(roots)) | became_real
                  | verdict_within_error(roots, errors, limits)).any(axis=0)
 
     def _take(self, places: IndexArray, roots: ComplexArray, errors: FloatArray) -> None:

@@ -20,8 +20,8 @@ import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
-from squeal_core.surrogate.lookup_solver import deviation
-from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.tabulated_solver import deviation
 
 POINTS = 20_000  # random points, at which answers are counted
 SOLVED = 300  # of them compared with full solutions

@@ -12,182 +12,281 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Anchors laid out by place, and what they say of operating points near them."""
+"""Table of the eigenvalues that matter, cell by cell of an envelope: look-up and evaluation."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import (
-    classify,
-    ComplexModes,
-    frequency_scale,
-    Tolerances,
+from numpy.typing import ArrayLike
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
+from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.surrogate.table_cell import (
+    DEGREE,
+    fit_terms,
+    TableCell,
+    TableTolerances,
+    verdict_within_error,
 )
-from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
-
-_TRIED = 3  # anchors tried for a point, the last one used first
-_FAR = 3.0  # reaches beyond which an anchor is not tried
-_TOLERANCE = 4.9e-7  # of the model's largest frequency: ten times what counts as growth
-
-
-@dataclass(frozen=True, kw_only=True)
-class SolverSettings:
-    """
-    How the engine works.
-
-    Parameters
-    ----------
-    tolerance : float
-        Error of a growth rate [1/s] above which a point is solved in full.
-    decay_tolerance : float
-        The same for a mode that decays, as a part of its rate of decay, where that is more.
-    audit_every : int
-        Every so many answers from the table one is solved in full and compared; 0: none.
-    degree : int
-        Of the series.
-
-    """
-
-    tolerance: float = 0.1
-    decay_tolerance: float = 0.02
-    audit_every: int = 3000
-    degree: int = DEGREE
-
-    @classmethod
-    def of(cls, model: BrakeModel) -> 'SolverSettings':
-        """Return settings with a tolerance relative to the model's spectrum; 0.1 1/s for K09's."""
-        scale = frequency_scale(model)
-        return cls(tolerance=_TOLERANCE * scale) if scale else cls()
+from squeal_core.surrogate.table_domain import coordinates, TableDomain
 
 
 @dataclass(frozen=True, eq=False)
-class TableEntry:
-    """An expansion of the table."""
-
-    anchor: SpectralExpansion
-
-
-@dataclass(frozen=True)
-class Lookup:
-    """What the table says of a point; without an entry, nothing."""
-
-    entry: TableEntry | None = None
-    eigenvalues: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
-    errors: FloatArray = field(default_factory=lambda: np.zeros(0))
-    worst: float = np.inf
-
-
-class ExpansionTable:
+class TableModes:
     """
-    The anchors of one model, searched by place.
+    Kept modes at P points.
 
     Parameters
     ----------
-    model : BrakeModel
-    settings : SolverSettings
+    roots : (P, K) complex array
+        Kept eigenvalues with Im >= 0 in order of mode number, NaN beyond `counts` [1/s].
+    errors : (P, K) array
+        Bounds of their errors [1/s].
+    numbers : (P, K) index array
+        Mode numbers; 0 beyond `counts`.
+    counts : (P,) index array
+        Number of kept modes.
+    omitted_below : (P,) array
+        Growth rate that all other oscillating modes stay below [1/s].
+    cells : (P,) index array
+        Cell of each point; -1: the table has no answer.
     tolerances : Tolerances
-        What counts as oscillation and growth.
-    anchors : sequence of SpectralExpansion
-        To start with.
 
     """
 
-    def __init__(self, model: BrakeModel, settings: SolverSettings, tolerances: Tolerances,
-                 anchors: Sequence[SpectralExpansion] = ()) -> None:
-        self.settings = settings
-        self.entries = [TableEntry(anchor) for anchor in anchors]
-        self._size, self._tolerances = model.size, tolerances
-        self._zeros = np.zeros(np.count_nonzero(model.free_coordinates), complex)
-        self._index()
+    roots: ComplexArray
+    errors: FloatArray
+    numbers: IndexArray
+    counts: IndexArray
+    omitted_below: FloatArray
+    cells: IndexArray
+    tolerances: Tolerances
+
+    __repr__ = repr_with_shapes
+
+    @property
+    def answered(self) -> Any:
+        """Points that the table answers (P,)."""
+        return self.cells >= 0
+
+    def __len__(self) -> int:
+        return int(self.cells.size)
+
+    def modes(self, place: int) -> ComplexModes:
+        """Return the complex modes at one of the points, which the table answers."""
+        count = int(self.counts[place])
+        roots = self.roots[place, :count]
+        oscillating = roots.imag > self.tolerances.oscillation
+        return ComplexModes(
+            roots[~oscillating], roots[oscillating], roots, self.errors[place, :count],
+            self.tolerances, 'table', mode_numbers=self.numbers[place, :count],
+            omitted_below=float(self.omitted_below[place]))
+
+    def growth_rates(self, low_hz: float, high_hz: float) -> FloatArray:
+        """
+        Return the largest growth rate of an oscillating mode in a band (P,) [1/s].
+
+        NaN without an answer, and where no kept mode in the band is above the omitted ones.
+        """
+        hertz = self.roots.imag / (2.0 * np.pi)
+        inside = ((hertz >= low_hz) & (hertz <= high_hz)
+                  & (self.roots.imag > self.tolerances.oscillation))
+        growth = np.where(inside, self.roots.real, -np.inf).max(axis=1, initial=-np.inf)
+        return np.where(growth > self.omitted_below, growth, np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class ExpansionTable:
+    """
+    Polynomials of the eigenvalues that matter, one set for each cell of an envelope.
+
+    Parameters
+    ----------
+    domain : TableDomain
+        The envelope.
+    tolerances : TableTolerances
+        Errors that the table keeps to.
+    modes : int
+        N, modes of the model.
+    grid : (n1, n2, n3) index array
+        Cell at each box of the finest subdivision; -1: none.
+    centres, halves : (cells, 3) arrays
+        Centre of each cell and half its edges, in the domain's coordinates.
+    cells : sequence of TableCell
+    about : mapping
+        How it was built, and its coverage: texts and numbers.
+
+    """
+
+    domain: TableDomain
+    tolerances: TableTolerances
+    modes: int
+    grid: Any
+    centres: FloatArray
+    halves: FloatArray
+    cells: Sequence[TableCell]
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    __repr__ = repr_with_shapes
+
+    def __post_init__(self) -> None:
+        boxes = np.array(self.grid.shape)
+        object.__setattr__(self, '_low', self.domain.low)
+        object.__setattr__(self, '_per_box', boxes / self.domain.width)
+        object.__setattr__(self, '_last', boxes - 1)
 
     @property
     def nbytes(self) -> int:
-        """Size of the anchors [bytes]."""
-        return sum(entry.anchor.nbytes for entry in self.entries)
+        """Size in memory [bytes]."""
+        return int(self.grid.nbytes + self.centres.nbytes + self.halves.nbytes + sum(
+            2 * cell.series.nbytes + 6 * cell.omitted.nbytes for cell in self.cells))
 
-    def add(self, anchor: SpectralExpansion) -> None:
-        self.entries.append(TableEntry(anchor))
-        self._index()
+    @cached_property
+    def _most(self) -> int:
+        """Largest number of eigenvalues kept in a cell."""
+        return max((cell.layout.count for cell in self.cells), default=1)
 
-    def drop(self, entry: TableEntry) -> None:
-        self.entries = [kept for kept in self.entries if kept is not entry]
-        self._index()
+    def without(self, cell: int) -> 'ExpansionTable':
+        """Return the table without a cell."""
+        return replace(self, grid=np.where(self.grid == cell, -1, self.grid))
 
-    def best(self, point: OperatingPoint) -> Lookup:
-        """Return the first answer within the tolerance, or else the best of those tried."""
-        coefficients = np.array(point.coefficients())
-        best = Lookup()
-        for entry in self._near(coefficients):
-            roots, errors = entry.anchor.eigenvalues_at(coefficients)
-            worst = float(self._worst(roots, errors))
-            if worst < best.worst:
-                best = Lookup(entry, roots, errors, worst)
-            if worst <= self.settings.tolerance:
-                break
-        return best
+    def locate(self, x: FloatArray) -> IndexArray:
+        """Return the cell of each place x (P, 3); -1: none."""
+        share = (x - self._low) * self._per_box  # type: ignore[attr-defined]
+        last = self._last  # type: ignore[attr-defined]
+        inside = ((share >= 0.0) & (share <= last + 1.0)).all(axis=1)  # NaN is outside
+        box = np.where(inside[:, None], np.minimum(share, last), 0.0).astype(np.intp)
+        return np.where(inside, self.grid[box[:, 0], box[:, 1], box[:, 2]], -1)
 
-    def modes(self, answer: Lookup) -> ComplexModes | None:
-        """Return the modes, where the answer is good enough and no verdict hangs on its errors."""
-        if answer.entry is None or answer.worst > self.settings.tolerance or (
-                verdict_within_error(answer.eigenvalues, answer.errors, self._tolerances).any()):
+    def evaluate(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
+                 frictions: ArrayLike, tolerances: Tolerances) -> TableModes:
+        """
+        Return the modes at P points; numbers and arrays are broadcast together.
+
+        Parameters
+        ----------
+        rotor_speeds, contact_pressures, frictions : (P,) arrays
+            Magnitudes: Omega [rad/s], p0 [Pa], mu [-]; the friction opposes the sliding.
+        tolerances : Tolerances
+            What counts as oscillation and growth. A point at which the sign of a growth rate
+            hangs on its error is not answered.
+
+        """
+        return self._collected(coordinates(rotor_speeds, contact_pressures, frictions), tolerances)
+
+    def eigenvalues(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
+                    frictions: ArrayLike, tolerances: Tolerances) -> ComplexArray:
+        """
+        Return the kept eigenvalues (P, K) in no order [1/s]; rows of NaN without an answer.
+
+        As `evaluate`, but it answers close to a stability boundary, too.
+        """
+        x = coordinates(rotor_speeds, contact_pressures, frictions)
+        found = np.full((len(x), self._most), complex(np.nan, np.nan))
+        for place, points in _groups(self.locate(x)):
+            cell, u = self.cells[place], (x[points] - self.centres[place]) / self.halves[place]
+            roots, errors, _ = cell.at(fit_terms(DEGREE).at(u))
+            valid = ~cell.fails(roots, errors, self.tolerances, tolerances).any(axis=1)
+            found[points[valid], :roots.shape[1]] = roots[valid]
+        return found
+
+    def modes_at(self, rotor_speed: float, contact_pressure: float, friction: float,
+                 tolerances: Tolerances) -> tuple[ComplexModes, int] | None:
+        """Return the modes at one point and its cell, as `evaluate`; None without an answer."""
+        if not (rotor_speed > 0.0 and contact_pressure > 0.0):
             return None
-        found = classify(np.concatenate([self._zeros, answer.eigenvalues]), self._tolerances,
-                         np.concatenate([self._zeros.real, answer.errors]),
-                         series=answer.entry.anchor, source='table')
-        return found if self._complete(found) else None
+        x = coordinates(rotor_speed, contact_pressure, friction)
+        place = int(self.locate(x)[0])
+        if place < 0:
+            return None
+        found = _Evaluated(self, place, x, tolerances)
+        if not found.valid[0]:
+            return None
+        return found.modes(), place
 
-    def _complete(self, found: ComplexModes) -> bool:
-        """
-        Whether no pair became real, which is the next anchor's business.
-
-        It shows in their number, as an anchor has one root of each pair.
-        """
-        return found.errors.size == self._size
-
-    def _worst(self, roots: ComplexArray, errors: FloatArray) -> FloatArray:
-        """Return the largest error (...), in growth rates of the tolerance."""
-        worst = errors.max(axis=-1, initial=0.0)
-        if (worst > self.settings.tolerance).any():
-            allowed = self.settings.decay_tolerance / self.settings.tolerance * -roots.real
-            worst = (errors / np.maximum(allowed, 1.0)).max(axis=-1)
-        return np.asarray(worst)
-
-    def _near(self, coefficients: FloatArray) -> Iterator[TableEntry]:
-        """Yield the entries to try, by distance over reach."""
-        if not self.entries:
-            return
-        distances = self._distances(coefficients)
-        for _ in range(_TRIED):
-            nearest = int(distances.argmin())
-            if distances[nearest] > _FAR**2:
-                return
-            yield self.entries[nearest]
-            distances[nearest] = np.inf
-
-    def _distances(self, coefficients: FloatArray) -> FloatArray:
-        """Return the square of the distance over reach (..., entries)."""
-        away = coefficients * self._per_reach - self._centres
-        return np.asarray(np.einsum('...i,...i->...', away, away))
-
-    def _index(self) -> None:
-        """Lay out the anchors' places for the search; what has no effect counts for nothing."""
-        count = len(self.entries)
-        self._centres, self._per_reach = np.zeros((count, 6)), np.zeros((count, 6))
-        for i, entry in enumerate(self.entries):
-            self._per_reach[i, entry.anchor.rows] = 1.0 / entry.anchor.trust_radius
-            self._centres[i] = self._per_reach[i] * entry.anchor.point.coefficients()
+    def _collected(self, x: FloatArray, tolerances: Tolerances) -> TableModes:
+        cells = self.locate(x)
+        shape = len(x), self._most
+        roots = np.full(shape, complex(np.nan, np.nan))
+        errors, numbers = np.full(shape, np.nan), np.zeros(shape, np.intp)
+        counts, below = np.zeros(len(x), np.intp), np.full(len(x), np.nan)
+        for place, points in _groups(cells):
+            found = _Evaluated(self, place, x[points], tolerances)
+            width = found.roots.shape[1]
+            roots[points, :width], errors[points, :width] = found.roots, found.errors
+            numbers[points, :width], counts[points] = found.numbers, found.counts
+            below[points] = self.cells[place].omitted_below
+            cells[points[~found.valid]] = -1
+        return TableModes(roots, errors, numbers, counts, below, cells, tolerances)
 
 
-def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
-    """Tell where a verdict hangs on the errors: growth, or oscillation of what grows."""
-    close = np.abs(roots.real - tolerances.growth) <= errors
-    if not close.any():
-        return close
-    # roots at zero of coordinates that nothing holds: they are rigid, whatever the error
-    oscillates = np.abs(roots.imag) > tolerances.oscillation
-    return close & (oscillates | (errors > tolerances.growth))
+def _groups(cells: IndexArray) -> Iterator[tuple[int, IndexArray]]:
+    """Yield each cell with its points."""
+    order = np.argsort(cells, kind='stable')
+    ends = np.flatnonzero(np.diff(cells[order])) + 1
+    for points in np.split(order, ends):
+        if points.size and cells[points[0]] >= 0:
+            yield int(cells[points[0]]), points
+
+
+class _Evaluated:
+    """The modes of one cell at places x (P, 3), in order of mode number."""
+
+    def __init__(self, table: ExpansionTable, place: int, x: FloatArray,
+                 tolerances: Tolerances) -> None:
+        cell = table.cells[place]
+        u = (x - table.centres[place]) / table.halves[place]
+        roots, errors, omitted = cell.at(fit_terms(DEGREE).at(u))
+        self.tolerances, self.below = tolerances, cell.omitted_below
+        bad = cell.fails(roots, errors, table.tolerances, tolerances)
+        bad |= verdict_within_error(roots, errors, tolerances)
+        self.valid = ~bad.any(axis=1)
+        oscillating = roots.imag > tolerances.oscillation
+        self.quiet = not oscillating.all()
+        key = roots.imag
+        if self.quiet:
+            divergent = (roots.real > tolerances.growth) & (
+                np.abs(roots.imag) <= tolerances.oscillation)
+            key = np.where(oscillating, key, np.where(divergent, -roots.real, np.inf))
+        order = key.argsort(axis=1)
+        flat = order + order.shape[1] * np.arange(len(x))[:, None]
+        self.roots, self.errors = roots.take(flat), errors.take(flat)
+        self.counts = np.full(len(x), order.shape[1])
+        self._number(oscillating, omitted, table.modes)
+        if self.quiet:
+            self._clear(np.isposinf(key.take(flat)))
+
+    def _number(self, oscillating: Any, omitted: FloatArray, modes: int) -> None:
+        """Count from the highest frequency down, as the non-oscillating modes come first."""
+        size = self.roots.shape[1]
+        above = (omitted[:, None, :] > self.roots.imag[:, :, None]).sum(axis=2)
+        count = oscillating.sum(axis=1, keepdims=True) if self.quiet else size
+        first = np.arange(size)
+        if self.quiet:
+            growing = ((self.roots.imag <= self.tolerances.oscillation)
+                       & (self.roots.real > self.tolerances.growth)).sum(axis=1, keepdims=True)
+            numbers = modes - above - (count - 1 - (first - growing))
+            self.numbers = np.where(first < growing, first + 1, numbers)
+        else:
+            self.numbers = modes - above - (count - 1 - first)
+
+    def _clear(self, unlisted: Any) -> None:
+        """Leave out what neither oscillates nor grows, and conjugates."""
+        self.roots[unlisted] = complex(np.nan, np.nan)
+        self.errors[unlisted] = np.nan
+        self.numbers[unlisted] = 0
+        self.counts = self.counts - unlisted.sum(axis=1)
+
+    def modes(self) -> ComplexModes:
+        """Return the modes at the only point."""
+        roots, errors, numbers = self.roots[0], self.errors[0], self.numbers[0]
+        quiet, upper = roots[:0], roots
+        if self.quiet:
+            count = int(self.counts[0])
+            roots, errors, numbers = roots[:count], errors[:count], numbers[:count]
+            oscillating = roots.imag > self.tolerances.oscillation
+            quiet, upper = roots[~oscillating], roots[oscillating]
+        return ComplexModes(quiet, upper, roots, errors, self.tolerances, 'table',
+                            mode_numbers=numbers, omitted_below=self.below)

@@ -34,7 +34,7 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.cell_fit import fit_cell, Rejection
-from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_cell import TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import places_of, TableDomain
 

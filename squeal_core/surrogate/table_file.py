@@ -13,96 +13,91 @@
 # limitations under the License.
 
 """
-The table file: anchors laid down beforehand, as a .npz of plain arrays and a JSON header.
+The table file: one .npz of plain arrays and a JSON header, and where a model's table is kept.
 
-Only what an anchor cannot find again is in it: norms and places of terms are computed on reading.
-Terms that were computed in single precision are kept in it. What is read is bit for bit what was
-written. A file that is truncated, altered or of another model is refused in one line.
+A file that is truncated, altered, of another model or another version is refused in one line.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-import dataclasses
-import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.brake.operating_point import Coefficients, OperatingPoint
+from squeal_core.common import resources
 from squeal_core.common.arrays import readonly
-from squeal_core.common.errors import short_repr, SquealError, TableFileError
+from squeal_core.common.errors import SquealError, TableFileError
 from squeal_core.common.npz_archive import (
     ArchiveKind,
     Arrays,
     content_hash,
     Header,
+    is_archive,
     read_archive,
     write_archive,
 )
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
-from squeal_core.surrogate.block_layout import BlockLayout
-from squeal_core.surrogate.coupling_floor import CouplingFloor, LONGEST
-from squeal_core.surrogate.monomials import Monomials
-from squeal_core.surrogate.pair_remainder import PairRemainder
-from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
+from squeal_core.surrogate.table_domain import TableDomain
 
-FORMAT = 'squeal_ros table of anchors'
-SCHEMA = 3  # 1 and 2, of unreleased versions, had no floor
-MAX_ANCHORS = 100_000
-
-_FINE = 2  # degree from which on terms may be of single precision
-_POINT = tuple(item.name for item in dataclasses.fields(OperatingPoint))
-_KINDS = {  # of each array: all anchors' values one after the other
-    'points': '<f8', 'scales': '<f8', 'blocks': '<i4', 'sizes': '<i4', 'first_terms': '<f8',
-    'terms': '<f4', 'fine_terms': '<f8', 'nearness': '<f4', 'rounding': '<f8', 'mirrored': '|u1',
-    'pairs': '<i4', 'rates': '<f4', 'weights': '<f4', 'order': '<i4', 'owners': '<i4',
-    'floor_weights': '<f4', 'floor': '<f4'}
+FORMAT = 'squeal_ros table of eigenvalues'
+SCHEMA = 4  # 1 to 3 were tables of series, of unreleased versions
+MAX_CELLS = 100_000
+_OMITTED_DEGREE = 2
+_KINDS = {
+    'grid': '<i4', 'centres': '<f8', 'halves': '<f8', 'blocks': '<i4', 'sizes': '|u1',
+    'series': '<f4', 'bounds': '<f4', 'mirrored': '|u1', 'omitted_modes': '<i4',
+    'omitted': '<f4', 'omitted_below': '<f4'}
 KIND = ArchiveKind(
-    noun='table file', contents='anchors', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
+    noun='table file', contents='table', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
     error=TableFileError,
-    again='copy it again or lay it down with `squeal tabulate`',
-    renew='update squeal_ros or lay the table down again',
-    missing=lambda _: 'give the path of a table file, or lay one down with `squeal tabulate`')
+    again='copy it again or build it with `squeal tabulate`',
+    renew='build the table again with `squeal tabulate`',
+    missing=lambda _: 'give the path of a table file, or build one with `squeal tabulate`')
 
 
-def write_table(anchors: Sequence[SpectralExpansion], model: BrakeModel, path: str | Path, *,
-                about: Mapping[str, Any] | None = None, overwrite: bool = True) -> None:
+def write_table(table: ExpansionTable, model: BrakeModel, path: str | Path, *,
+                overwrite: bool = True) -> None:
     """
-    Write anchors of a model; an existing file is replaced only by a whole one.
-
-    Parameters
-    ----------
-    anchors : sequence of SpectralExpansion
-        All of one degree.
-    model : BrakeModel
-        Modal brake model.
-    path : str or Path
-        Where the file is.
-    about : mapping, optional
-        How they were laid down: texts and numbers, for the header.
-    overwrite : bool
-        Whether an existing file may be replaced.
+    Write the table of a model; an existing file is replaced only by a whole one.
 
     Raises
     ------
-    TableFileError
-        For no anchors, too many, or of several degrees.
     OutputError
         Where the file cannot be written.
 
     """
-    degrees = {anchor.monomials.degree for anchor in anchors}
-    if len(degrees) != 1 or len(anchors) > MAX_ANCHORS:
-        raise TableFileError(path, f'cannot hold {len(anchors)} anchors of {len(degrees)} degrees',
-                             f'give 1 to {MAX_ANCHORS} of one degree')
-    header: Header = {'schema': SCHEMA, 'model': model_hash(model),
-                      'rows': anchors[0].rows.tolist(), 'degree': degrees.pop(),
-                      'anchors': len(anchors), 'about': dict(about or {})}
-    write_archive(path, KIND, header, _packed(anchors), overwrite=overwrite)
+    from squeal_core import __version__  # the package itself imports all packages
+
+    cells = table.cells
+    arrays = {
+        'grid': table.grid, 'centres': table.centres, 'halves': table.halves,
+        'blocks': [cell.sizes.size for cell in cells],
+        'sizes': _joined(cell.sizes for cell in cells),
+        'series': _joined(cell.series for cell in cells),
+        'bounds': _joined(cell.bounds for cell in cells),
+        'mirrored': _joined(cell.mirrored for cell in cells),
+        'omitted_modes': [cell.omitted.shape[1] for cell in cells],
+        'omitted': _joined(cell.omitted for cell in cells),
+        'omitted_below': [cell.omitted_below for cell in cells]}
+    header: Header = {
+        'schema': SCHEMA, 'version': __version__, 'model': model_hash(model),
+        'domain': asdict(table.domain), 'tolerances': asdict(table.tolerances),
+        'degree': DEGREE, 'about': dict(table.about)}
+    write_archive(path, KIND, header, {
+        name: np.asarray(values, _KINDS[name]) for name, values in arrays.items()},
+        overwrite=overwrite)
 
 
-def read_table(path: str | Path, model: BrakeModel) -> tuple[SpectralExpansion, ...]:
+def _joined(parts: Any) -> Any:
+    return np.concatenate([np.zeros(0), *(np.ravel(part) for part in parts)])
+
+
+def read_table(path: str | Path, model: BrakeModel) -> ExpansionTable:
     """
-    Read the anchors of a model.
+    Read the table of a model.
 
     Raises
     ------
@@ -112,13 +107,14 @@ def read_table(path: str | Path, model: BrakeModel) -> tuple[SpectralExpansion, 
     """
     header, arrays = _read(path)
     if header.get('model') != model_hash(model):
-        raise TableFileError(path, 'is the table of another model', 'lay one down for this model '
-                             'with `squeal tabulate`')
+        raise TableFileError(path, 'is the table of another model',
+                             'build one for this model with `squeal tabulate`')
     try:
-        return tuple(_unpacked(header, arrays, model))
-    except (SquealError, KeyError, IndexError, TypeError, ValueError, OverflowError) as error:
-        raise TableFileError(path, f'holds no usable anchors ({short_repr(str(error))})',
-                             KIND.again) from None
+        return _table(header, arrays, model)
+    except (SquealError, AttributeError, LookupError, TypeError, ValueError,
+            OverflowError) as error:
+        raise TableFileError(path, f'holds no usable table ({str(error)[:120]})', KIND.again
+                             ) from None
 
 
 def read_table_header(path: str | Path) -> dict[str, Any]:
@@ -126,138 +122,131 @@ def read_table_header(path: str | Path) -> dict[str, Any]:
     return _read(path)[0]
 
 
+def is_table(path: str | Path) -> bool:
+    """Tell whether a file is a table file, by its header."""
+    return is_archive(path, KIND)
+
+
 def model_hash(model: BrakeModel) -> str:
-    """Return SHA-256 over the arrays that the roots of a model depend on."""
+    """Return SHA-256 over what the eigenvalues at a sliding point depend on."""
     names = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
-    return content_hash({}, {name: array for name in names
-                             if (array := getattr(model, name)) is not None})
-
-
-def _packed(anchors: Sequence[SpectralExpansion]) -> dict[str, Any]:
-    """Return the arrays of a file."""
-    columns: dict[str, list[Any]] = {name: [] for name in _KINDS}
-    for anchor in anchors:
-        first = sum(len(terms) for terms in anchor.monomials.terms[:_FINE])
-        series = anchor.series.view(float)
-        high, met = series[first:], anchor.pair_remainder
-        coarse = bool(np.all(high == high.astype(np.float32)))
-        values = {
-            'points': [getattr(anchor.point, name) for name in _POINT], 'scales': anchor.scales,
-            'blocks': [anchor.sizes.size], 'sizes': anchor.sizes,
-            'first_terms': series[:first], 'terms': high if coarse else [],
-            'fine_terms': [] if coarse else high, 'nearness': anchor.coupling_ratio,
-            'rounding': anchor.rounding, 'mirrored': anchor.mirrored,
-            'pairs': [met.weights.size, met.order.size, int(coarse)],
-            'rates': np.stack([met.rates.real, met.rates.imag]), 'weights': met.weights,
-            'order': met.order, 'owners': met.owners, 'floor_weights': anchor.floor.weights,
-            'floor': anchor.floor.sizes}
-        for name, value in values.items():
-            columns[name].append(np.ravel(value))
-    return {name: np.concatenate(parts).astype(_KINDS[name]) for name, parts in columns.items()}
+    law, table = model.friction_law, model.stiffness_table
+    return content_hash({
+        'friction_law': asdict(law) if law else None,
+        'stiffness_table': asdict(table) if table else None,
+        **{name: getattr(model, name) for name in (
+            'contact_area', 'contact_radius', 'nominal_contact_stiffness')}},
+        {name: array for name in names if (array := getattr(model, name)) is not None})
 
 
 def _read(path: str | Path) -> tuple[Header, Arrays]:
     return read_archive(path, KIND, lambda _: _KINDS, _check_shapes)
 
 
-def _check_shapes(header: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Refuse arrays that cannot be those of so many anchors, before they are read."""
+def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that cannot be those of so many cells, before they are read."""
+    cells = shapes['blocks'][:1]
+    want = {'grid': 3, 'centres': 2, 'halves': 2}
     for name, shape in shapes.items():
-        if len(shape) != 1:
-            raise SquealError(f'{name}: shape {short_repr(shape)}')
-    count = header.get('anchors')
-    if type(count) is int and shapes['points'] != (len(_POINT) * count,):
-        raise SquealError(
-            f'points: shape {short_repr(shapes["points"])} of {short_repr(count)} anchors')
+        if len(shape) != want.get(name, 1):
+            raise SquealError(f'{name}: shape {shape}')
+    if not cells or cells[0] > MAX_CELLS or not (
+            shapes['omitted_modes'] == shapes['omitted_below'] == cells
+            and shapes['centres'] == shapes['halves'] == (*cells, 3)):
+        raise SquealError(f'blocks: shape {shapes["blocks"]}')
+
+
+def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
+           model: BrakeModel) -> ExpansionTable:
+    count = len(arrays['blocks'])
+    grid, halves = arrays['grid'], arrays['halves']
+    if header['degree'] != DEGREE or not grid.size or not halves.min(initial=1.0) > 0.0 or not (
+            grid.min() >= -1 and grid.max() < count):
+        raise ValueError('the grid does not fit the cells')
+    reader = _Reader(arrays)
+    cells = [reader.cell(place) for place in range(count)]
+    reader.finish()
+    tolerances = dict(header['tolerances'])
+    tolerances['band'] = tuple(tolerances['band'])
+    domain: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in header['domain'].items()}
+    return ExpansionTable(
+        domain=TableDomain(**domain), tolerances=TableTolerances(**tolerances), modes=model.size,
+        grid=readonly(grid, np.int32), centres=readonly(arrays['centres']),
+        halves=readonly(halves), cells=tuple(cells), about=dict(header['about']))
 
 
 class _Reader:
-    """Takes values from the arrays one after the other."""
+    """Takes the values of cells from the arrays, one after the other."""
 
     def __init__(self, arrays: Mapping[str, Any]) -> None:
         self._arrays = arrays
-        self._places = dict.fromkeys(arrays, 0)
+        self._places = dict.fromkeys(('sizes', 'series', 'bounds', 'mirrored', 'omitted'), 0)
 
-    def take(self, name: str, *shape: int) -> Any:
-        """Return the next values of an array in a shape."""
-        start, count = self._places[name], math.prod(shape)
+    def cell(self, place: int) -> TableCell:
+        """Return the next cell, checked."""
+        sizes = readonly(self._take('sizes', int(self._arrays['blocks'][place])), np.intp)
+        if sizes.size and (sizes.min() < 1 or np.any(np.diff(sizes) < 0)):
+            raise ValueError('sizes of blocks do not rise')
+        count, omitted = int(sizes.sum()), int(self._arrays['omitted_modes'][place])
+        return TableCell(
+            sizes, self._floats('series', fit_terms(DEGREE).count, 2 * count),
+            self._floats('bounds', count), readonly(self._take('mirrored', count), bool),
+            self._floats('omitted', fit_terms(_OMITTED_DEGREE).count, omitted),
+            float(self._arrays['omitted_below'][place]))
+
+    def _floats(self, name: str, *shape: int) -> Any:
+        return readonly(self._take(name, int(np.prod(shape))).reshape(shape))
+
+    def _take(self, name: str, count: int) -> Any:
+        start = self._places[name]
         values = self._arrays[name][start:start + count]
-        if min(shape) < 0 or values.size != count or not np.all(np.isfinite(values)):
+        if count < 0 or values.size != count or not np.all(np.isfinite(values)):
             raise ValueError(f'{name} has no {count} numbers from {start} on')
         self._places[name] = start + count
-        return values.reshape(shape)
+        return values
 
     def finish(self) -> None:
-        for name, array in self._arrays.items():
-            if self._places[name] != array.size:
-                raise ValueError(f'{name} has {array.size} numbers, {self._places[name]} are used')
+        """Refuse numbers that no cell uses."""
+        for name, used in self._places.items():
+            if used != self._arrays[name].size:
+                raise ValueError(f'{name} has {self._arrays[name].size} numbers, {used} are used')
 
 
-def _unpacked(header: Mapping[str, Any], arrays: Mapping[str, Any],
-              model: BrakeModel) -> Iterator[SpectralExpansion]:
-    rows, degree, count = header['rows'], header['degree'], header['anchors']
-    # what the model leaves out is not in the table either
-    if rows != [i for i, name in enumerate(Coefficients._fields)
-                if (array := getattr(model, name)) is not None and np.any(array)]:
-        raise ValueError(f'rows are {short_repr(rows)}')
-    if type(degree) is not int or not 3 <= degree <= 8 or type(count) is not int or not (
-            1 <= count <= MAX_ANCHORS):
-        raise ValueError(f'degree {short_repr(degree)} of {short_repr(count)} anchors')
-    monomials = Monomials(len(rows), degree)
-    roots = 2 * model.size - int(np.count_nonzero(model.free_coordinates))
-    reader = _Reader(arrays)
-    for _ in range(count):
-        yield _anchor(reader, readonly(rows, np.intp), monomials, roots)
-    reader.finish()
+def cached_path(model: BrakeModel) -> Path:
+    """Return where the user's cache has the table of a model, under the model's hash."""
+    root = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
+    return Path(root) / 'squeal_ros' / f'table_{model_hash(model)[:16]}_{SCHEMA}.npz'
 
 
-def _anchor(reader: _Reader, rows: Any, monomials: Monomials, roots: int) -> SpectralExpansion:
-    point = OperatingPoint(**dict(zip(_POINT, reader.take('points', len(_POINT)).tolist(),
-                                      strict=True)))
-    blocks = int(reader.take('blocks', 1)[0])
-    sizes = readonly(reader.take('sizes', blocks), np.intp)
-    mirrored = readonly(reader.take('mirrored', int(sizes.sum())), bool)
-    if sizes.min() < 1 or np.any(np.diff(sizes) < 0) or sizes.sum() + mirrored.sum() != roots:
-        raise ValueError(f'{int(sizes.sum())} roots in {blocks} blocks')
-    scales = readonly(reader.take('scales', rows.size))
-    if np.any(scales <= 0.0):
-        raise ValueError('a scale is not positive')
-    pairs, listed, coarse = reader.take('pairs', 3).tolist()
-    entries = int((sizes**2).sum())
-    first = sum(len(terms) for terms in monomials.terms[:_FINE])
-    series = readonly(np.concatenate([
-        reader.take('first_terms', first, 2 * entries),
-        reader.take('terms' if coarse else 'fine_terms', monomials.count - first, 2 * entries)]))
-    series = series.view(complex)
-    ends = np.cumsum([len(terms) for terms in monomials.terms])
-    norms = BlockLayout(sizes).norms
-    return SpectralExpansion(
-        point=point, rows=rows, centre=readonly(np.array(point.coefficients())[rows]),
-        scales=scales, monomials=monomials, sizes=sizes, series=series,
-        term_norms=tuple(readonly(norms(series[a:b]).T)
-                         for a, b in zip(ends[-4:-1], ends[-3:], strict=True)),
-        coupling_ratio=readonly(reader.take('nearness', blocks, len(monomials.terms[2]))),
-        pair_remainder=_encounters(reader, pairs, listed, rows.size, blocks, monomials.degree),
-        floor=_floor(reader, rows.size, blocks, monomials.degree),
-        rounding=readonly(reader.take('rounding', blocks)), mirrored=mirrored)
+def find_table_file(model: BrakeModel) -> Path | None:
+    """Return the table file of a model that is shipped or in the user's cache, or None."""
+    wanted = model_hash(model)
+    for path in (*_shipped(), cached_path(model)):
+        try:
+            if read_table_header(path).get('model') == wanted:
+                return path
+        except TableFileError:  # none is there, or one of an earlier version
+            continue
+    return None
 
 
-def _floor(reader: _Reader, variables: int, blocks: int, degree: int) -> CouplingFloor:
-    weights = readonly(reader.take('floor_weights', variables))
-    sizes = readonly(reader.take('floor', variables + 1, LONGEST - degree, blocks))
-    if weights.min(initial=0.0) < 0.0 or sizes.min(initial=0.0) < 0.0:
-        raise ValueError('a floor is negative')
-    return CouplingFloor(weights, sizes, degree)
+def find_table(model: BrakeModel) -> ExpansionTable | None:
+    """Return the table of a model that is shipped or in the user's cache; None without one."""
+    path = find_table_file(model)
+    return None if path is None else read_table(path, model)
 
 
-def _encounters(reader: _Reader, pairs: int, listed: int, variables: int, blocks: int,
-                degree: int) -> PairRemainder:
-    real, imaginary = reader.take('rates', 2, variables, 3, pairs).astype(float)
-    order, owners = (reader.take(name, listed) for name in ('order', 'owners'))
-    inside = [np.all((values >= 0) & (values < most)) for values, most in (
-        (order, pairs), (owners, blocks))]
-    if not all(inside) or np.any(np.diff(owners) < 0):
-        raise ValueError('a pair is of no block')
-    return PairRemainder(readonly(real + 1j * imaginary, complex),
-                         readonly(reader.take('weights', pairs)), readonly(order, np.intp),
-                         readonly(owners, np.intp), blocks, degree)
+def _shipped() -> list[Path]:
+    return [resources.find('tables', name, '.npz') for name in resources.names('tables', '.npz')]
+
+
+def build_cached(model: BrakeModel, build: Callable[[], ExpansionTable]) -> ExpansionTable:
+    """Return the table of a model, built and put into the user's cache where there is none."""
+    table = find_table(model)
+    if table is None:
+        table = build()
+        cached_path(model).parent.mkdir(parents=True, exist_ok=True)
+        write_table(table, model, cached_path(model))
+    return table

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Complex modes by look-up in a table of expansions, by a full solution where it has no answer."""
+"""Complex modes of one model at sliding points: from its table, or in full."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -21,111 +21,154 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
-from squeal_core.surrogate.expansion_table import ExpansionTable, SolverSettings, TableEntry
-from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_cell import TableTolerances
+from squeal_core.surrogate.table_domain import friction_of, places_of
 
-__all__ = ['SolverSettings', 'SolverStatistics', 'TabulatedSolver']
+AUDIT_EVERY = 3000  # answers: some hundredths of the time of all of them
 
 
 @dataclass
 class SolverStatistics:
-    """Counts of answers since the start."""
+    """Counts since the start; `worst_audit` in units of the tolerance."""
 
     tabulated: int = 0
     full: int = 0
     audits: int = 0
     mismatches: int = 0
-    worst_audit: float = 0.0  # of what is tolerated
+    worst_audit: float = 0.0
 
 
 class TabulatedSolver:
     """
-    Complex modes of one model at operating points.
+    Complex modes of a model, by look-up in a table or in full.
+
+    Every so many answers of the table one is compared with a full solution. A cell that was wrong
+    is not used again.
 
     Parameters
     ----------
     model : BrakeModel
-    settings : SolverSettings, optional
-    tolerances : Tolerances, optional
-        What counts as oscillation and growth; `Tolerances.of(model)` where None.
-    anchors : sequence of SpectralExpansion
-        The table, as `squeal tabulate` computes it.
+        Modal brake model.
+    table : ExpansionTable, optional
+        Of this model; None: every point is solved in full.
+    limits : Tolerances, optional
+        What counts as oscillation and growth; None: `Tolerances.of(model)`.
+    band : (2,) floats, optional
+        Band in which the least stable mode is wanted, whatever its growth rate [Hz]; points at
+        which it may be among the omitted modes are solved in full.
+    audit_every : int
+        Answers from one comparison to the next; 0: none.
 
     """
 
-    def __init__(self, model: BrakeModel, settings: SolverSettings | None = None, *,
-                 tolerances: Tolerances | None = None,
-                 anchors: Sequence[SpectralExpansion] = ()) -> None:
-        self.model = model
+    def __init__(self, model: BrakeModel, table: ExpansionTable | None = None, *,
+                 limits: Tolerances | None = None, band: tuple[float, float] | None = None,
+                 audit_every: int = AUDIT_EVERY) -> None:
+        self.model, self.table = model, table
+        self.limits = limits or Tolerances.of(model)
+        self.band, self.audit_every = band, audit_every
         self.statistics = SolverStatistics()
-        self.tolerances = tolerances or Tolerances.of(model)
-        self._table = ExpansionTable(model, settings or SolverSettings.of(model), self.tolerances,
-                                     anchors)
+        self._distrusted: set[int] = set()
 
-    @property
-    def settings(self) -> SolverSettings:
-        """May be replaced at any time."""
-        return self._table.settings
+    def solve(self, point: OperatingPoint) -> ComplexModes:
+        """Return the complex modes at a point."""
+        if self.table is None or not self.table.domain.follows(self.model, point):
+            return self._full(point)
+        found = self.table.modes_at(abs(point.rotor_speed), point.contact_pressure,
+                                    friction_of(point), self.limits)
+        return self._full(point) if found is None else self._checked(point, *found)
 
-    @settings.setter
-    def settings(self, settings: SolverSettings) -> None:
-        self._table.settings = settings
+    def solve_all(self, points: Sequence[OperatingPoint]
+                  ) -> list[ComplexModes | np.linalg.LinAlgError]:
+        """
+        Return the complex modes at several points, or why a point has none.
 
-    @property
-    def anchors(self) -> tuple[SpectralExpansion, ...]:
-        return tuple(entry.anchor for entry in self._table.entries)
+        Bit for bit those of `solve`, one after the other; those of a cell cost little more than
+        one.
+        """
+        if self.table is None or not points:
+            return [self._attempted(point) for point in points]
+        follows = [self.table.domain.follows(self.model, point) for point in points]
+        tabulated = self.table.evaluate(
+            np.abs([point.rotor_speed for point in points]),
+            [point.contact_pressure for point in points],
+            [friction_of(point) for point in points], self.limits)
+        cells = tabulated.cells.tolist()
+        return [self._attempted(point, (tabulated.modes(i), cells[i]))
+                if follows[i] and cells[i] >= 0 else self._attempted(point)
+                for i, point in enumerate(points)]
 
-    @property
-    def nbytes(self) -> int:
-        """Size of the expansions [bytes]."""
-        return self._table.nbytes
+    def distrust(self, point: OperatingPoint) -> None:
+        """Do not use the table's cell at a point again, as it was found wrong."""
+        if self.table is not None:
+            self._distrust(int(self.table.locate(places_of([point]))[0]))
 
     def figures(self) -> dict[str, float]:
-        """Return the counts and the size of the table, by name."""
-        return {**asdict(self.statistics), 'expansions': len(self._table.entries),
-                'megabytes': round(1e-6 * self.nbytes, 3)}
+        """Return the counts, by name, and the size of the table."""
+        cells = len(self.table.cells) if self.table else 0
+        size = 1e-6 * self.table.nbytes if self.table else 0.0
+        return {**asdict(self.statistics), 'cells': cells, 'megabytes': round(size, 3)}
 
-    def complex_modes(self, point: OperatingPoint) -> ComplexModes:
-        """Return the complex modes at a point; as `complex_modes`, with errors."""
-        answer = self._table.best(point)
-        found = self._table.modes(answer)
-        if found is None or answer.entry is None:
-            self.statistics.full += 1
-            return complex_modes(self.model, point, tolerances=self.tolerances)
+    def _attempted(self, point: OperatingPoint, found: tuple[ComplexModes, int] | None = None
+                   ) -> ComplexModes | np.linalg.LinAlgError:
+        """Return the modes at a point, given the table's answer and its cell, or the error."""
+        try:
+            return self._full(point) if found is None else self._checked(point, *found)
+        except np.linalg.LinAlgError as error:
+            return error
+
+    def _full(self, point: OperatingPoint) -> ComplexModes:
+        self.statistics.full += 1
+        return complex_modes(self.model, point, tolerances=self.limits)
+
+    def _checked(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+        """Return an answer of the table, or a full solution where that will not do."""
+        if cell in self._distrusted or not self._has_worst(found):
+            return self._full(point)
         self.statistics.tabulated += 1
-        every = self.settings.audit_every
-        if every and self.statistics.tabulated % every == 0:
-            return self._spot_check(point, found, answer.entry)
+        if self.audit_every and self.statistics.tabulated % self.audit_every == 0:
+            return self._spot_check(point, found, cell)
         return found
 
-    def covers(self, point: OperatingPoint) -> bool:
-        """Tell whether the table answers at a point."""
-        return self._table.modes(self._table.best(point)) is not None
+    def _has_worst(self, found: ComplexModes) -> bool:
+        """Tell whether no omitted mode may be the least stable of the band."""
+        if self.band is None:
+            return True
+        worst = found.worst_in(*self.band)
+        return worst is not None and worst.growth_rate > found.omitted_below
 
-    def add(self, anchor: SpectralExpansion) -> None:
-        """Take an expansion into the table."""
-        self._table.add(anchor)
-
-    def _spot_check(self, point: OperatingPoint, found: ComplexModes,
-                    entry: TableEntry) -> ComplexModes:
-        """Compare an answer with the full solution; an expansion that was wrong goes."""
-        truth = complex_modes(self.model, point, tolerances=self.tolerances)
+    def _spot_check(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+        """Compare an answer with the full solution, and distrust a cell that is wrong."""
+        assert self.table is not None
+        truth = complex_modes(self.model, point, tolerances=self.limits)
+        off = deviation(found, truth, self.table.tolerances)
         self.statistics.audits += 1
-        off = _distance(found, truth, self.settings)
         self.statistics.worst_audit = max(self.statistics.worst_audit, off)
         if off <= 1.0:
             return found
-        self.statistics.mismatches += 1
-        self._table.drop(entry)
+        self._distrust(cell)
         return truth
 
+    def _distrust(self, cell: int) -> None:
+        assert self.table is not None
+        self.statistics.mismatches += 1
+        self._distrusted.add(cell)
+        self.table = self.table.without(cell)
 
-def _distance(found: ComplexModes, truth: ComplexModes, settings: SolverSettings) -> float:
-    """Return how far roots of oscillating modes are from the true ones, over what may be."""
-    limit = found.tolerances.oscillation
-    ours, theirs = (m.mode_eigenvalues[m.mode_eigenvalues.imag > limit] for m in (found, truth))
-    if ours.size != theirs.size:
-        return np.inf
-    away = np.abs(ours[:, None] - theirs) / np.maximum(
-        settings.tolerance, -settings.decay_tolerance * theirs.real)
-    return float(max(away.min(axis=0).max(), away.min(axis=1).max())) if ours.size else 0.0
+
+def deviation(found: ComplexModes, truth: ComplexModes, tolerances: TableTolerances) -> float:
+    """
+    Return the largest distance of table and full solution, in tolerances.
+
+    Of every oscillating mode that the table has or should have: that grows more than its bound on
+    omitted modes.
+    """
+    limit, below = found.tolerances.oscillation, found.omitted_below
+    ours, theirs = (m.mode_eigenvalues[(m.mode_eigenvalues.imag > limit)] for m in (found, truth))
+    if not ours.size or not theirs.size:
+        return 0.0 if ours.size == theirs.size else np.inf
+    away = np.abs(ours[:, None] - theirs)
+    listed = (away.min(axis=1) / tolerances.allowed(ours))[ours.real > below]
+    due = (away.min(axis=0) / tolerances.allowed(theirs))[theirs.real > below]
+    return float(max(listed.max(initial=0.0), due.max(initial=0.0)))

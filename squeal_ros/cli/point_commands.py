@@ -37,7 +37,7 @@ from squeal_core.stability.eigenvectors import eigenvalue_conditions, Eigenvalue
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.stability.sensitivity import parameter_sensitivity
-from squeal_core.surrogate.lookup_file import is_table, read_table_header
+from squeal_core.surrogate.table_file import is_table, read_table_header
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import read_vehicle
 from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped

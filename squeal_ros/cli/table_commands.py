@@ -36,8 +36,7 @@ from squeal_core.surrogate.coverage_report import (
     measure_coverage,
     with_coverage,
 )
-from squeal_core.surrogate.lookup_file import cached_path, write_table
-from squeal_core.surrogate.lookup_table import ExpansionTable
+from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_builder import build_table
 from squeal_core.surrogate.table_cell import TableTolerances
 from squeal_core.surrogate.table_domain import (
@@ -47,6 +46,7 @@ from squeal_core.surrogate.table_domain import (
     ROTOR_SPEED,
     TableDomain,
 )
+from squeal_core.surrogate.table_file import cached_path, write_table
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import read_vehicle
 from squeal_ros.cli.arguments import check_output, positive, shipped

@@ -20,7 +20,7 @@ from typing import Any
 
 from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.surrogate.lookup_file import find_table_file, read_table_header
+from squeal_core.surrogate.table_file import find_table_file, read_table_header
 
 
 def table_lines(path: str | Path) -> Iterator[str]:

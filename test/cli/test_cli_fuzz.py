@@ -34,10 +34,10 @@ import warnings
 import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.common.resources import find
-from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_file import write_table
 from squeal_ros.cli.main import main
-from support.engine_models import point
 from support.mutants import damaged, lines_moved, mutant_of_archive, mutant_of_text
 from support.reader_samples import write_sample
 from support.reading_mutants import small_model
@@ -122,8 +122,9 @@ class Files:
         self.model = folder / 'whole.npz'
         model.save(self.model)
         self.table = folder / 'table.npz'
-        write_table([expand_spectrum(model, point(rotor_speed=speed)) for speed in (20.0, 40.0)],
-                    model, self.table)
+        write_table(build_table(model, TableDomain.usual(
+            model, rotor_speed=(18.0, 22.0), preload=(1000.0, 2000.0), friction=(0.4, 0.45))),
+            model, self.table)
         self.settings = self._yaml('settings.yaml', self._parameters())
         self.bag = folder / 'in.mcap'
         from support.bags import float_messages, write_floats

@@ -26,7 +26,7 @@ from squeal_core.monitor.settings import read_settings, Signal
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.monitor.vehicle_stability import VehicleStability
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes
-from squeal_core.surrogate import lookup_solver
+from squeal_core.surrogate import tabulated_solver
 
 TICK = 1_000_000_000
 HERE = SlidingConditions(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
@@ -91,7 +91,7 @@ def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
             raise np.linalg.LinAlgError('did not converge')
         return complex_modes(model, point, **options)
 
-    monkeypatch.setattr(lookup_solver, 'complex_modes', failing)
+    monkeypatch.setattr(tabulated_solver, 'complex_modes', failing)
     found = vehicle(kang, {f'b{i}': (40.0, 1.2e6, 0.6 if i == 1 else 0.4)
                            for i in range(4)}).assess(TICK)
     assert [one.state for one in found] == ['steady', 'invalid', 'steady', 'steady']

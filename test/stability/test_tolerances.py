@@ -31,8 +31,8 @@ from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.stability.exceptional_point import nearest_exceptional_point
 from squeal_core.stability.mechanism import mechanisms
 from squeal_core.stability.mode_tracking import identities
-from squeal_core.surrogate.batch import batch_modes, OperatingPoints
-from squeal_core.surrogate.tabulated_solver import TabulatedSolver
+from squeal_core.surrogate.batch import BatchSolver, OperatingPoints
+from squeal_core.surrogate.table_cell import TableTolerances
 from support.engine_models import point, random_model
 
 _OF_TIME = {  # powers of the unit of frequency, with contact pressure and stiffness kept
@@ -120,13 +120,12 @@ def test_the_engine_in_any_unit_of_time(scale: float) -> None:
     """Series answer as often and as closely, relative to the spectrum."""
     model, at = faster(random_model(6), scale), faster_point(point(), scale)
     generator = np.random.default_rng(0)
-    table = TabulatedSolver(model)
     points = OperatingPoints.of(
         rotor_speed=at.rotor_speed * generator.uniform(0.95, 1.05, 40),
         friction=at.friction * generator.uniform(0.95, 1.05, 40),
         friction_slope=at.friction_slope, contact_pressure=at.contact_pressure,
         contact_stiffness=at.contact_stiffness * generator.uniform(0.98, 1.02, 40))
-    found = batch_modes(table, points)
+    found = BatchSolver(model).modes(points)
     assert np.count_nonzero(found.full) < 10
     level = found.tolerances.growth
     for place in range(40):
@@ -141,7 +140,7 @@ def test_tolerances_of_the_shipped_brake(kang: BrakeModel) -> None:
     found = Tolerances.of(kang)
     assert found.oscillation == pytest.approx(1.0, rel=0.01)
     assert found.growth == pytest.approx(0.01, rel=0.01)
-    assert TabulatedSolver(kang).settings.tolerance == pytest.approx(0.1, rel=0.01)
+    assert TableTolerances.of(kang).growth == pytest.approx(0.1, rel=0.01)
 
 
 # ---------------------------------------------------------------- models of order one

@@ -48,7 +48,8 @@ from squeal_core.common.resources import find
 from squeal_core.model.model_file import load_model
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
-from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_file import read_table, write_table
 from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 from support.engine_models import point, random_model
@@ -99,12 +100,13 @@ def kind_of(name: str, folder: Path) -> Kind:
                     lambda path: read_brake(path, warn=lambda _: None), BrakeDescriptionError)
     model = small_model()
     if name == 'table':
-        anchors = [expand_spectrum(model, point(rotor_speed=speed)) for speed in (20.0, 40.0)]
-        write_table(anchors, model, path)
+        write_table(build_table(model, TableDomain.usual(
+            model, rotor_speed=(18.0, 22.0), preload=(1000.0, 2000.0), friction=(0.4, 0.45))),
+            model, path)
         return Kind(
             path.read_bytes(), mutant_of_archive, lambda file: read_table(file, model),
             TableFileError,
-            lambda found: TabulatedSolver(model, anchors=found).complex_modes(point()))
+            lambda found: TabulatedSolver(model, found).solve(point()))
     if name == 'shipped model':
         return Kind(find('models', 'kang2009', '.npz').read_bytes(), mutant_of_archive,
                     load_model, ModelFileError)

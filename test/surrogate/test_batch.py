@@ -21,8 +21,8 @@ import pytest
 from squeal_core import BrakeModel
 from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
-from squeal_core.surrogate.batch import batch_modes, BatchModes, OperatingPoints
-from squeal_core.surrogate.tabulated_solver import SolverSettings, TabulatedSolver
+from squeal_core.surrogate.batch import BatchModes, BatchSolver, OperatingPoints
+from squeal_core.surrogate.table_cell import TableTolerances
 
 
 def around(model: BrakeModel, count: int, spread: float, seed: int = 0) -> OperatingPoints:
@@ -58,31 +58,31 @@ def test_points_are_what_their_parameters_say(kang: BrakeModel) -> None:
 
 
 def test_a_cloud(kang: BrakeModel) -> None:
-    table, points = TabulatedSolver(kang), around(kang, 60, 0.1)
-    found, expected = batch_modes(table, points), single(kang, points)
+    solver, points = BatchSolver(kang), around(kang, 60, 0.1)
+    found, expected = solver.modes(points), single(kang, points)
     check(found, expected)
     assert np.count_nonzero(found.full) < 30
-    assert 1 <= len(table.anchors) <= 8
-    made = len(table.anchors)
-    again = batch_modes(table, points)  # what has been made serves
+    assert 1 <= len(solver.expansions) <= 8
+    made = len(solver.expansions)
+    again = solver.modes(points)  # what has been made serves
     assert np.count_nonzero(again.full) <= np.count_nonzero(found.full)
-    assert len(table.anchors) == made
+    assert len(solver.expansions) == made
     check(again, expected)
 
 
 def test_scattered_points_are_solved_in_full(kang: BrakeModel) -> None:
-    table = TabulatedSolver(kang)
+    solver = BatchSolver(kang)
     points = around(kang, 6, 1.5)
-    found = batch_modes(table, points)
+    found = solver.modes(points)
     assert found.full.all()
-    assert table.anchors == ()
+    assert solver.expansions == []
     assert (found.mode_eigenvalues == single(kang, points)).all()
     assert (found.errors == 0.0).all()
 
 
 def test_growth_in_a_band(kang: BrakeModel) -> None:
     points = around(kang, 40, 0.1, seed=1)
-    found = batch_modes(TabulatedSolver(kang), points)
+    found = BatchSolver(kang).modes(points)
     for band in ((1250.0, 16000.0), (3000.0, 4000.0)):
         growth, places = found.growth_rates(*band), found.least_stable(*band)
         for i in range(0, 40, 8):
@@ -108,7 +108,7 @@ def real_roots_model(**changes: Any) -> BrakeModel:
 def test_modes_that_do_not_oscillate() -> None:
     model = real_roots_model()
     points = around(model, 60, 0.15)
-    found = batch_modes(TabulatedSolver(model), points)
+    found = BatchSolver(model).modes(points)
     expected = single(model, points)
     check(found, expected)
     assert not found.full.all()
@@ -119,15 +119,15 @@ def test_modes_that_do_not_oscillate() -> None:
 def test_verdicts_do_not_hang_on_errors() -> None:
     """Points within their error of the edge of growth are solved in full."""
     model = real_roots_model()
-    table = TabulatedSolver(model, SolverSettings(tolerance=1e3, decay_tolerance=10.0))
+    solver = BatchSolver(model, errors=TableTolerances(growth=1e3, decay=10.0))
     points = around(model, 400, 0.5)
-    found, expected = batch_modes(table, points), single(model, points)
+    found, expected = solver.modes(points), single(model, points)
     level = Tolerances.of(model).growth
     assert ((found.mode_eigenvalues.real > level) == (expected.real > level)).all()
 
 
 def test_same_points_same_numbers(kang: BrakeModel) -> None:
     points = around(kang, 30, 0.1)
-    first, second = (batch_modes(TabulatedSolver(kang), points) for _ in range(2))
+    first, second = (BatchSolver(kang).modes(points) for _ in range(2))
     assert (first.mode_eigenvalues == second.mode_eigenvalues).all()
     assert (first.errors == second.errors).all()

@@ -25,17 +25,17 @@ from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import OperatingPointError, TableFileError
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.surrogate.coverage_report import measure_coverage
-from squeal_core.surrogate.lookup_file import (
+from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_cell import TableTolerances
+from squeal_core.surrogate.table_domain import TableDomain
+from squeal_core.surrogate.table_file import (
     cached_path,
     find_table,
     read_table,
     write_table,
 )
-from squeal_core.surrogate.lookup_solver import TableLookup
-from squeal_core.surrogate.lookup_table import ExpansionTable
-from squeal_core.surrogate.table_builder import build_table
-from squeal_core.surrogate.table_cell import TableTolerances
-from squeal_core.surrogate.table_domain import TableDomain
+from squeal_core.surrogate.tabulated_solver import TabulatedSolver
 from squeal_ros.cli.main import main
 from support.engine_models import random_model
 
@@ -128,7 +128,7 @@ def test_points_that_hang_on_the_error_are_solved_in_full(
     truth = complex_modes(model, point)
     worst = max(root.real for root in truth.mode_eigenvalues)
     limits = replace(Tolerances.of(model), growth=worst + 1e-9)
-    solver = TableLookup(model, table, limits=limits)
+    solver = TabulatedSolver(model, table, limits=limits)
     np.testing.assert_array_equal(solver.solve(point).mode_eigenvalues,
                                   complex_modes(model, point, tolerances=limits).mode_eigenvalues)
     assert solver.statistics.full == 1
@@ -138,7 +138,7 @@ def test_points_that_leave_the_law_are_solved_in_full(
         model: BrakeModel, table: ExpansionTable) -> None:
     point = table.domain.points(model, places(table, 1))[0]
     backwards = replace(point, rotor_speed=-point.rotor_speed, friction=-point.friction)
-    solver = TableLookup(model, table)
+    solver = TabulatedSolver(model, table)
     for off in (replace(point, friction_slope=0.9 * point.friction_slope),
                 replace(point, contact_stiffness=1.01 * point.contact_stiffness),
                 replace(point, rotor_speed=3.0), replace(point, friction=-point.friction)):
@@ -154,8 +154,8 @@ def test_the_audit_finds_a_wrong_cell_and_does_not_use_it_again(
     wrong = replace(table, cells=tuple(
         replace(cell, series=moved) for cell, moved in zip(table.cells, series, strict=True)))
     points = table.domain.points(model, places(table, 40))
-    for solver in (alone := TableLookup(model, wrong, audit_every=3),
-                   TableLookup(model, wrong, audit_every=3)):
+    for solver in (alone := TabulatedSolver(model, wrong, audit_every=3),
+                   TabulatedSolver(model, wrong, audit_every=3)):
         found = (solver.solve_all([points[i] for i in range(40)]) if solver is not alone
                  else [solver.solve(points[i]) for i in range(40)])
         first = [modes.source for modes in found].index('full', 2)
@@ -163,7 +163,7 @@ def test_the_audit_finds_a_wrong_cell_and_does_not_use_it_again(
         assert all(modes.source == 'full' for modes, there in zip(found, cell, strict=True)
                    if there == cell[first] and modes not in found[:first])
         assert solver.statistics.mismatches == solver.statistics.audits > 0
-    good = TableLookup(model, table, audit_every=3)
+    good = TabulatedSolver(model, table, audit_every=3)
     good.solve_all([points[i] for i in range(40)])
     assert good.statistics.audits > 10
     assert good.statistics.mismatches == 0
@@ -174,7 +174,7 @@ def test_tables_of_points_have_only_their_cells(
     points = table.domain.points(model, places(table, 40))
     some = build_table(model, table.domain, tolerances=table.tolerances, points=[points[0]])
     assert 0 < len(some.cells) < len(table.cells)
-    assert TableLookup(model, some).solve(points[0]).source == 'table'
+    assert TabulatedSolver(model, some).solve(points[0]).source == 'table'
     with pytest.raises(OperatingPointError, match='no point of 1'):
         build_table(model, table.domain, points=[replace(points[0], friction=0.9)])
 
@@ -207,7 +207,7 @@ def test_a_stiffness_factor_is_that_of_a_stiffer_model(
     stiff = build_table(model, domain, tolerances=table.tolerances)
     point = domain.points(model, places(stiff, 1))[0]
     assert point.contact_stiffness == pytest.approx(1.1 * model.nominal_contact_stiffness)
-    found = TableLookup(model, stiff).solve(point)
+    found = TabulatedSolver(model, stiff).solve(point)
     assert found.source == 'table'
     truth = complex_modes(model, point)
     assert np.abs(found.mode_eigenvalues - truth.mode_eigenvalues[found.numbers - 1]).max() <= 0.1
@@ -250,4 +250,4 @@ def test_no_cells_are_built_where_a_vehicle_creeps_under_full_brakes(
     empty = build_table(model, replace(domain, steepest=0.9 * least))
     assert measure_coverage(empty, model, points=10, solved=0).gaps == 1.0
     point = domain.points(model, places(table, 1))[0]
-    assert TableLookup(model, empty).solve(point).source == 'full'
+    assert TabulatedSolver(model, empty).solve(point).source == 'full'
