@@ -36,8 +36,11 @@ from rosbags.typesys import get_typestore, Stores  # noqa: E402
 from squeal_core.common.output import OutputError  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.history import read_rows, row_of, squeal_events  # noqa: E402
-from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
-from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
+from squeal_core.monitor.settings import MonitorSettings, read_settings, Signal  # noqa: E402
+from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
+from squeal_core.surrogate.lookup_file import write_table  # noqa: E402
+from squeal_core.surrogate.table_builder import build_table  # noqa: E402
+from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
@@ -248,3 +251,39 @@ def test_a_long_drag_in_coarse_steps_is_not_stuck(tmp_path: Path, settings: Moni
     assert len(ticks) == 91
     assert {found.state for found in ticks} == {'steady', 'released'}
     assert {found.state for found in ticks[22:]} == {'steady'}
+
+
+def test_many_ticks_at_once_are_those_of_one_by_one(tmp_path: Path, kang: BrakeModel) -> None:
+    """To 1e-9, by a table; `exact` gives the bits of the node."""
+    assert kang.caliper is not None
+    preload = kang.caliper.preload(7.84e5)
+    table = build_table(kang, TableDomain.usual(
+        kang, rotor_speed=(19.0, 21.0), preload=(0.9 * preload, 1.1 * preload),
+        friction=(0.41, 0.43)))
+    write_table(table, kang, tmp_path / 'table.npz')
+    chosen = read_settings({'brakes': ['fl'], 'table': str(tmp_path / 'table.npz'), **{
+        f'fl.{signal}.{key}': value for signal, topic in (
+            ('rotor_speed', 'speed'), ('pressure', 'pressure'))
+        for key, value in (('topic', topic), ('type', FLOAT), ('field', 'data'))}})
+    random = np.random.default_rng(0)
+    bag = write_floats(tmp_path / 'in.mcap', [
+        (topic, time, value * random.uniform(0.98, 1.02))
+        for topic, time, value in float_messages(4.0)])
+    at_once, exact = ([tick[0] for tick in Replay(Bag(bag), chosen, kang, exact=exact)]
+                      for exact in (False, True))
+    monitor, live = VehicleMonitor(chosen, kang), []
+    signals: dict[str, Signal] = {
+        '/speed': 'rotor_speed', '/pressure': 'pressure', '/fl/friction': 'friction'}
+    for topic, time, message, _ in Bag(bag).messages(dict.fromkeys(signals, FLOAT)):
+        monitor.receive('fl', signals[topic], Sample(time, message.data))
+        if topic == '/pressure':  # the last one of each time, at which a tick is
+            live += monitor.assess(time)
+    assert repr(exact) == repr(live)
+    braking = [(a, b) for a, b in zip(at_once, exact, strict=True) if a.state == 'steady']
+    assert len(braking) == 20
+    assert {a.stability.modes.source for a, _ in braking if a.stability} == {'table'}
+    for a, b in braking:
+        assert [a.growth_rate, a.worst_frequency_hz, a.risk, *a.unstable_growth_rates] == (
+            pytest.approx([b.growth_rate, b.worst_frequency_hz, b.risk,
+                           *b.unstable_growth_rates], rel=1e-9))
+        assert (a.state, a.inputs, len(a.modes)) == (b.state, b.inputs, len(b.modes))
