@@ -17,6 +17,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+import math
 from typing import Any
 
 import numpy as np
@@ -160,6 +161,21 @@ class ExpansionTable:
         box = np.where(inside[:, None], np.minimum(share, last), 0.0).astype(np.intp)
         return np.where(inside, self.grid[box[:, 0], box[:, 1], box[:, 2]], -1)
 
+    def _cell_at(self, x: tuple[float, float, float]) -> int:
+        """Return what `locate` does, of one place, for a tenth of its time."""
+        box = []
+        for value, (low, per_box, last) in zip(x, self._axes, strict=True):
+            share = (value - low) * per_box
+            if not 0.0 <= share <= last + 1.0:
+                return -1
+            box.append(min(int(share), last))
+        return int(self.grid[box[0], box[1], box[2]])
+
+    @cached_property
+    def _axes(self) -> list[tuple[float, float, int]]:
+        return list(zip(self._low.tolist(), self._per_box.tolist(),  # type: ignore[attr-defined]
+                        self._last.tolist(), strict=True))  # type: ignore[attr-defined]
+
     def evaluate(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
                  frictions: ArrayLike, tolerances: Tolerances) -> TableModes:
         """
@@ -197,11 +213,11 @@ class ExpansionTable:
         """Return the modes at one point and its cell, as `evaluate`; None without an answer."""
         if not (rotor_speed > 0.0 and contact_pressure > 0.0):
             return None
-        x = coordinates(rotor_speed, contact_pressure, friction)
-        place = int(self.locate(x)[0])
+        x = math.log(rotor_speed), math.log(contact_pressure), friction
+        place = self._cell_at(x)
         if place < 0:
             return None
-        found = _Evaluated(self, place, x, tolerances)
+        found = _Evaluated(self, place, np.array([x]), tolerances)
         if not found.valid[0]:
             return None
         return found.modes(), place

@@ -63,7 +63,7 @@ def tabulate(options: argparse.Namespace) -> int:
     _check(options)
     model = BrakeModel.load(options.model)
     domain = _domain(model, options)
-    points = _driven(model, options) if options.drive else None
+    points = driven_points(model, options) if options.drive else None
     with ProgressBar('boxes') as progress:
         begun = time.monotonic()
 
@@ -131,7 +131,7 @@ def _domain(model: BrakeModel, options: argparse.Namespace) -> TableDomain:
         friction=tuple(options.friction or FRICTION), stiffness_factor=options.stiffness_factor)
 
 
-def _driven(model: BrakeModel, options: argparse.Namespace) -> list[OperatingPoint]:
+def driven_points(model: BrakeModel, options: Any) -> list[OperatingPoint]:
     """Return the points at which the four brakes slide under load during a drive."""
     from squeal_ros.cli.demo import signals_of
     cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'), warn=warn)
