@@ -142,7 +142,8 @@ def statuses(node: str, assessments: Sequence[Assessment], levels: Sequence[int]
 
 
 def _as_texts(values: Mapping[str, object]) -> dict[str, str]:
-    return {key: str(value) for key, value in values.items()}
+    return {key: value if isinstance(value, str) else str(value)
+            for key, value in values.items()}
 
 
 def brake_status(node: str, assessment: Assessment, level: int,

@@ -15,7 +15,9 @@
 """Squeal events and the summary of a drive, from rows and assessments made by hand."""
 
 from collections.abc import Iterator
+import csv
 from dataclasses import replace
+import io
 import math
 from typing import Any
 
@@ -23,7 +25,7 @@ import numpy as np
 import pytest
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.drive_summary import DriveSummary, worst_reason
-from squeal_core.monitor.history import AssessmentRecord, squeal_events
+from squeal_core.monitor.history import AssessmentRecord, CsvWriter, squeal_events
 from squeal_core.monitor.input_channel import Reading, Status
 from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.view.drive_envelope import drive_envelope
@@ -185,3 +187,16 @@ def test_a_long_drive_keeps_extremes_in_a_fixed_size() -> None:
     assert set(own.risk) == {1.0}
     np.testing.assert_allclose(envelope.marks[:, 1:], [[2500.0, 7.0]])
     assert drive_envelope(lambda: iter(())).brakes == {}
+
+
+@pytest.mark.parametrize('reason', ['plain', 'a, b', 'say "a"', 'a\nb', 'a\rb', '', ' a', "it's"])
+def test_texts_make_the_rows_of_records(reason: str) -> None:
+    """Quoted where csv quotes them."""
+    record = replace(row(1.5, 0.6, 1e-300, NAN), reason=reason, unstable_frequencies_hz=(1.0, 2.5))
+    records, texts = io.StringIO(newline=''), io.StringIO(newline='')
+    CsvWriter(records).write(record)
+    CsvWriter(texts).write_texts({
+        name: ' '.join(map(repr, value)) if isinstance(value, tuple) else str(value)
+        for name, value in vars(record).items()})
+    assert texts.getvalue() == records.getvalue()
+    assert reason in next(csv.reader(io.StringIO(texts.getvalue().split('\n', 1)[1], newline='')))
