@@ -38,9 +38,9 @@ from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.history import read_rows, row_of, squeal_events  # noqa: E402
 from squeal_core.monitor.settings import MonitorSettings, read_settings, Signal  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
-from squeal_core.surrogate.lookup_file import write_table  # noqa: E402
 from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
+from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
