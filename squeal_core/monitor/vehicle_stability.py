@@ -68,9 +68,11 @@ class VehicleStability:
         self._band = band_of(settings)
         self.solver.band, self.solver.audit_every = self._band, round(settings.audit_interval)
         self._risks = RiskEvaluator(self.model, risk_parameters(settings), self._map)
+        of_band = self._map is not None and self._map.parameters.band_hz == self._band
         self._margins = MarginEvaluator(
             self.model, _margin_settings(self.model, settings, self.solver.table),
-            self.tolerances, growth=None if self.solver.table is None else self._growth)
+            self.tolerances, growth=None if self.solver.table is None else self._growth,
+            growth_map=self._map if of_band else None)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -132,6 +134,8 @@ class VehicleStability:
     def figures(self) -> dict[str, float]:
         """Return the counts of answers since the start, by name."""
         return {**{f'solver_{name}': value for name, value in self.solver.figures().items()},
+                'risks_precomputed': self._risks.precomputed,
+                'risks_first_order': self._risks.first_order,
                 **{f'margins_{name}': value
                    for name, value in asdict(self._margins.statistics).items()}}
 
