@@ -20,9 +20,9 @@ sign of growth is certain in it or if the eigenvalues that leave it open are acc
 otherwise the box is halved. Where a mode grows throughout, or all modes decay, boxes stay large.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 import math
 from typing import Any
 
@@ -35,9 +35,10 @@ from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 _LARGEST = np.array([1.2, 2.7, 0.25, 0.12])  # width of a box, of ln speed, ln pressure, mu, ln k_c
 _SMALLEST = np.array([0.3, 0.4, 0.05, 0.04])  # below which its expansion serves whatever its error
-_TOLERANCE = 2.0  # 1/s, estimated, where the sign of a growth rate is open; a tenth of it in truth
+_TOLERANCE = 1.0  # 1/s, where the sign of a growth rate is open
 _FRACTION = 0.5  # of a growth rate, by which it may be off
-_FAR = 40.0  # 1/s: a growth rate farther from zero keeps its sign, whatever the error estimate
+_SHARE = 0.5  # of the change by the last degree: what is left out, measured at a third of it
+_FAR = 300.0  # 1/s below zero, from which on a mode is not looked at
 _LISTED = 30.0  # 1/s below zero, from which on a mode is evaluated
 _NEAR_BAND = (0.7, 1.4)  # times the ends of the band: frequencies that may come into it
 _FEW = 4  # points of a box that are solved in full where an expansion fails
@@ -205,12 +206,13 @@ class _ExpansionCheck:
     @classmethod
     def of(cls, grid: GrowthGrid, criterion: BandGrowth, box: GridBox,
            expansion: SpectralExpansion) -> '_ExpansionCheck':
-        values, errors = expansion.eigenvalues_at(grid.coefficients(box.checked))
-        errors = np.minimum(errors, _FAR)
+        sums = expansion.partial_sums(grid.coefficients(box.checked))
+        values = sums[-1]
         excess = criterion.excess(values)
         low, high = _NEAR_BAND[0] * criterion.band[0], _NEAR_BAND[1] * criterion.band[1]
         excess[:, ((values.imag < low) | (values.imag > high)).all(axis=0)] = _NONE
         owner = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
+        errors = _truncation_errors(sums, owner, (excess > -_FAR).any(axis=0))
         grows = (excess > errors).all(axis=0)
         if grows.any():
             return cls(True, np.zeros(len(values)), np.unique(owner[grows]))
@@ -227,6 +229,25 @@ class _ExpansionCheck:
         along = [max(errors[(*centre[:axis], end, *centre[axis + 1:])] for end in (0, -1))
                  for axis in range(len(_CHECKED))]
         return int(np.argmax(np.where(divisible, along, -1.0)))
+
+
+def _truncation_errors(sums: Sequence[ComplexArray], owner: IndexArray,
+                       wanted: Any) -> FloatArray:
+    """
+    Return estimates of the errors (P, n) of some eigenvalues, zero of the others.
+
+    The change by the last degree, and of the one before, whose successor may vanish: as two modes
+    alone repel, lambda = mean +- sqrt(gap^2 / 4 + c^2), c^2 / gap is followed by 4 c^2 / gap^2
+    times itself.
+    """
+    before, last = (np.abs(b - a)[:, wanted] for a, b in pairwise(sums[-3:]))
+    places = np.flatnonzero(wanted)
+    gaps = np.abs(sums[-1][:, places, None] - sums[-1][:, None])
+    gaps[:, owner[places][:, None] == owner] = np.inf
+    ratio = 4.0 * before / np.maximum(gaps.min(axis=-1, initial=np.inf), 1e-30)
+    errors = np.zeros(sums[-1].shape)
+    errors[:, wanted] = _SHARE * (last + before * np.minimum(ratio, 1.0))
+    return errors
 
 
 def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: SpectralExpansion,

@@ -149,6 +149,13 @@ class SpectralExpansion:
         _, terms = self._steps_and_terms(coefficients)
         return self.layout.eigenvalues_of((terms @ self._parts).view(complex))
 
+    def partial_sums(self, coefficients: FloatArray) -> list[ComplexArray]:
+        """Return the eigenvalues (..., n) of the series up to each degree from 1 on."""
+        _, terms = self._steps_and_terms(coefficients)
+        ends = np.cumsum([len(of_degree) for of_degree in self.monomials.terms])
+        return [self.layout.eigenvalues_of((terms[..., :end] @ self._parts[:end]).view(complex))
+                for end in ends[1:].tolist()]
+
     def eigenvalues_of_blocks(self, blocks: IndexArray, coefficients: FloatArray) -> ComplexArray:
         """Return the eigenvalues (..., m) of some blocks, by ascending index, at coefficients."""
         layout = BlockLayout(self.sizes[blocks])

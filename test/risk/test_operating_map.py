@@ -149,7 +149,7 @@ def test_boxes_cover_the_grid_and_growth_is_that_of_full_solutions() -> None:
 @pytest.mark.parametrize('friction', [0.15, 0.21, 0.247, 0.28])
 def test_map_against_samples(friction: float) -> None:
     place = (*PLACE[:2], friction)
-    expected, error = sampled(SMALL, PARAMETERS, place, 1024)
+    expected, error = sampled(SMALL, PARAMETERS, place, 512)
     assert float(small_map().risk_at(*place)) == pytest.approx(expected, abs=WITHIN + error)
 
 
@@ -159,7 +159,7 @@ def test_map_against_samples(friction: float) -> None:
 def test_other_uncertainties_against_samples(deviations: InputUncertainty,
                                              friction: float) -> None:
     parameters, place = replace(PARAMETERS, uncertainty=deviations), (*PLACE[:2], friction)
-    expected, error = sampled(SMALL, parameters, place, 1024)
+    expected, error = sampled(SMALL, parameters, place, 512)
     assert 0.02 < expected < 0.98
     assert integrated_risk(SMALL, parameters, *place) == pytest.approx(
         expected, abs=WITHIN + error)
@@ -167,7 +167,7 @@ def test_other_uncertainties_against_samples(deviations: InputUncertainty,
 
 def test_mode_that_enters_the_band_against_samples() -> None:
     parameters, place = replace(PARAMETERS, band_hz=(2039.5, 16000.0)), (10.0, 9e5, 0.4)
-    expected, error = sampled(SMALL, parameters, place, 1024)
+    expected, error = sampled(SMALL, parameters, place, 512)
     assert 0.1 < expected < 0.9
     assert integrated_risk(SMALL, parameters, *place) == pytest.approx(
         expected, abs=WITHIN + error)
@@ -176,7 +176,7 @@ def test_mode_that_enters_the_band_against_samples() -> None:
 def test_shipped_model_against_samples(kang: BrakeModel) -> None:
     parameters = replace(PARAMETERS, band_hz=(2000.0, 3000.0))
     place = (36.25, 7.6e5, 0.388)
-    expected, error = sampled(kang, parameters, place, 256)
+    expected, error = sampled(kang, parameters, place, 128)
     assert integrated_risk(kang, parameters, *place) == pytest.approx(
         expected, abs=WITHIN + error)
 
