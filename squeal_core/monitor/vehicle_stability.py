@@ -32,7 +32,7 @@ from squeal_core.risk.map_file import map_path, read_operating_map
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_file import find_table_file, read_table
-from squeal_core.surrogate.tabulated_solver import TabulatedSolver
+from squeal_core.surrogate.tabulated_solver import SolverStatistics, TabulatedSolver
 
 NO_TABLE = 'none'  # value of the setting `table`
 
@@ -73,6 +73,16 @@ class VehicleStability:
             self.model, _margin_settings(self.model, settings, self.solver.table),
             self.tolerances, growth=None if self.solver.table is None else self._growth,
             growth_map=self._map if of_band else None)
+
+    def warm_up(self, brakes: int) -> None:
+        """Evaluate brakes once, uncounted, so that the first tick takes no longer than others."""
+        bounds = self._margins.settings
+        at = SlidingConditions(rotor_speed=0.5 * bounds.rotor_speed[1],
+                               pressure=0.5 * bounds.pressure[1],
+                               friction=0.5 * bounds.friction[1])
+        self.evaluate([at] * brakes, [False] * brakes)
+        self.solver.statistics = SolverStatistics()
+        self._risks.precomputed = self._risks.first_order = 0
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -107,28 +107,18 @@ class OperatingMap:
         return np.asarray(ndtr(self._interpolated(
             self._score, rotor_speed, contact_pressure, friction)))
 
-    def growth_at(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike,
-                  friction: ArrayLike) -> FloatArray:
-        """Return the largest growth rate in the band [1/s]; parameters as of `risk_at`."""
-        return self._interpolated(self._growth, rotor_speed, contact_pressure, friction)
-
-    def growth_along(self, axis: Axis, rotor_speed: float, contact_pressure: float,
-                     friction: float) -> tuple[FloatArray, FloatArray]:
-        """
-        Return the map's values along one axis through an operating point, and growth rates there.
-
-        Parameters
-        ----------
-        axis : str
-            'rotor_speed', 'contact_pressure' or 'friction'.
-        rotor_speed, contact_pressure, friction : float
-            Operating point; its value along the axis does not matter.
-
-        """
-        at: dict[str, Any] = {'rotor_speed': rotor_speed, 'contact_pressure': contact_pressure,
-                              'friction': friction}
-        at[axis] = values = getattr(self, axis)
-        return values, self.growth_at(**at)
+    def growth_along_friction(self, rotor_speed: FloatArray,
+                              contact_pressure: FloatArray) -> FloatArray:
+        """Return growth rates (P, F) [1/s] at all frictions of the map, NaN outside."""
+        places = np.log([rotor_speed, contact_pressure])
+        first, steps, intervals = (values[:2, None] for values in self._axes)
+        places = (places - first) / steps
+        inside = ((places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=0)
+        cells = np.clip(np.where(inside, places, 0.0).astype(np.intp), 0, intervals - 1)
+        (i, j), (a, b) = cells, np.where(inside, places - cells, np.nan)[..., None]
+        values = self._growth
+        return np.asarray((1.0 - a) * ((1.0 - b) * values[i, j] + b * values[i, j + 1])
+                          + a * ((1.0 - b) * values[i + 1, j] + b * values[i + 1, j + 1]))
 
     @cached_property
     def _score(self) -> FloatArray:

@@ -29,7 +29,6 @@ from squeal_core.common.arrays import (
     repr_with_shapes,
 )
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.lapack import eigvals
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
 Source: TypeAlias = Literal['full', 'table']
@@ -272,7 +271,8 @@ def frequency_scale(model: BrakeModel, point: OperatingPoint | None = None) -> f
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
     """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
     state = state_matrix(model, model.damping(point), model.stiffness(point))
-    return np.concatenate([np.zeros(2 * model.size - len(state)), eigvals(state)])
+    return np.concatenate([np.zeros(2 * model.size - len(state), complex),
+                           np.linalg.eigvals(state)])
 
 
 def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:

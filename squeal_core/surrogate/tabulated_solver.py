@@ -77,27 +77,30 @@ class TabulatedSolver:
             return self._full(point)
         found = self.table.modes_at(abs(point.rotor_speed), point.contact_pressure,
                                     friction_of(point), self.limits)
-        return self._full(point) if found is None else self._checked(point, *found)
+        if found is None or not self._has_worst(found[0]):
+            return self._full(point)
+        return self._checked(point, *found)
 
     def solve_all(self, points: Sequence[OperatingPoint]
                   ) -> list[ComplexModes | np.linalg.LinAlgError]:
         """
         Return the complex modes at several points, or why a point has none.
 
-        Bit for bit those of `solve`, one after the other; those of a cell cost little more than
-        one.
+        The same bit for bit in any company; those of a cell cost little more than one.
         """
         if self.table is None or not points:
             return [self._attempted(point) for point in points]
-        follows = [self.table.domain.follows(self.model, point) for point in points]
         tabulated = self.table.evaluate(
             np.abs([point.rotor_speed for point in points]),
             [point.contact_pressure for point in points],
             [friction_of(point) for point in points], self.limits)
-        cells = tabulated.cells.tolist()
-        return [self._attempted(point, (tabulated.modes(i), cells[i]))
-                if follows[i] and cells[i] >= 0 else self._attempted(point)
-                for i, point in enumerate(points)]
+        known = tabulated.answered
+        if self.band is not None:  # no omitted mode may be the least stable of the band
+            known = known & ~np.isnan(tabulated.growth_rates(*self.band))
+        return [self._attempted(point, (tabulated.modes(i), cell))
+                if answered and self.table.domain.follows(self.model, point)
+                else self._attempted(point) for i, (point, answered, cell) in enumerate(zip(
+                    points, known.tolist(), tabulated.cells.tolist(), strict=True))]
 
     def distrust(self, point: OperatingPoint) -> None:
         """Do not use the table's cell at a point again, as it was found wrong."""
@@ -124,7 +127,7 @@ class TabulatedSolver:
 
     def _checked(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
         """Return an answer of the table, or a full solution where that will not do."""
-        if cell in self._distrusted or not self._has_worst(found):
+        if cell in self._distrusted:
             return self._full(point)
         self.statistics.tabulated += 1
         if self.audit_every and self.statistics.tabulated % self.audit_every == 0:

@@ -225,6 +225,7 @@ class _Configured:
         self.router = Router.of(node.settings)
         check_fields(node.settings, library.fields, node.get_logger().warning)
         self.monitor = VehicleMonitor(node.settings, model)
+        self.monitor.stability.warm_up(len(self.monitor.brakes))
         self._said: set[str] = set()
         aside = DeferredCallbackGroup()
         with ExitStack() as undo:

@@ -305,9 +305,10 @@ class Estimate:
     zero: float
     friction: FloatArray = field(default_factory=lambda: np.linspace(0.0, 0.66, 34))
 
-    def growth_at(self, *point: FloatArray) -> FloatArray:
-        speed, pressure, friction = np.broadcast_arrays(*point)
-        return np.where(speed * pressure > 0.0, friction - self.zero, np.nan)
+    def growth_along_friction(self, rotor_speed: FloatArray,
+                              contact_pressure: FloatArray) -> FloatArray:
+        sliding = rotor_speed * contact_pressure > 0.0
+        return np.where(sliding[:, None], self.friction - self.zero, np.nan)
 
 
 @pytest.mark.parametrize('friction', [0.3, 0.55])
