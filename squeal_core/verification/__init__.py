@@ -62,7 +62,7 @@ class Verification:
 
 
 def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: None,
-           workers: int = 0) -> Verification:
+           workers: int = 0, stride: int = 1) -> Verification:
     """
     Rerun K09 and return claim by claim what the paper says and what the model gives.
 
@@ -74,6 +74,8 @@ def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: Non
         Told in a few words what is being done.
     workers : int
         Processes for the stability maps; 0: this one.
+    stride : int
+        Solve every stride-th point of the sweeps that figures alone show; no claim uses them.
 
     Raises
     ------
@@ -88,7 +90,7 @@ def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: Non
     progress('modes of disc and pads')
     parts, skipped = parts_or_why(model)
     progress('sweeps')
-    records = sweeps(model, parts, workers)
+    records = sweeps(model, parts, workers, stride)
     rows: list[ClaimResult] = []
     for row in _rows(Case(model), records, parts):
         progress(row.claim)
@@ -102,9 +104,11 @@ def _rows(case: Case, records: Mapping[str, Sweep], parts: Parts | None) -> Iter
                  over_speed(case, records['figure 15']), torsion(case, parts))
 
 
-def sweeps(model: BrakeModel, parts: Parts | None, workers: int) -> dict[str, Sweep]:
+def sweeps(model: BrakeModel, parts: Parts | None, workers: int,
+           stride: int = 1) -> dict[str, Sweep]:
     """Return the sweeps of K09's figures, and of two changed brakes in which fig. 11 comes out."""
-    case, stiffness = Case(model), model.nominal_contact_stiffness * np.linspace(0.02, 1.2, 60)
+    case, friction = Case(model), np.linspace(0.0, 0.6, 61)[::stride]
+    stiffness = model.nominal_contact_stiffness * np.linspace(0.02, 1.2, 60)[::stride]
     speeds = np.concatenate([np.linspace(0.25, 5.0, 20), np.linspace(6.0, 25.0, 20)])
     found = {f'figure {figure}': sweep(model, case.at(speed), {'contact_stiffness': stiffness},
                                        workers=workers)
@@ -115,7 +119,7 @@ def sweeps(model: BrakeModel, parts: Parts | None, workers: int) -> dict[str, Sw
     if parts:
         brakes['friction, sums'] = parts.by_sums, 1.0
     for name, (brake, relative) in brakes.items():
-        point, axes = case.at(SLOW, stiffness=relative), {'friction': np.linspace(0.0, 0.6, 61)}
+        point, axes = case.at(SLOW, stiffness=relative), {'friction': friction}
         found[name] = sweep(brake, point, axes, tracked=True)
         found[f'{name}, no rotation'] = sweep(brake, point, axes, rotation=False, tracked=True)
     if not all(record.complete for record in found.values()):
