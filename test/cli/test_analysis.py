@@ -14,8 +14,10 @@
 
 """The commands over many points, as a user calls them, against solves written out here."""
 
+from contextlib import redirect_stdout
 import csv
-from functools import partial
+from functools import cache, partial
+from io import StringIO
 import json
 import math
 import os
@@ -168,12 +170,20 @@ def test_a_build_ends_with_its_audit(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 # ---------------------------------------------------------------- modes
 
-def test_modes_say_how_far_they_can_be_trusted(kang: BrakeModel,
-                                               capsys: pytest.CaptureFixture[str]) -> None:
-    found = answer(capsys, 'modes', 'kang2009', '--rotor-speed', '20', '--friction', '0.42')
-    d, k = matrices(kang, 20.0, 0.42)
+@cache
+def modes_by_falling_friction() -> list[dict[str, Any]]:
+    """Return what the command says of each mode at 20 rad/s."""
+    shown = StringIO()
+    with redirect_stdout(shown):
+        assert main(['modes', 'kang2009', '--rotor-speed', '20', '--friction', '0.42',
+                     '--friction-slope', '-0.02', '--json']) == 0
+    return list(json.loads(shown.getvalue(), parse_constant=pytest.fail)['modes'])
+
+
+def test_modes_say_how_far_they_can_be_trusted(kang: BrakeModel) -> None:
+    d, k = matrices(kang, 20.0, 0.42, -0.02)
     size = len(d)
-    for mode in found['modes']:
+    for mode in modes_by_falling_friction():
         if mode['kind'] == 'rigid':
             assert mode['condition'] is mode['error_bound'] is None  # not bounded
             continue
@@ -203,11 +213,10 @@ def test_modes_carry_the_paper_s_numbers(capsys: pytest.CaptureFixture[str]) -> 
     assert rows == [['26', '26', 'flutter'], ['13', '13', 'flutter']]
 
 
-def test_why_modes_grow(kang: BrakeModel, capsys: pytest.CaptureFixture[str]) -> None:
+def test_why_modes_grow(kang: BrakeModel) -> None:
     """Contributions sum to the growth rate; sensitivities are differences of roots."""
-    found = answer(capsys, 'modes', 'kang2009', '--rotor-speed', '20', '--friction', '0.42',
-                   '--friction-slope', '-0.02')
-    growing = [m for m in found['modes'] if m['mechanism']]
+    found = modes_by_falling_friction()
+    growing = [m for m in found if m['mechanism']]
     assert {m['kind'] for m in growing} == {'flutter', 'divergence'}
     for mode in growing:
         assert sum(mode['contributions'].values()) == pytest.approx(mode['growth_rate'], abs=1e-9)
@@ -221,14 +230,14 @@ def test_why_modes_grow(kang: BrakeModel, capsys: pytest.CaptureFixture[str]) ->
         assert worst['sensitivity'][name]['growth_rate'] == pytest.approx(slope.real, rel=1e-4)
         assert worst['sensitivity'][name]['frequency_hz'] == pytest.approx(
             slope.imag / 2.0 / math.pi, rel=1e-4)
-    assert all(m['sensitivity'] is None for m in found['modes'] if m['kind'] == 'stable')
+    assert all(m['sensitivity'] is None for m in found if m['kind'] == 'stable')
 
 
 # ---------------------------------------------------------------- critical values
 
 @pytest.mark.parametrize(('numbers', 'speed', 'rotation', 'hertz'), [
     ('13,14', 5.0, True, 1660.4), ('13,14', 5.0, False, 1668.5), ('25,26', 5.0, False, 3197.0),
-    ('40', 20.0, True, 5678.0), ('46', 20.0, True, 7150.0), ('10', 20.0, True, 857.9)])
+    ('40', 20.0, True, 5678.0), ('10', 20.0, True, 857.9)])
 def test_critical_friction_of_a_pair(numbers: str, speed: float, rotation: bool, hertz: float,
                                      kang: BrakeModel,
                                      capsys: pytest.CaptureFixture[str]) -> None:
@@ -357,7 +366,7 @@ def test_an_interrupt_ends_both_sweeps(tmp_path: Path, monkeypatch: pytest.Monke
 def test_ctrl_c_at_a_terminal_keeps_what_is_done(tmp_path: Path) -> None:
     """Sent once the bar shows a few points; the file is whole and holds them."""
     ours, theirs = pty.openpty()
-    path = tmp_path / 'a.csv'
+    path = tmp_path / 'a.npz'  # of so many points faster than a text
     with subprocess.Popen(
             [sys.executable, '-m', 'squeal_ros.cli', 'map', 'kang2009', '--over',
              'friction=0:0.8:5000', '-o', str(path), '--json'], stdout=subprocess.PIPE,
