@@ -41,14 +41,16 @@ def maps(case: Case) -> Iterator[ClaimResult]:
     yield said('pairs that squeal at 5 rad/s', 'fig. 10', names([THIRD, PADS]), names(before),
                set(before) == {THIRD, PADS})
     yield from _moving(case, before)
-    found = {pair: mechanisms(case.model, case.at(FAST), [added[own]])[0]
-             for pair, own in meant.items() if own in added}
+    # all at once: each mode is followed while a term is taken out, whichever are asked for
+    found = dict(zip(added, mechanisms(case.model, case.at(FAST), list(added.values())),
+                     strict=True))
     for pair, own in meant.items():
-        yield _added(pair, own, found.get(pair))
-    for mechanism in found.values():
-        yield _gyroscopic(case, mechanism)
-    yield _further(case, {pair: mode for pair, mode in added.items()
-                          if pair not in meant.values()})
+        yield _added(pair, own, found.get(own))
+    for own in meant.values():
+        if own in found:
+            yield _gyroscopic(case, found[own])
+    yield _further({pair: mechanism for pair, mechanism in found.items()
+                    if pair not in meant.values()})
 
 
 def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[ClaimResult]:
@@ -88,15 +90,13 @@ def _gyroscopic(case: Case, found: Mechanism) -> ClaimResult:
         'it, but is not needed')
 
 
-def _further(case: Case, others: Mapping[Pair, Mode]) -> ClaimResult:
+def _further(others: Mapping[Pair, Mechanism]) -> ClaimResult:
     """Pairs that squeal at 20 rad/s and that the text does not name."""
-    found = {pair: mechanisms(case.model, case.at(FAST), [mode])[0]
-             for pair, mode in others.items()}
-    leads = {other.participation[0].name for other in found.values()}
+    leads = {other.participation[0].name for other in others.values()}
     growth = ', '.join(f'{other.participation[0].name} by {other.mode.growth_rate:.1f} 1/s'
-                       for other in found.values())
+                       for other in others.values())
     own = ', '.join(f'{names([pair])} ({other.mode.frequency_hz:.0f} Hz)'
-                    for pair, other in found.items())
+                    for pair, other in others.items())
     return said('further pairs at 20 rad/s', 'sec. 3.1', 'none named', own or 'none', not others,
                 known=leads <= {'disc (2,0)', 'disc (7,0)'},
                 why=f'the second and the seventh disc doublet grow as well ({growth}); the text '

@@ -16,6 +16,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 try:
@@ -71,6 +72,7 @@ class Picture:
     pads: tuple[_Patch, _Patch]
 
     @classmethod
+    @lru_cache(maxsize=1)  # five figures of the same parts
     def of(cls, parts: Parts) -> 'Picture':
         disc, contact = parts.brake.disc, parts.brake.contact
         assert isinstance(disc, HatDisc)  # else there are no parts
@@ -127,7 +129,8 @@ def draw_modes(parts: Parts, path: FigureTarget, title: str, point: OperatingPoi
                numbers: Sequence[int], *, direction: Direction = 'normal') -> None:
     """Draw modes of the brake by their place in order of frequency, two in a row."""
     picture = Picture.of(parts)
-    modes = [complex_modes(parts.model, point).modes[number - 1] for number in numbers]
+    every = complex_modes(parts.model, point).modes
+    modes = [every[number - 1] for number in numbers]
     rows, columns = -(-len(modes) // 2), min(2, len(modes))
     with rc_context({**STYLE, 'axes.titlesize': 9, 'axes.titlelocation': 'center'}):
         figure = Figure(figsize=(5.2 * columns, 3.4 * rows + 1.2), layout='constrained')
