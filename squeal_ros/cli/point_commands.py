@@ -146,8 +146,8 @@ def replay(options: argparse.Namespace) -> int:
     """Run the monitor over a recorded bag."""
     from squeal_ros.recordings import replay as replaying
     from squeal_ros.recordings.bag_reader import Bag
+    from squeal_ros.recordings.evaluation_process import write_replay
     from squeal_ros.recordings.message_definitions import MessageDefinitions
-    from squeal_ros.recordings.output_process import write_replay
     from squeal_ros.recordings.replay_report import ReplayReport
 
     chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')

@@ -14,7 +14,7 @@
 
 """Run the monitor of the node on a recorded bag, on the bag's time."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -22,7 +22,7 @@ from pathlib import Path
 from squeal_core.common.output import check_target, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import CsvWriter, EventDetector, SquealEvent
+from squeal_core.monitor.history import CsvWriter, SquealEvent
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import (
     Assessment,
@@ -31,12 +31,12 @@ from squeal_core.monitor.vehicle_monitor import (
     VehicleInputs,
 )
 from squeal_core.monitor.vehicle_stability import VehicleStability
-from squeal_ros.node import messages
 from squeal_ros.recordings.bag_reader import Bag, BagError
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.findings import Finding, InputFindings
 from squeal_ros.recordings.sample_reader import SampleReader
 from squeal_ros.recordings.serialised_outputs import serialised_outputs
+from squeal_ros.recordings.tick_record import Recorder, TickRecord
 
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
 _LONGEST_SILENCE = 10_000_000_000
@@ -151,13 +151,14 @@ class Outputs:
     settings: MonitorSettings
     overwrite: bool = False
     node: str = '/squeal_monitor'
-    summary: DriveSummary = field(init=False)
-    detector: EventDetector = field(init=False)
+    recorder: Recorder = field(init=False)
 
     def __post_init__(self) -> None:
-        self._levels = messages.Levels(self.settings)
-        self.detector = EventDetector(self.settings)
-        self.summary = DriveSummary(self.settings)
+        self.recorder = Recorder(self.settings, self.node)
+
+    @property
+    def summary(self) -> DriveSummary:
+        return self.recorder.summary
 
     @property
     def csv_path(self) -> Path:
@@ -165,7 +166,7 @@ class Outputs:
 
     @property
     def events(self) -> list[SquealEvent]:
-        return self.detector.events
+        return self.recorder.detector.events
 
     def check(self, inputs: Sequence[str | Path] = ()) -> None:
         """
@@ -181,32 +182,18 @@ class Outputs:
                      inputs=inputs)
         check_target(self.csv_path, overwrite=self.overwrite, inputs=inputs)
 
-    def write(self, ticks: Iterator[tuple[Assessment, ...]]) -> None:
+    def write(self, ticks: Iterable[tuple[Assessment, ...]]) -> None:
         """Write all ticks; counts them in `summary` and finds the events."""
+        self.write_records(map(self.recorder.record, ticks))
+
+    def write_records(self, records: Iterable[TickRecord]) -> None:
+        """Write the records of all ticks."""
         with OutputFiles(overwrite=self.overwrite) as files:
             table = files.add(self.csv_path, probe=True)
             with BagWriter(self.path, files) as bag, table.partial.open(
                     'w', encoding='utf-8', newline='') as file:
                 rows = CsvWriter(file)
-                for assessments in ticks:
-                    self._write_tick(bag, rows, assessments)
-
-    def _write_tick(self, bag: BagWriter, table: CsvWriter,
-                    assessments: tuple[Assessment, ...]) -> None:
-        self.summary.add(assessments)
-        statuses = messages.statuses(
-            self.node.lstrip('/'), assessments, self._levels.of(assessments),
-            messages.NodeStatus({'ticks_done': self.summary.ticks}))
-        for assessment, status in zip(assessments, statuses, strict=False):  # the last: the node's
-            self.detector.add(assessment)
-            table.write_texts(_row_texts(assessment, status))
-        bag.write_serialised(assessments[0].time, serialised_outputs(
-            self.node, assessments, statuses))
-
-
-def _row_texts(assessment: Assessment, status: messages.StatusTexts) -> dict[str, str]:
-    """Return the row of a table; most of its numbers are in the diagnostics, so they are texts."""
-    values = status.values
-    return {**values, 'time_s': repr(assessment.time * 1e-9), 'brake': assessment.brake,
-            'reason': assessment.reason, 'rotor_speed_rad_s': values['rotor_speed_input'],
-            'pressure_pa': values['pressure_input']}
+                for record in records:
+                    for place in range(len(record.brakes)):
+                        rows.write_texts(record.row(place))
+                    bag.write_serialised(record.time, serialised_outputs(self.node, record))

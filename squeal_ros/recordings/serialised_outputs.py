@@ -23,8 +23,8 @@ from functools import lru_cache
 import struct
 from typing import Any
 
-from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
+from squeal_ros.recordings.tick_record import TickRecord
 from squeal_ros.recordings.typestore import BagMessages, JAZZY
 
 _DOUBLE = struct.Struct('<d')
@@ -33,9 +33,7 @@ _COUNT = struct.Struct('<I')
 _ENDS = [bytes(1 + -(size + 1) % 4) for size in range(4)]  # a zero, and then on to a multiple of 4
 
 
-def serialised_outputs(node: str, assessments: Sequence[Assessment],
-                       statuses: Sequence[messages.StatusTexts]
-                       ) -> Iterator[tuple[str, str, bytes]]:
+def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str, bytes]]:
     """
     Yield topic, type and bytes of each message of one tick.
 
@@ -43,20 +41,16 @@ def serialised_outputs(node: str, assessments: Sequence[Assessment],
     ----------
     node : str
         Whose topics they are, in full.
-    assessments : sequence of Assessment
-        Of all brakes.
-    statuses : sequence of StatusTexts
-        Of the diagnostics.
+    record : TickRecord
 
     """
-    for assessment in assessments:
-        topics = _topics(node, assessment.brake)
-        for name, value in messages.brake_values(assessment):
+    for brake, values, frequencies in record.brakes:
+        topics = _topics(node, brake)
+        for name, value in values:
             yield *topics[name], _before_double() + _DOUBLE.pack(value)
-        frequencies = messages.frequencies_hz(assessment)
         yield *topics['unstable_frequencies'], _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
-    yield '/diagnostics', messages.DIAGNOSTICS_TYPE, _diagnostics(assessments[0].time, statuses)
+    yield '/diagnostics', messages.DIAGNOSTICS_TYPE, _diagnostics(record.time, record.statuses)
 
 
 @lru_cache(maxsize=1024)

@@ -27,6 +27,7 @@ from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonit
 from squeal_core.stability.eigensolution import Mode  # noqa: E402
 from squeal_ros.node import messages  # noqa: E402
 from squeal_ros.recordings.serialised_outputs import serialised_outputs  # noqa: E402
+from squeal_ros.recordings.tick_record import TickRecord  # noqa: E402
 from squeal_ros.recordings.typestore import BagMessages, JAZZY  # noqa: E402
 
 TIME = 1_700_000_000_123_456_789
@@ -47,13 +48,15 @@ def tick(kang: BrakeModel) -> tuple[Assessment, ...]:
 def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> None:
     """Compare message by message with the type store's own."""
     library, levels, expected = BagMessages(), [0, 1, 2, 3][:len(assessments)], {}
+    statuses, time = messages.statuses(NODE[1:], assessments, levels, status), assessments[0].time
     for assessment in assessments:
         for name, message in messages.brake_messages(library, assessment):
             expected[f'{NODE}/{assessment.brake}/{name}'] = messages.TYPES[name], message
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
-        library, assessments[0].time, messages.statuses(NODE[1:], assessments, levels, status))
-    seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(
-        NODE, assessments, messages.statuses(NODE[1:], assessments, levels, status))}
+        library, time, statuses)
+    record = TickRecord(time, [(a.brake, messages.brake_values(a), messages.frequencies_hz(a))
+                               for a in assessments], statuses)
+    seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(NODE, record)}
     assert list(seen) == list(expected)  # in order
     for topic, (kind, message) in expected.items():
         assert seen[topic] == (kind, bytes(JAZZY.serialize_cdr(message, kind))), topic

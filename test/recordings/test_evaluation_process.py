@@ -27,12 +27,13 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 
 from rosbags.rosbag2 import Reader  # noqa: E402
 from squeal_core.common.errors import SquealError  # noqa: E402
+from squeal_core.common.output import check_target  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import PreparedTick  # noqa: E402
-from squeal_ros.recordings import output_process  # noqa: E402
+from squeal_ros.recordings import evaluation_process  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
-from squeal_ros.recordings.output_process import write_replay  # noqa: E402
+from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
 from support.bags import braking, storage_file, write_bag  # noqa: E402, I100
 
@@ -72,9 +73,9 @@ def test_short_bags_are_left_to_one_process(tmp_path: Path, settings: MonitorSet
                                             monkeypatch: pytest.MonkeyPatch) -> None:
     replay = Replay(Bag(write_bag(tmp_path / 'bag', braking(1.0))), settings, kang)
     assert replay.messages == 60
-    monkeypatch.setattr(output_process, '_OutputProcess', None)
+    monkeypatch.setattr(evaluation_process, '_EvaluationProcess', None)
     write_replay(replay, Outputs(tmp_path / 'out.mcap', settings))
-    monkeypatch.setattr(output_process, '_FEW_MESSAGES', 60)
+    monkeypatch.setattr(evaluation_process, '_FEW_MESSAGES', 60)
     monkeypatch.setattr(os, 'cpu_count', lambda: 1)
     write_replay(replay, Outputs(tmp_path / 'other.mcap', settings))
     monkeypatch.setattr(os, 'cpu_count', lambda: 2)
@@ -124,7 +125,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
 from squeal_ros.interrupts import InterruptOnce
 from squeal_ros.recordings.bag_reader import Bag
-from squeal_ros.recordings.output_process import write_replay
+from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.replay import Outputs, Replay
 settings = read_settings({'brakes': ['fl']})
 replay = Replay(Bag('bag'), settings, BrakeModel.load('kang2009'), exact=True)
@@ -154,4 +155,6 @@ def test_nothing_is_left_when_the_reading_process_ends(number: signal.Signals,
         process.send_signal(number)
         _, said = process.communicate()  # the other process holds the pipe of the errors, too
     assert said.count('Traceback') == (number != signal.SIGKILL)  # that of the script above
+    if number == signal.SIGKILL:
+        check_target(tmp_path / 'next.mcap')  # as the next run does
     assert [path.name for path in tmp_path.iterdir()] == ['bag']
