@@ -64,6 +64,16 @@ def pytest_make_collect_report() -> Iterator[None]:
         report.outcome, report.longrepr = 'failed', f'in CI: {report.longrepr}'
 
 
+@pytest.fixture(scope='session', autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep tables and modes that the user has in a cache out of the tests, in one of theirs."""
+    folder = tmp_path_factory.getbasetemp()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('XDG_CACHE_HOME', str(
+            (folder.parent if 'PYTEST_XDIST_WORKER' in os.environ else folder) / 'cache'))
+        yield
+
+
 @pytest.fixture(scope='session')
 def kang() -> BrakeModel:
     """Return the shipped model, N = 92."""

@@ -28,7 +28,11 @@ pytest.importorskip('rclpy', reason='needs rclpy')
 from rclpy.qos import qos_profile_sensor_data  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
 from squeal_core.common.resources import config_folder  # noqa: E402
+from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
+from squeal_core.surrogate.table_builder import build_table  # noqa: E402
+from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
+from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.node.lifecycle_node import RosMessages  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 from support.harness import LATCHED, vehicle  # noqa: E402, I100
@@ -63,7 +67,18 @@ def braking(car: Any) -> Iterator[tuple[Any, Any]]:
 
 
 @pytest.fixture(scope='module')
-def said() -> Iterator[Said]:
+def table(kang: BrakeModel, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Build a table of what `braking` says, down to the critical friction."""
+    pressure = kang.contact_pressure(7.84e5)
+    path = tmp_path_factory.mktemp('table') / 'table.npz'
+    write_table(build_table(kang, TableDomain(
+        rotor_speed=(19.9, 20.1), contact_pressure=(0.99 * pressure, 1.01 * pressure),
+        friction=(0.001, 0.43))), kang, path)
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def said(table: str) -> Iterator[Said]:
     """Run the node with four brakes braking; what was last said on each topic it uses."""
     heard: Said = {}
     brakes = [brake.name for brake in BRAKES]
@@ -72,7 +87,7 @@ def said() -> Iterator[Said]:
     ages = {f'{name}__{signal}__max_age': 60.0 for name in brakes
             for signal in ('rotor_speed', 'pressure', 'friction')}
     with vehicle(brake=brakes[0], brakes=brakes, rate=5.0, diagnostics_rate=5.0, mode_shapes=True,
-                 **ages) as car:
+                 table=table, **ages) as car:
         car.silent = {'rotor_speed', 'pressure', 'friction', 'temperature'}
         node, monitor = car.node, (car.monitor.get_name(), car.monitor.get_namespace())
         inputs = dict(car.monitor.get_subscriber_names_and_types_by_node(*monitor))
