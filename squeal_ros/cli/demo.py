@@ -233,7 +233,7 @@ def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
                   ) -> tuple[ReplayReport, list[SquealEvent]]:
     """Replay the recorded inputs into a bag and a table beside them."""
     bag, outputs = Bag(files.inputs), Outputs(files.outputs, settings)
-    ticks = Replay(bag, settings, model, exact=True)  # compared with the node bit for bit
+    ticks = Replay(bag, settings, model)
     outputs.write(iter(ticks))
     events = [replace(event, start=_on_drive_time(event.start), end=_on_drive_time(event.end))
               for event in outputs.events]

@@ -315,8 +315,6 @@ def _replay(p: argparse.ArgumentParser) -> None:
     p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
     p.add_argument('--types', metavar='FOLDER',
                    help='.msg files of message types that the bag does not define')
-    p.add_argument('--exact', action='store_true',
-                   help='evaluate tick by tick as the node does, for the same bits; slower')
     _force(p)
     p.add_argument('--json', action='store_true')
 

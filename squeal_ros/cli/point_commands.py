@@ -159,8 +159,7 @@ def replay(options: argparse.Namespace) -> int:
     outputs.check((options.bag, *filter(None, (options.config, chosen.model, chosen.table))))
     model = BrakeModel.load(chosen.model)
     bag = Bag(options.bag, MessageDefinitions(options.types))
-    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace,
-                             exact=options.exact)
+    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
     report_progress(pressure_references(chosen))
     write_replay(ticks, outputs)
     report = ReplayReport(outputs.summary, outputs.events, ticks.findings, bag.notes)

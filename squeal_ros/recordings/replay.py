@@ -54,16 +54,15 @@ class Replay:
     model : BrakeModel
     namespace : str
         Where the settings' relative topics are in the bag.
-    exact : bool
-        Evaluate tick by tick, as the node does: growth rates of many ticks evaluated at once
-        differ by up to 1e-9 of their size.
+    block : int
+        Ticks that are evaluated at once; the numbers are the node's, bit for bit, of any.
 
     """
 
     def __init__(self, bag: Bag, settings: MonitorSettings, model: BrakeModel, *,
-                 namespace: str = '/', exact: bool = False) -> None:
+                 namespace: str = '/', block: int = _BLOCK) -> None:
         self.settings, self.model = settings, model
-        self._bag, self._block = bag, 1 if exact else _BLOCK
+        self._bag, self._block = bag, block
         self._found = InputFindings(settings, namespace)
         self._reader = SampleReader(bag, settings, self._found, namespace)
 

@@ -102,7 +102,7 @@ def test_errors_of_either_process_leave_nothing(tmp_path: Path, settings: Monito
 def test_a_process_that_is_killed_is_an_error(tmp_path: Path, settings: MonitorSettings,
                                               kang: BrakeModel,
                                               monkeypatch: pytest.MonkeyPatch) -> None:
-    replay = Replay(Bag(write_bag(tmp_path / 'bag', braking(2.0))), settings, kang, exact=True)
+    replay = Replay(Bag(write_bag(tmp_path / 'bag', braking(2.0))), settings, kang, block=1)
     started: list[subprocess.Popen[bytes]] = []
     popen = subprocess.Popen
     monkeypatch.setattr(subprocess, 'Popen',
@@ -128,7 +128,7 @@ from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.replay import Outputs, Replay
 settings = read_settings({'brakes': ['fl']})
-replay = Replay(Bag('bag'), settings, BrakeModel.load('kang2009'), exact=True)
+replay = Replay(Bag('bag'), settings, BrakeModel.load('kang2009'), block=1)
 whole, said = list(replay.blocks()), []
 def blocks():
     for block in cycle(whole):
