@@ -22,7 +22,7 @@ and at others, bound the error.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from itertools import product
 from typing import Any
 
@@ -56,7 +56,7 @@ class Rejection:
     axis: int
 
 
-@lru_cache
+@cache
 def samples() -> FloatArray:
     """
     Return the points of full solutions (S, 3) in cell coordinates: corners, others, held out.
@@ -78,13 +78,13 @@ def samples() -> FloatArray:
     return np.vstack([inside, held_out])
 
 
-@lru_cache
+@cache
 def _inner() -> FloatArray:
     """Return points (125, 3) inside a cell, at which the series alone looks for flutter."""
     return np.array(list(product((-0.8, -0.4, 0.0, 0.4, 0.8), repeat=3)))
 
 
-@lru_cache
+@cache
 def _fitting(degree: int) -> FloatArray:
     """Return the least-squares operator (terms, fitted samples)."""
     return np.asarray(np.linalg.pinv(fit_terms(degree).at(samples()[:-_HELD_OUT])))
@@ -125,7 +125,7 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     return fit.cell(axis)
 
 
-@lru_cache
+@cache
 def _lines() -> FloatArray:
     """Return points (12, 3) on the axes, from which third differences are taken."""
     return np.concatenate([np.outer((-1.0, -1 / 3, 1 / 3, 1.0), axis) for axis in np.eye(3)])

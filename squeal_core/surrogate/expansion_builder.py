@@ -16,7 +16,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -152,7 +152,7 @@ def _expanded(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum,
         mirrored=readonly(~whole[own], bool) if kept.size else np.zeros(0, bool))
 
 
-@lru_cache
+@cache
 def _monomials(variables: int, degree: int) -> Monomials:
     return Monomials(variables, degree)
 

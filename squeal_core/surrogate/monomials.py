@@ -16,7 +16,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from itertools import combinations_with_replacement
 from typing import TypeAlias
 
@@ -56,17 +56,17 @@ class Monomials:
     def count(self) -> int:
         return sum(len(terms) for terms in self.terms)
 
-    @lru_cache  # noqa: B019 - few, and kept for good
+    @cache  # noqa: B019 - few, and kept for good
     def factors(self, degree: int) -> tuple[tuple[int, int, int], ...]:
         """Return (term, variable, term of one degree less) for each variable a term contains."""
         return tuple(self._factors(degree))
 
-    @lru_cache  # noqa: B019
+    @cache  # noqa: B019
     def factors_of(self, degree: int, variable: int) -> tuple[tuple[int, int, int], ...]:
         """Return those of `factors` that are of one variable."""
         return tuple(found for found in self.factors(degree) if found[1] == variable)
 
-    @lru_cache  # noqa: B019
+    @cache  # noqa: B019
     def products(self, first: int, second: int) -> tuple[tuple[int, int, int], ...]:
         """Return (term, term of degree `first`, of `second`): the term is their product."""
         return tuple(self._products(first, second))

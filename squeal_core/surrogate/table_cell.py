@@ -15,7 +15,7 @@
 """What a table keeps of one cell of its envelope, and how well it has to know it."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ _GROWTH = 4.9e-7  # of the model's largest frequency: ten times what counts as g
 _MATTERS = 2.47e-5  # of the model's largest frequency: decay rate of modes that do not matter
 
 
-@lru_cache
+@cache
 def fit_terms(degree: int) -> Monomials:
     """Return the polynomial terms of the cell coordinates."""
     return Monomials(3, degree)

@@ -14,12 +14,16 @@
 
 """Stability of a vehicle's brakes: what each of them has by itself, whatever ran before."""
 
+from dataclasses import replace
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from squeal_core import BrakeModel
+from squeal_core.brake.dimensions import Caliper
+from squeal_core.brake.friction import FrictionLaw
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.settings import read_settings, Signal
@@ -27,6 +31,9 @@ from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.monitor.vehicle_stability import VehicleStability
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes
 from squeal_core.surrogate import tabulated_solver
+from squeal_core.surrogate.table_builder import build_table
+from squeal_core.surrogate.table_domain import TableDomain
+from squeal_core.surrogate.table_file import write_table
 
 TICK = 1_000_000_000
 HERE = SlidingConditions(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
@@ -110,3 +117,33 @@ def test_many_ticks_at_once_are_each_of_them(kang: BrakeModel) -> None:
             found.append(watch.prepare(time) if together else watch.assess(time))
         runs.append(watch.complete(found) if together else found)
     assert repr(runs[0]) == repr(runs[1])
+
+
+# ---------------------------------------------------------------- a table that is wrong
+
+def test_a_margin_that_is_not_confirmed_drops_the_cell(tmp_path: Path) -> None:
+    """The margin says why it is none; from then on the table has no answer there."""
+    model = BrakeModel(
+        angular_frequencies=np.array([1e4, 1.02e4]), caliper=Caliper(2.5e-3),
+        friction_couple=np.array([[0.0, 5e-4], [-5e-4, 0.0]]), damping_ratios=2e-3,
+        nominal_contact_stiffness=1e10, friction_law=FrictionLaw())
+    table = build_table(model, TableDomain.usual(
+        model, rotor_speed=(6.0, 12.0), preload=(1000.0, 3000.0), friction=(0.3, 0.6)))
+    at = SlidingConditions(rotor_speed=9.0, pressure=8e5, friction=0.5)
+    found, wrong = [], [replace(cell, series=cell.series + np.where(
+        np.arange(len(cell.series)) > 0, 0.0, 1.0)[:, None]) for cell in table.cells]
+    for cells in (table.cells, wrong):
+        path = tmp_path / 'table.npz'
+        write_table(replace(table, cells=cells), model, path)
+        vehicle = stability(model, table=str(path))
+        found.append([vehicle.evaluate([at], [confirm])[0] for confirm in (True, False)])
+        counts = vehicle.figures()
+        assert counts['margins_not_confirmed'] == counts['solver_mismatches'] == (cells is wrong)
+    margins = [[one.margins.friction for one in run if isinstance(one, BrakeStability)]
+               for run in found]
+    (confirmed, again), (refused, lost) = margins
+    assert (confirmed.confirmed, again.confirmed) == (True, False)
+    assert confirmed.critical == again.critical
+    assert math.isnan(refused.critical)
+    assert 'not confirmed' in refused.reason
+    assert 'outside the table' in lost.reason
