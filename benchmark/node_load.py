@@ -105,8 +105,8 @@ class Vehicle:
                                for times in self.receipts.values()])
 
     def note(self, message: DiagnosticArray) -> None:
-        self.figures = {item.key: item.value for status in message.status
-                        if status.name == f'{NODE_NAME}: node' for item in status.values}
+        self.figures |= {item.key: item.value for status in message.status
+                         if status.name == f'{NODE_NAME}: node' for item in status.values}
 
     def ticks(self) -> tuple[int, int]:
         """Return how many ticks the node made and how many it lost, by its last diagnostics."""
@@ -175,7 +175,9 @@ def measure(name: str, vehicle: Vehicle, executor: Any, process: int, seconds: f
     print(f'{name}: {sum(loads.values()):.0f} % of a core ('
           + ', '.join(f'{part} {load:.0f}' for part, load in loads.items())
           + f'); {lost} of {done + lost} ticks lost; lateness median {np.median(late_by):.2f}, '
-          f'p99 {np.quantile(late_by, 0.99):.2f} ms', flush=True)
+          f'p99 {np.quantile(late_by, 0.99):.2f} ms; answers of the table '
+          f'{vehicle.figures.get("solver_tabulated")}, full solutions '
+          f'{vehicle.figures.get("solver_full")}', flush=True)
 
 
 def main() -> None:
