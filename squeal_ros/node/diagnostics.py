@@ -99,7 +99,7 @@ class Reporter:
                  due: Set[int], stopped: str = '') -> None:
         """Publish what changed and what is due: brakes by their place, the node behind them."""
         found = [messages.brake_status(
-            self._name, assessment, level, self._margins(assessment) if place in due else None)
+            self._name, assessment, level, self._more(assessment) if place in due else None)
             for place, (assessment, level) in enumerate(zip(assessments, levels, strict=True))
             if place in due | changed]
         if len(levels) in due:
@@ -108,13 +108,13 @@ class Reporter:
             self._outputs.publish_diagnostics(
                 messages.diagnostics(self._library, assessments[0].time, found))
 
-    def _margins(self, assessment: Assessment) -> dict[str, object]:
-        """Return the margins that not every tick has, and the age of the last confirmation."""
+    def _more(self, assessment: Assessment) -> dict[str, object]:
+        """Return the figures that not every tick has, and the age of the last confirmation."""
         if assessment.stability is None:
             return {}
         confirmed = self._confirmed.get(assessment.brake)
         age = math.nan if confirmed is None else round(1e-9 * (assessment.time - confirmed), 6)
-        return {**messages.other_margins(assessment), 'friction_margin_confirmed_age_s': age}
+        return {**messages.costly_figures(assessment), 'friction_margin_confirmed_age_s': age}
 
     def _node_status(self, assessments: Sequence[Assessment],
                      stopped: str) -> messages.NodeStatus:

@@ -154,11 +154,12 @@ def brake_status(node: str, assessment: Assessment, level: int,
         _as_texts({'state': assessment.state, **_figures(assessment), **(more or {})}))
 
 
-def other_margins(assessment: Assessment) -> dict[str, object]:
-    """Return the margins besides that of friction; they cost some milliseconds."""
+def costly_figures(assessment: Assessment) -> dict[str, object]:
+    """Return the risk by mode and the margins besides that of friction: some milliseconds."""
     if assessment.stability is None:
         return {}
-    figures: dict[str, object] = {}
+    figures: dict[str, object] = {'risk_by_mode': ' '.join(
+        f'{m.frequency_hz:.1f}:{m.probability:.3f}' for m in assessment.stability.risk.modes)}
     for name, margin in assessment.stability.margins.compute_others().items():
         figures |= {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
                     f'margin_{name}_reason': margin.reason}
@@ -208,7 +209,5 @@ def _of_stability(assessment: Assessment) -> dict[str, object]:
     return {
         'modes_from': found.modes.source, 'modes_error_1_s': float(found.modes.errors.max()),
         'risk_basis': found.risk.basis, 'risk_error': found.risk.error,
-        'risk_by_mode': ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
-                                 for m in found.risk.modes),
         'friction_margin_hz': margin.frequency_hz, 'friction_margin_reason': margin.reason,
         'friction_margin_confirmed': margin.confirmed}
