@@ -28,10 +28,9 @@ import argparse  # noqa: I100
 from collections import Counter
 from collections.abc import Sequence
 
-import numpy as np
-
 from drives import braking_samples, DRIVES
 from full_solve import median
+import numpy as np
 from squeal_core import BrakeModel
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth

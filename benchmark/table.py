@@ -37,10 +37,10 @@ import numpy as np
 from squeal_core import BrakeModel
 from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
-from squeal_core.surrogate.table_file import read_table
-from squeal_core.surrogate.tabulated_solver import deviation, TabulatedSolver
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_domain import places_of
+from squeal_core.surrogate.table_file import read_table
+from squeal_core.surrogate.tabulated_solver import deviation, TabulatedSolver
 from squeal_ros.cli.table_commands import driven_points
 
 DRIVES = ('us06', 'wltc_3b', 'chicago_trip')

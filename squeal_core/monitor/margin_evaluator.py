@@ -103,6 +103,7 @@ class MarginEvaluator:
         Parameters
         ----------
         conditions : sequence of SlidingConditions
+            Of the brakes.
         worst : sequence of Mode or None
             Least stable mode of the band at these conditions.
 

@@ -145,7 +145,7 @@ class Margins:
     friction: Margin
     compute_others: Callable[[], Mapping[str, Margin]] = dict
 
-    def all(self) -> dict[str, Margin]:
+    def by_name(self) -> dict[str, Margin]:
         """Return all margins by name; that of friction first."""
         return {'friction': self.friction, **self.compute_others()}
 

@@ -86,7 +86,7 @@ class VehicleStability:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is precomputed, in lines for a log."""
+        """Return what is precomputed, in lines for a log."""
         table = self.solver.table
         if table is None:
             return ('no table: each assessment of a brake is a full solution, its risk of first '

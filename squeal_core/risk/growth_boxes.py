@@ -85,7 +85,7 @@ class GridBox:
 
     @property
     def size(self) -> IndexArray:
-        """Number of points along each axis."""
+        """Return the number of points along each axis."""
         return np.subtract(self.high, self.low)
 
     @property

@@ -199,4 +199,3 @@ class OperatingMap:
                 raise ValueError(f'no operating map: {name} does not rise')
         if self.score.shape != shape or self.growth.shape != shape:
             raise ValueError(f'no operating map: score is {self.score.shape}, its axes {shape}')
-

@@ -110,7 +110,7 @@ class Boundaries:
 
     @property
     def changes(self) -> FloatArray:
-        """Changes of the growth rate over the brackets [1/s]; not finite where no mode is."""
+        """Return the change of the growth rate over each [1/s]; not finite where no mode is."""
         with np.errstate(invalid='ignore'):
             return np.abs(self.eigenvalues.real[:, 1] - self.eigenvalues.real[:, 0])
 

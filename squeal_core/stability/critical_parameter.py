@@ -44,7 +44,7 @@ class CriticalValue:
 
     @property
     def nearest(self) -> Crossing:
-        """The nearer crossing; `above` where there is none."""
+        """Return the nearer crossing; `above` where there is none."""
         found = [c for c in (self.above, self.below) if not math.isnan(c.value)]
         return min(found, key=lambda c: abs(c.value - self.start), default=self.above)
 

@@ -47,17 +47,17 @@ class BlockInvariants:
 
     @cached_property
     def singles(self) -> int:
-        """Number of blocks of one eigenvalue."""
+        """Return the number of blocks of one eigenvalue."""
         return int(np.searchsorted(self.sizes, 2))
 
     @cached_property
     def pairs(self) -> int:
-        """Number of blocks of two."""
+        """Return the number of blocks of two."""
         return int(np.searchsorted(self.sizes, 3)) - self.singles
 
     @cached_property
     def count(self) -> int:
-        """Number of eigenvalues, which is that of invariants."""
+        """Return the number of eigenvalues, which is that of invariants."""
         return int(self.sizes.sum())
 
     @cached_property
@@ -90,7 +90,7 @@ class BlockInvariants:
     def eigenvalues(self, invariants: ComplexArray,
                     bounds: FloatArray) -> tuple[ComplexArray, FloatArray]:
         """
-        Return the eigenvalues (..., n) [1/s] and bounds of their errors (..., n) [1/s].
+        Return the eigenvalues, (..., n) [1/s], and bounds of their errors, (..., n) [1/s].
 
         Parameters
         ----------

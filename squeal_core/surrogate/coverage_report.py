@@ -67,6 +67,7 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
     Parameters
     ----------
     table : ExpansionTable
+        What is measured.
     model : BrakeModel
         Its model.
     x : (P, 3) array, optional

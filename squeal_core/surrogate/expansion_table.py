@@ -195,7 +195,7 @@ class ExpansionTable:
     def eigenvalues(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
                     frictions: ArrayLike, tolerances: Tolerances) -> ComplexArray:
         """
-        Return the kept eigenvalues (P, K) in no order [1/s]; rows of NaN without an answer.
+        Return the kept eigenvalues, (P, K) in no order [1/s]; rows of NaN without an answer.
 
         As `evaluate`, but it answers close to a stability boundary, too.
         """

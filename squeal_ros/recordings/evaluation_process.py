@@ -52,6 +52,7 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
     Parameters
     ----------
     replay : Replay
+        What is written.
     outputs : Outputs
         Its summary and its events are those of the replay afterwards.
     parallel : bool, optional

@@ -42,6 +42,7 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
     node : str
         Whose topics they are, in full.
     record : TickRecord
+        Of the tick.
 
     """
     for brake, values, frequencies in record.brakes:

@@ -332,6 +332,6 @@ def test_other_margins_are_computed_where_somebody_asks_for_them() -> None:
     growth.calls = 0
     both = Margins(found, lambda: margins.other_margins(HERE))
     assert growth.calls == 0
-    assert list(both.all()) == ['friction', 'rotor_speed', 'pressure', 'groan', 'divergence']
+    assert list(both.by_name()) == ['friction', 'rotor_speed', 'pressure', 'groan', 'divergence']
     assert growth.calls > 0
-    assert Margins(found).all() == {'friction': found}
+    assert Margins(found).by_name() == {'friction': found}

@@ -28,7 +28,7 @@ from support.domains import free_domain
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from squeal_ros.cli.main import main  # noqa: E402
+from squeal_ros.cli.main import main  # noqa: E402, I100
 from squeal_ros.node.arguments import check_arguments  # noqa: E402
 from squeal_ros.node.lifecycle_node import main as node_main  # noqa: E402
 
