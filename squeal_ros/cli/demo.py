@@ -218,7 +218,7 @@ def run_live(signals: BrakeSignals, config: Path, files: DemoFiles, display: Dri
                     raise SquealError(f'the monitor ended with code {process.returncode} during '
                                       'the drive; see what it says above')
                 for progress in heard:
-                    if not progress.ticks_done:
+                    if not progress.ticks_done or not progress.rows:
                         continue  # it waits for the clock
                     for row in progress.rows:
                         table.write(row)

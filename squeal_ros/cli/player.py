@@ -86,6 +86,7 @@ class BrakePlayer:
         self._executor.add_node(self._node)
         self._publishers: dict[str, Any] = {}
         self._heard: list[Progress] = []
+        self._rows: dict[str, AssessmentRecord] = {}  # the newest of each brake
         self._answered: int | None = None  # time of the monitor's last answer [ns]
         self._add('joint_states', JointState)
         for brake in signals.brakes:
@@ -188,7 +189,7 @@ class BrakePlayer:
 
     def _hear(self, message: Any) -> None:
         seconds = (message.header.stamp.sec * 10**9 + message.header.stamp.nanosec) * 1e-9
-        rows, node = [], {}
+        node: dict[str, str] = {}
         for status in message.status:
             if not status.name.startswith(self._heard_names):
                 continue  # another monitor's
@@ -196,11 +197,13 @@ class BrakePlayer:
             if 'ticks_done' in values:
                 node = values
             elif 'squeal_risk' in values:
-                rows.append(_row(seconds, status.hardware_id, status.message, values))
+                self._rows[status.hardware_id] = _row(
+                    seconds, status.hardware_id, status.message, values)
         if node:
             self._answered = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+            rows, self._rows = tuple(self._rows.values()), {}  # brakes may come in other messages
             self._heard.append(Progress(
-                tuple(rows), int(node['ticks_done']), int(node['ticks_lost'])))
+                rows, int(node['ticks_done']), int(node['ticks_lost'])))
 
 
 @contextmanager
