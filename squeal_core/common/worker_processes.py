@@ -23,7 +23,7 @@ import signal
 from typing import Any, TypeVar
 
 _Result = TypeVar('_Result')
-_THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS')
+_THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
 
 
 def run_jobs(function: Callable[..., _Result], jobs: Mapping[int, tuple[Any, ...]],

@@ -20,13 +20,8 @@ Sources: K09 figs 10 and 13 (contact stiffness), 11 and 12 (friction, with and w
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed, Future, ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import fields
 from itertools import product
-import multiprocessing
-import os
-import signal
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -34,6 +29,7 @@ from numpy.typing import ArrayLike
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray, readonly
 from squeal_core.common.errors import SquealError
+from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, kind_of, Mode, Tolerances
 from squeal_core.stability.mechanism import without_rotation
@@ -42,8 +38,7 @@ from squeal_core.studies.sweep_file import make_sweep, Sweep
 from squeal_core.surrogate.batch import BatchSolver, OperatingPoints
 
 _CHUNK = 8  # points a worker takes at a time
-_TOGETHER = 1000  # points that are answered by the same anchors, between two looks at progress
-_THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
+_TOGETHER = 1000  # points that share expansions, between two reports of progress
 
 Progress: TypeAlias = Callable[[int, int], None]
 _Row: TypeAlias = tuple[list[complex], list[str], list[str]]
@@ -152,20 +147,12 @@ def _point(model: BrakeModel, point: OperatingPoint, values: Mapping[str, float]
 
 def _solved(jobs: Mapping[int, Any], workers: int) -> Iterator[tuple[int, _Row]]:
     """Yield rows by place of their point, as they are done."""
-    if workers < 1:
+    if workers < 1:  # row by row: an interrupt keeps what is done
         for start, job in jobs.items():
             yield from enumerate(_rows(*job), start)
         return
-    context = multiprocessing.get_context('spawn')  # a forked process may keep locked locks
-    with _one_thread(), ProcessPoolExecutor(workers, context, _ignore_interrupts) as pool:
-        with _no_interrupts():
-            futures: dict[Future[list[_Row]], int] = {
-                pool.submit(_solve, *job): start for start, job in jobs.items()}
-        try:
-            for future in as_completed(futures):
-                yield from enumerate(future.result(), futures[future])
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    for start, rows in run_jobs(_solve, jobs, workers):
+        yield from enumerate(rows, start)
 
 
 def _solve(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
@@ -201,39 +188,6 @@ def _by_table(model: BrakeModel, points: Sequence[OperatingPoint],
 def _row(modes: Sequence[Mode], identities: list[str]) -> _Row:
     return ([mode.eigenvalue for mode in modes], [mode.kind for mode in modes],
             identities)
-
-
-def _ignore_interrupts() -> None:
-    """Ctrl-C goes to every process of a terminal; it is the parent's to end its workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-@contextmanager
-def _no_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C back while workers are started: they inherit that, and are deaf from birth."""
-    if not hasattr(signal, 'pthread_sigmask'):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Pin BLAS in processes that start meanwhile: it reads its environment as it loads."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, '1'))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def _record(grid: dict[str, FloatArray], points: Sequence[OperatingPoint],
