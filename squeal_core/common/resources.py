@@ -12,8 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where the shipped files are: models, brakes, vehicles, drive cycles, the monitor's settings."""
+"""Where files are: those that are shipped, by kind, and the user's cache."""
 
+import os
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -41,3 +42,9 @@ def find(kind: str, name: str, suffix: str) -> Path:
 def names(kind: str, suffix: str) -> list[str]:
     """Return the names of the shipped files of a kind."""
     return sorted(path.stem for path in (config_folder() / kind).glob(f'*{suffix}'))
+
+
+def cache_folder() -> Path:
+    """Return $XDG_CACHE_HOME/squeal_ros, or ~/.cache/squeal_ros."""
+    base = os.environ.get('XDG_CACHE_HOME')
+    return (Path(base) if base else Path.home() / '.cache') / 'squeal_ros'

@@ -18,9 +18,8 @@ The table file: one .npz of plain arrays and a JSON header, and where a model's 
 A file that is truncated, altered, of another model or another version is refused in one line.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
-import os
 from pathlib import Path
 from typing import Any
 
@@ -216,8 +215,7 @@ class _Reader:
 
 def cached_path(model: BrakeModel) -> Path:
     """Return where the user's cache has the table of a model, under the model's hash."""
-    root = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
-    return Path(root) / 'squeal_ros' / f'table_{model_hash(model)[:16]}_{SCHEMA}.npz'
+    return resources.cache_folder() / f'table_{model_hash(model)[:16]}_{SCHEMA}.npz'
 
 
 def find_table_file(model: BrakeModel) -> Path | None:
@@ -240,13 +238,3 @@ def find_table(model: BrakeModel) -> ExpansionTable | None:
 
 def _shipped() -> list[Path]:
     return [resources.find('tables', name, '.npz') for name in resources.names('tables', '.npz')]
-
-
-def build_cached(model: BrakeModel, build: Callable[[], ExpansionTable]) -> ExpansionTable:
-    """Return the table of a model, built and put into the user's cache where there is none."""
-    table = find_table(model)
-    if table is None:
-        table = build()
-        cached_path(model).parent.mkdir(parents=True, exist_ok=True)
-        write_table(table, model, cached_path(model))
-    return table

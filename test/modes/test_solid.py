@@ -25,8 +25,8 @@ from skfem.helpers import ddot, dot, eye, sym_grad, trace
 from squeal_core.brake.dimensions import Brake, Contact, Material, Pad
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
+from squeal_core.common.resources import cache_folder
 from squeal_core.model import operators
-from squeal_core.modes.fe import mode_cache
 from squeal_core.modes.fe.eigen import assembled
 from squeal_core.modes.fe.locate import cells_of, locate
 from squeal_core.modes.fe.mass import modal_masses, reference_nodes
@@ -497,7 +497,7 @@ def test_free_modes_are_cached_too(tmp_path: Path) -> None:
 
 def test_where_the_cache_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    assert mode_cache.default_folder() == tmp_path / 'squeal_ros'
+    assert cache_folder() == tmp_path / 'squeal_ros'
     monkeypatch.delenv('XDG_CACHE_HOME')
     monkeypatch.setenv('HOME', str(tmp_path))
-    assert mode_cache.default_folder() == tmp_path / '.cache' / 'squeal_ros'
+    assert cache_folder() == tmp_path / '.cache' / 'squeal_ros'

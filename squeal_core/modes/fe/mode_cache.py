@@ -21,7 +21,6 @@ A cache that cannot be written costs a warning, not the result.
 
 from collections.abc import Callable
 import hashlib
-import os
 from pathlib import Path
 from typing import TypeAlias
 import warnings
@@ -37,12 +36,6 @@ Solution: TypeAlias = tuple[FloatArray, FloatArray]
 
 _SCHEME = 1  # raise it when the same inputs come to give other modes
 _ARRAYS = ('angular_frequencies', 'shapes')
-
-
-def default_folder() -> Path:
-    """Return $XDG_CACHE_HOME/squeal_ros, or ~/.cache/squeal_ros."""
-    base = os.environ.get('XDG_CACHE_HOME')
-    return (Path(base) if base else Path.home() / '.cache') / 'squeal_ros'
 
 
 def content_key(**parts: ArrayLike | str) -> str:

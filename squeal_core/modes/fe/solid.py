@@ -188,7 +188,7 @@ def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
     element : skfem.Element, optional
         Scalar element; where None, of ten nodes for tetrahedra and 27 for hexahedra.
     cache : path, optional
-        Folder that keeps solutions (`mode_cache.default_folder()`); None keeps none.
+        Folder that keeps solutions (`resources.cache_folder()`); None keeps none.
     progress : callable
         Told in a few words what is being done.
 
