@@ -14,7 +14,7 @@
 
 """Probability of squeal of sliding brakes: precomputed where there is a map, else first order."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 import math
 
@@ -101,8 +101,7 @@ class RiskEvaluator:
     def _to_first_order(self, at: SlidingConditions, modes: ComplexModes) -> Risk:
         self.first_order += 1
         largest = 0.0
-        for mode in self._candidates(modes):
-            probability = self._probabilities(at, [mode])[0]
+        for probability in self._probabilities(at, self._candidates(modes)):
             largest = probability if math.isnan(probability) else max(largest, probability)
             if not largest < _CERTAIN:
                 break
@@ -123,7 +122,7 @@ class RiskEvaluator:
     def _candidates(self, modes: ComplexModes) -> tuple[Mode, ...]:
         return modes.least_stable(*self._parameters.band_hz, _CANDIDATES)
 
-    def _probabilities(self, at: SlidingConditions, modes: Sequence[Mode]) -> list[float]:
+    def _probabilities(self, at: SlidingConditions, modes: Sequence[Mode]) -> Iterator[float]:
         return first_order_probabilities(self._model, at, modes, self._parameters.uncertainty,
                                          self._parameters.growth_threshold)
 

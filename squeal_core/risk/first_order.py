@@ -14,7 +14,7 @@
 
 """Probability that a mode is unstable, to first order in the deviations of the inputs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import math
 
@@ -29,9 +29,9 @@ from squeal_core.stability.sensitivity import root_sensitivity
 
 def first_order_probabilities(model: BrakeModel, conditions: SlidingConditions,
                               modes: Sequence[Mode], uncertainty: InputUncertainty,
-                              growth_threshold: float) -> list[float]:
+                              growth_threshold: float) -> Iterator[float]:
     """
-    Return the probability that each mode grows faster than a threshold.
+    Yield the probability that each mode grows faster than a threshold.
 
     Parameters
     ----------
@@ -55,13 +55,11 @@ def first_order_probabilities(model: BrakeModel, conditions: SlidingConditions,
     """
     point = model.operating_point(**vars(conditions))
     changes = coefficient_changes(model, conditions, uncertainty)
-    found = []
     for mode in modes:
         sensitivity = root_sensitivity(model, point, mode.eigenvalue)
         slope = np.array([sensitivity.get(name, 0j).real for name in Coefficients._fields])
-        found.append(_probability(mode.growth_rate - growth_threshold,
-                                  math.hypot(*(changes @ slope).tolist())))
-    return found
+        yield _probability(mode.growth_rate - growth_threshold,
+                           math.hypot(*(changes @ slope).tolist()))
 
 
 def coefficient_changes(model: BrakeModel, conditions: SlidingConditions,

@@ -108,7 +108,7 @@ def test_first_order_is_exact_where_growth_is_linear(threshold: float) -> None:
     mode = complex_modes(ONE, ONE.operating_point(**vars(AT))).modes[0]
     decay = 0.002 * 4e3 * np.pi
     deviation = 0.05 * (mode.growth_rate + decay)
-    found = first_order_probabilities(ONE, AT, [mode], uncertainty, threshold)
+    found = list(first_order_probabilities(ONE, AT, [mode], uncertainty, threshold))
     assert found == pytest.approx([ndtr((mode.growth_rate - threshold) / deviation)], rel=1e-3)
 
 
@@ -123,8 +123,8 @@ def test_first_order_deviation_is_the_change_over_one_deviation(
     near = [modes.eigenvalues[np.abs(modes.eigenvalues - mode.eigenvalue).argmin()].real
             for modes in (low, high)]
     deviation = abs(near[1] - near[0])
-    found = first_order_probabilities(kang, at, [mode], replace(NONE, **{name: 1e-3}),
-                                      mode.growth_rate - 0.5 * deviation)
+    found = list(first_order_probabilities(kang, at, [mode], replace(NONE, **{name: 1e-3}),
+                                           mode.growth_rate - 0.5 * deviation))
     assert found == pytest.approx([ndtr(0.5)], abs=2e-3)
 
 
