@@ -21,44 +21,22 @@ and the coefficients c_2 ... c_n of prod (z - z_k) = z^n + c_2 z^(n-2) + ... + c
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.surrogate.block_layout import BlockSizes
 
 _TINY = 1e-200  # so small that nothing finite over it overflows
 
 
-@dataclass(frozen=True, eq=False)
-class BlockInvariants:
+class BlockInvariants(BlockSizes):
     """
     Where the invariants of blocks stand: single eigenvalues, means and squares of pairs, others.
 
-    Parameters
-    ----------
-    sizes : (blocks,) index array
-        Sizes of the blocks, ascending.
-
+    There are as many of them as eigenvalues.
     """
-
-    sizes: IndexArray
-
-    @cached_property
-    def singles(self) -> int:
-        """Return the number of blocks of one eigenvalue."""
-        return int(np.searchsorted(self.sizes, 2))
-
-    @cached_property
-    def pairs(self) -> int:
-        """Return the number of blocks of two."""
-        return int(np.searchsorted(self.sizes, 3)) - self.singles
-
-    @cached_property
-    def count(self) -> int:
-        """Return the number of eigenvalues, which is that of invariants."""
-        return int(self.sizes.sum())
 
     @cached_property
     def larger(self) -> tuple[slice, ...]:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-How the entries of an anchor's blocks are laid out, and the roots that come of them.
+Layout of the entries of an expansion's blocks, and their eigenvalues.
 
 Laid out for evaluation: the entries of modes alone in their block, then of all pairs
 [[m + h, b], [c, m - h]] the means m, the halves h, all b and all c, then the larger blocks, row by
@@ -35,9 +35,9 @@ _ALL_BUT_MEAN = np.array([0.0, 2.0, 2.0, 2.0])
 
 
 @dataclass(frozen=True, eq=False)
-class BlockLayout:
+class BlockSizes:
     """
-    Where the entries of blocks are.
+    Sizes of blocks of eigenvalues: singles first, then pairs, then larger ones.
 
     Parameters
     ----------
@@ -50,12 +50,22 @@ class BlockLayout:
 
     @cached_property
     def singles(self) -> int:
-        """How many modes are alone in their block."""
+        """Return the number of blocks of one eigenvalue."""
         return int(np.searchsorted(self.sizes, 2))
 
     @cached_property
     def pairs(self) -> int:
+        """Return the number of blocks of two."""
         return int(np.searchsorted(self.sizes, 3)) - self.singles
+
+    @cached_property
+    def count(self) -> int:
+        """Return the number of eigenvalues."""
+        return int(self.sizes.sum())
+
+
+class BlockLayout(BlockSizes):
+    """Where the entries of blocks are."""
 
     @cached_property
     def larger(self) -> tuple[tuple[int, int, slice, slice], ...]:
@@ -68,11 +78,6 @@ class BlockLayout:
             if size > 2:
                 yield block, size, slice(entry, entry + size**2), slice(root, root + size)
                 entry, root = entry + size**2, root + size
-
-    @cached_property
-    def roots(self) -> int:
-        """How many roots the blocks have."""
-        return int(self.sizes.sum())
 
     @cached_property
     def entries(self) -> int:
@@ -151,7 +156,7 @@ class BlockLayout:
 
         Those of pairs are mean +- s, s^2 = half^2 + upper lower.
         """
-        roots = np.empty((*entries.shape[:-1], self.roots), complex)
+        roots = np.empty((*entries.shape[:-1], self.count), complex)
         first, end = self.singles, self.singles + 2 * self.pairs
         roots[..., :first] = entries[..., :first]
         quarters = self._quarters(entries)
