@@ -16,7 +16,6 @@
 
 import dataclasses
 import io
-import json
 import math
 from pathlib import Path
 import pickle
@@ -39,6 +38,7 @@ from squeal_core.common.output import OutputError
 from squeal_core.model.brake_model import BrakeModel, OPERATORS
 from squeal_core.model.model_file import load_model, read_header
 from squeal_core.model.surface_shapes import SurfaceShapes
+from support.archives import parts, rewrite
 from support.processes import short_and_long
 
 FIXTURE = HealthCheck.function_scoped_fixture
@@ -78,22 +78,6 @@ def content(model: BrakeModel) -> dict[str, Any]:
 def path(tmp_path: Path) -> Path:
     small_model().save(tmp_path / 'model.npz')
     return tmp_path / 'model.npz'
-
-
-def parts(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    with np.load(path) as file:
-        return json.loads(str(file['header'])), {k: file[k] for k in file.files if k != 'header'}
-
-
-def rewrite(path: Path, header: Any = None, arrays: dict[str, Any] | None = None, *,
-            with_right_hash: bool = True) -> Path:
-    """Write a file again with parts of its header or some arrays replaced."""
-    old, kept = parts(path)
-    header, arrays = {**old, **(header or {})}, {**kept, **(arrays or {})}
-    if with_right_hash:
-        header['hash'] = content_hash(header, arrays)
-    np.savez(path, header=np.array(json.dumps(header)), **arrays)
-    return path
 
 
 def npy(shape: str, data: bytes, kind: str = '<f8') -> bytes:

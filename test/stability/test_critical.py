@@ -27,23 +27,13 @@ from squeal_core.stability.eigensolution import complex_modes, eigenvalues, Tole
 from squeal_core.stability.exceptional_point import nearest_exceptional_point
 from squeal_core.stability.mode_tracking import moved, PARAMETERS
 from squeal_core.stability.sensitivity import parameter_sensitivity
+from support.engine_models import dense_model
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
                        contact_stiffness=1e9)
 SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
 W1, W2 = 1e4, 1.02e4
 EVERY = (0.0, 1e5)  # Hz
-
-
-def random_model(seed: int, size: int = 4) -> BrakeModel:
-    """All six arrays, none of them small, at POINT."""
-    rng = np.random.default_rng(seed)
-    skew, *square = rng.standard_normal((6, size, size))
-    a, r, s = (x @ x.T for x in square[:3])
-    return BrakeModel(
-        angular_frequencies=np.sort(rng.uniform(1e3, 1e4, size)), damping_ratios=0.01,
-        gyroscopic=skew - skew.T, contact_stiffness=1e-3 * a, friction_couple=1e-3 * square[3],
-        radial_dissipation=1e-4 * r, negative_slope=1e-4 * s, follower=square[4])
 
 
 def at(model: BrakeModel, speed: float, friction: float = 0.42) -> OperatingPoint:
@@ -66,7 +56,7 @@ def difference(model: BrakeModel, point: OperatingPoint, name: str, root: comple
 @pytest.mark.parametrize('name', PARAMETERS)
 @pytest.mark.parametrize('seed', range(3))
 def test_sensitivity_of_random_models(seed: int, name: str) -> None:
-    model = random_model(seed)
+    model = dense_model(seed)
     for mode in complex_modes(model, POINT).modes:
         found = parameter_sensitivity(model, POINT, mode.eigenvalue)[name]
         step = 1e-3 * abs(getattr(POINT, name))

@@ -22,22 +22,12 @@ from squeal_core.brake.operating_point import Coefficients
 from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import complex_modes
 from squeal_core.stability.sensitivity import growth_change, root_sensitivity
+from support.engine_models import dense_model
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
                        contact_stiffness=1e9)
 DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 WITHOUT_FOLLOWER = Coefficients._fields[:5]
-
-
-def random_model(seed: int, size: int = 4) -> BrakeModel:
-    """All six arrays, none of them small, at POINT."""
-    rng = np.random.default_rng(seed)
-    skew, *square = rng.standard_normal((6, size, size))
-    a, r, s = (x @ x.T for x in square[:3])
-    return BrakeModel(
-        angular_frequencies=np.sort(rng.uniform(1e3, 1e4, size)), damping_ratios=0.01,
-        gyroscopic=skew - skew.T, contact_stiffness=1e-3 * a, friction_couple=1e-3 * square[3],
-        radial_dissipation=1e-4 * r, negative_slope=1e-4 * s, follower=square[4])
 
 
 def kang_point(model: BrakeModel, speed: float) -> OperatingPoint:
@@ -74,7 +64,7 @@ def difference(model: BrakeModel, at: Coefficients, name: str, root: complex,
 @pytest.mark.parametrize('name', Coefficients._fields)
 @pytest.mark.parametrize('seed', range(3))
 def test_against_differences(seed: int, name: str) -> None:
-    model, at = random_model(seed), POINT.coefficients()
+    model, at = dense_model(seed), POINT.coefficients()
     for root in roots_at(model, at):
         found = root_sensitivity(model, POINT, complex(root))[name]
         step = 1e-3 * abs(getattr(at, name))
@@ -123,7 +113,7 @@ def test_one_mode_in_closed_form() -> None:
 
 def test_growth_change_is_first_order() -> None:
     """All coefficients at once: what the tangent misses falls with the step's square."""
-    model, at = random_model(2), POINT.coefficients()
+    model, at = dense_model(2), POINT.coefficients()
 
     def missed(step: float, root: complex) -> tuple[float, float]:
         """Return what `growth_change` is off, and the change itself."""

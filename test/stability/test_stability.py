@@ -29,6 +29,7 @@ from squeal_core.stability.eigensolution import (
     Tolerances,
 )
 from squeal_core.stability.eigenvectors import mode_vectors
+from support.engine_models import dense_model
 
 TOLERANCES = Tolerances(oscillation=1.0, growth=1e-2)
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
@@ -41,17 +42,6 @@ def at(model: BrakeModel, speed: float = 5.0, **changes: float) -> OperatingPoin
     values = {'friction': 0.42, 'contact_pressure': 2000.0 / model.contact_area,
               'contact_stiffness': 0.35e11}
     return OperatingPoint(rotor_speed=speed, **(values | changes))
-
-
-def random_model(seed: int, size: int = 5) -> BrakeModel:
-    """All six arrays, none of them small, at POINT."""
-    rng = np.random.default_rng(seed)
-    skew, *square = rng.standard_normal((6, size, size))
-    a, r, s = (x @ x.T for x in square[:3])
-    return BrakeModel(
-        angular_frequencies=np.sort(rng.uniform(1e3, 1e4, size)), damping_ratios=0.01,
-        gyroscopic=skew - skew.T, contact_stiffness=1e-3 * a, friction_couple=1e-3 * square[3],
-        radial_dissipation=1e-4 * r, negative_slope=1e-4 * s, follower=square[4])
 
 
 def state_matrix(model: BrakeModel, point: OperatingPoint) -> FloatArray:
@@ -70,7 +60,7 @@ def distance(first: ComplexArray, second: ComplexArray) -> float:
 
 @pytest.mark.parametrize('seed', range(5))
 def test_all_roots_of_random_models(seed: int) -> None:
-    model = random_model(seed)
+    model = dense_model(seed, 5)
     found = complex_modes(model, POINT).eigenvalues
     # roots up to 1e4 with conditions up to 1e2: eps * 1e6
     assert distance(found, np.linalg.eigvals(state_matrix(model, POINT))) < 1e-8
@@ -216,7 +206,7 @@ def test_vectors_of_the_shipped_model(speed: float, slope: float, kang: BrakeMod
 @pytest.mark.parametrize('seed', range(3))
 def test_vectors_against_numpy(seed: int) -> None:
     """Same lines as eigenvectors of the state matrix and of its transpose, with all six arrays."""
-    model = random_model(seed)
+    model = dense_model(seed, 5)
     state, n = state_matrix(model, POINT), model.size
     roots, right = np.linalg.eig(state)
     for root, x in zip(roots, right[:n].T, strict=True):

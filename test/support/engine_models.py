@@ -45,6 +45,17 @@ def random_model(size: int, seed: int = 0, **changes: Any) -> BrakeModel:
         'negative_slope': 1e-2 * tangent.T @ tangent, **changes})
 
 
+def dense_model(seed: int, size: int = 4) -> BrakeModel:
+    """Return a model whose six arrays all count at an ordinary operating point."""
+    generator = np.random.default_rng(seed)
+    skew, *square = generator.standard_normal((6, size, size))
+    a, r, s = (x @ x.T for x in square[:3])
+    return BrakeModel(
+        angular_frequencies=np.sort(generator.uniform(1e3, 1e4, size)), damping_ratios=0.01,
+        gyroscopic=skew - skew.T, contact_stiffness=1e-3 * a, friction_couple=1e-3 * square[3],
+        radial_dissipation=1e-4 * r, negative_slope=1e-4 * s, follower=square[4])
+
+
 def point(**changes: float) -> OperatingPoint:
     """Return an operating point in the middle of the range."""
     return OperatingPoint(**{

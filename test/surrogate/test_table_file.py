@@ -16,7 +16,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-import json
 from pathlib import Path
 import pickle
 import re
@@ -28,13 +27,13 @@ import pytest
 from squeal_core import BrakeModel
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import TableFileError
-from squeal_core.common.npz_archive import content_hash
 from squeal_core.common.output import OutputError
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_builder import build_table
 from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_file import model_hash, read_table, read_table_header, write_table
+from support.archives import parts, rewrite
 from support.engine_models import random_model
 
 MODEL = random_model(5, seed=6, friction_law=FrictionLaw())
@@ -54,21 +53,6 @@ def refusal(path: Path, model: BrakeModel = MODEL) -> str:
 def path(tmp_path: Path) -> Path:
     write_table(TABLE, MODEL, tmp_path / 'table.npz')
     return tmp_path / 'table.npz'
-
-
-def parts(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    with np.load(path) as file:
-        return json.loads(str(file['header'])), {k: file[k] for k in file.files if k != 'header'}
-
-
-def rewrite(path: Path, header: Any = None, arrays: Any = None, *,
-            with_right_hash: bool = True) -> Path:
-    old, kept = parts(path)
-    header, arrays = {**old, **(header or {})}, {**kept, **(arrays or {})}
-    if with_right_hash:
-        header['hash'] = content_hash(header, arrays)
-    np.savez(path, header=np.array(json.dumps(header)), **arrays)
-    return path
 
 
 def same(ours: ExpansionTable, theirs: ExpansionTable) -> bool:
