@@ -86,7 +86,7 @@ class ModelFileError(LocatedError):
 
 
 class TableFileError(LocatedError):
-    """A file of anchors that cannot be read, written or used with a model."""
+    """A table file that cannot be read, written or used with a model."""
 
 
 class ModelError(SquealError):

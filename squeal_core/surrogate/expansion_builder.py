@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How an anchor is made: a full eigensolution, the choice of blocks, and their power series."""
+"""Builds expansions: a full eigensolution, the choice of blocks, their power series."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -187,7 +187,7 @@ class _Pairs(NamedTuple):
 
 def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
                right: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Return couplings E_i (v, M, M) and the roots' errors (M,) at the anchor."""
+    """Return couplings E_i (v, M, M) and the roots' errors (M,) at the point."""
     damping, stiffness = model.damping(point), model.stiffness(point)
     state = state_matrix(model, damping, stiffness)
     left = np.ascontiguousarray(np.linalg.inv(right), complex)

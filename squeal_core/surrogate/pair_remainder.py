@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 
-_MOST = 64  # pairs kept of an anchor, beside the first of each root
+_MOST = 64  # pairs kept of an expansion, beside the first of each root
 _EQUAL = 1e-15  # of the largest difference: below it two eigenvalues are one
 _NEAREST = 0.01  # 1 - rho at least: a pair without coupling may cross
 
@@ -41,7 +41,7 @@ _NEAREST = 0.01  # 1 - rho at least: a pair without coupling may cross
 @dataclass(frozen=True, eq=False)
 class PairRemainder:
     """
-    The pairs of roots of different blocks that matter first around an anchor.
+    The pairs of roots of different blocks that matter first around an expansion point.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The power series of a spectrum's blocks, degree by degree: how an anchor's terms are found."""
+"""The power series of a spectrum's blocks, computed degree by degree."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

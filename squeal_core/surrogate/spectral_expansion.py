@@ -15,7 +15,7 @@
 """
 The whole spectrum near an operating point, as power series of small blocks.
 
-At the anchor the state matrix A = V diag(lambda) W, W = V^-1, is solved with all its vectors.
+At the expansion point the state matrix A = V diag(lambda) W, W = V^-1, is solved with its vectors.
 Nearby A + dA, dA = sum_i dc_i A_i affine in the six coefficients c, so W dA V = sum_i z_i E_i in
 scaled steps z_i = dc_i / s_i. Modes that could come near each other within a step are put in one
 block. The invariant subspace that continues a block's vectors is V (U + X), X without components
@@ -76,7 +76,7 @@ class SpectralExpansion:
     floor : CouplingFloor
         Least remainder by couplings over gaps, whatever the terms.
     rounding : (blocks,) array
-        Error of the eigensolution at the anchor [1/s].
+        Error of the eigensolution at the expansion point [1/s].
     mirrored : (n,) bool array
         Roots whose conjugates are roots too and are not among the n.
 
