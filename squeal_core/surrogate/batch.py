@@ -75,7 +75,7 @@ class OperatingPoints:
         return np.stack(coefficients_of(self))
 
     def places(self) -> FloatArray:
-        """Return where the points are (P, 5), in steps within which they may share an expansion."""
+        """Return where the points are (P, 5), in steps of what shares an expansion."""
         with np.errstate(divide='ignore'):
             logarithms = np.log(np.maximum(np.abs(np.stack(
                 [self.rotor_speed, self.contact_pressure, self.contact_stiffness])), 1e-12))
