@@ -139,18 +139,23 @@ class OperatingMap:
     def _interpolated(self, values: FloatArray, *point: ArrayLike) -> FloatArray:
         """Return values between grid points, linear along each axis."""
         speed, pressure, friction = np.broadcast_arrays(*(np.asarray(x, float) for x in point))
-        first, steps, intervals = self._axes
+        first, steps, intervals = (axis[:, None] for axis in self._axes)
+        places = np.empty((3, speed.size))
         with np.errstate(divide='ignore', invalid='ignore'):
-            places = (np.stack([np.log(speed), np.log(pressure), friction], axis=-1)
-                      - first) / steps
-        inside: Any = (
-            (places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=-1)
-        places = np.where(inside[..., None], places, 0.0)
+            places[0], places[1] = np.log(speed.ravel()), np.log(pressure.ravel())
+            places[2] = friction.ravel()
+            places = (places - first) / steps
+        inside: Any = ((places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=0)
+        places = np.where(inside, places, 0.0)
         cells = np.clip(places.astype(np.intp), 0, intervals - 1)
-        parts = (places - cells)[..., None, :]
-        weights = np.where(_CORNERS, parts, 1.0 - parts).prod(axis=-1)
-        corners = tuple(np.moveaxis(cells[..., None, :] + _CORNERS, -1, 0))
-        return np.where(inside, (weights * values[corners]).sum(axis=-1), np.nan)
+        strides = np.array([values[0].size, values.shape[2], 1])
+        corners = (strides @ cells) + (_CORNERS @ strides)[:, None]
+        parts = places - cells
+        weights = np.where(_CORNERS[..., None], parts, 1.0 - parts).prod(axis=1)
+        found = weights * values.take(corners)
+        while len(found) > 1:  # in an order that does not depend on the number of points
+            found = found[::2] + found[1::2]
+        return np.asarray(np.where(inside, found[0], np.nan).reshape(speed.shape))
 
     def header(self) -> dict[str, Any]:
         """Return the contents of a file's header: all but the arrays."""

@@ -33,6 +33,8 @@ from squeal_core.surrogate.table_cell import (
 )
 from squeal_core.surrogate.table_domain import coordinates, TableDomain
 
+_FEW = 64  # points
+
 
 @dataclass(frozen=True, eq=False)
 class TableModes:
@@ -240,6 +242,12 @@ class ExpansionTable:
 
 def _groups(cells: IndexArray) -> Iterator[tuple[int, IndexArray]]:
     """Yield each cell with its points."""
+    if cells.size <= _FEW:  # a dictionary is faster than sorting
+        found: dict[int, list[int]] = {}
+        for point, cell in enumerate(cells.tolist()):
+            found.setdefault(cell, []).append(point)
+        yield from ((cell, np.array(points)) for cell, points in found.items() if cell >= 0)
+        return
     order = np.argsort(cells, kind='stable')
     ends = np.flatnonzero(np.diff(cells[order])) + 1
     for points in np.split(order, ends):

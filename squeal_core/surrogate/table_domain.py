@@ -128,11 +128,11 @@ class TableDomain:
 def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
                 frictions: ArrayLike) -> FloatArray:
     """Return the places x (P, 3) of magnitudes, which are broadcast together."""
+    found = np.empty((np.broadcast(rotor_speeds, contact_pressures, frictions).size, 3))
     with np.errstate(divide='ignore', invalid='ignore'):
-        return np.stack(np.broadcast_arrays(
-            np.log(np.atleast_1d(np.asarray(rotor_speeds, float))),
-            np.log(np.atleast_1d(np.asarray(contact_pressures, float))),
-            np.atleast_1d(np.asarray(frictions, float))), axis=1)
+        found[:, 0], found[:, 1] = np.log(rotor_speeds), np.log(contact_pressures)
+    found[:, 2] = frictions
+    return found
 
 
 def places_of(points: Sequence[OperatingPoint]) -> FloatArray:
