@@ -24,7 +24,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.input_channel import Reading
-from squeal_core.monitor.settings import Signal
+from squeal_core.monitor.setting_specs import Signal
 from squeal_core.stability.eigensolution import Mode
 
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',

@@ -37,7 +37,8 @@ from squeal_core.monitor.cross_pressure import (
 )
 from squeal_core.monitor.cross_speed import against_speed
 from squeal_core.monitor.input_channel import Reading, Sample
-from squeal_core.monitor.settings import MonitorSettings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.signal_windows import STEP
 
 _LONGEST_GAP = 5_000_000_000  # ns between ticks; what was gathered before counts no longer

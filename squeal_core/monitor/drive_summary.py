@@ -22,7 +22,8 @@ import re
 
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.input_channel import Reading
-from squeal_core.monitor.settings import MonitorSettings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings
 
 _NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\bnan\b|\binf\b)')
 _MOST_REASONS = 200  # different ones of a brake; the words of further ones are not kept

@@ -24,7 +24,8 @@ from typing import Literal, NamedTuple, TypeAlias
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.plausibility import unit_guards
 from squeal_core.monitor.publishers import PublisherGuard
-from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal, UNITS
+from squeal_core.monitor.setting_specs import Signal, UNITS
+from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_core.monitor.stuck_signal import StuckCheck
 
 Status: TypeAlias = Literal[

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 import math
 from typing import NamedTuple
 
-from squeal_core.monitor.settings import Signal
+from squeal_core.monitor.setting_specs import Signal
 
 _SHARE = 0.8  # of max_age: the window of comparison, so that its end is within one max_age
 _SLICES, _MOST = 16, 8  # of the window, and tracks

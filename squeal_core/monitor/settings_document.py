@@ -18,13 +18,8 @@ import json
 import math
 from typing import Any
 
-from squeal_core.monitor.settings import (
-    check_names,
-    input_keys,
-    MONITOR_KEYS,
-    SettingSpec,
-    SIGNALS,
-)
+from squeal_core.monitor.setting_specs import input_keys, MONITOR_KEYS, SettingSpec, SIGNALS
+from squeal_core.monitor.settings import check_names
 
 _HEADING = (
     '# Settings of the node squeal_monitor and of `squeal replay`: a ROS parameter file.',

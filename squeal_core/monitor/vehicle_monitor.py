@@ -45,7 +45,8 @@ from squeal_core.monitor.input_channel import (
     validated_ranges,
 )
 from squeal_core.monitor.margins import confirmation_due
-from squeal_core.monitor.settings import BrakeSettings, MonitorSettings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import BrakeSettings, MonitorSettings
 from squeal_core.monitor.vehicle_stability import VehicleStability
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',

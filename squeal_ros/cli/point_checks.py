@@ -22,7 +22,7 @@ from typing import Any
 
 from squeal_core.common.errors import SquealError
 from squeal_core.common.ranges import Ends, hint, span
-from squeal_core.monitor.settings import MONITOR_KEYS
+from squeal_core.monitor.setting_specs import MONITOR_KEYS
 from squeal_ros.cli.console import warn
 
 _DEFAULTS: dict[str, Any] = {key.name: key.default for key in MONITOR_KEYS}

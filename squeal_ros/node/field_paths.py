@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.errors import ConfigurationError
-from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
 
 _STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d{1,9})\]|\[([A-Za-z_]\w*)=([^\]]+)\]')

@@ -17,9 +17,7 @@
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 from squeal_ros import interrupts  # noqa: I100
 
-from contextlib import ExitStack  # noqa: I100
-from itertools import islice
-import sys
+import sys  # noqa: I100
 import time
 from typing import Any
 
@@ -29,25 +27,12 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 from squeal_core.common.errors import ConfigurationError, in_one_line, SquealError
-from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import MonitorSettings, NODE_NAME, pressure_references
-from squeal_core.monitor.vehicle_monitor import Assessment, Reading, VehicleMonitor
 from squeal_ros.node.arguments import check_arguments
-from squeal_ros.node.diagnostics import Reporter
-from squeal_ros.node.executor import (
-    DeferredCallbackGroup,
-    guard_services,
-    report_exceptions,
-    ResilientExecutor,
-)
-from squeal_ros.node.field_check import check_fields
-from squeal_ros.node.field_paths import Router
-from squeal_ros.node.markers import ModeShapes
-from squeal_ros.node.message_types import RosMessages
+from squeal_ros.node.configured_monitor import ConfiguredMonitor
+from squeal_ros.node.executor import guard_services, report_exceptions, ResilientExecutor
 from squeal_ros.node.node_statistics import Health
 from squeal_ros.node.parameters import NodeParameters
-from squeal_ros.node.publishers import OutputTopics
-from squeal_ros.node.subscriptions import InputTopics
 from squeal_ros.node.tick_grid import Tick
 from squeal_ros.node.ticker import Ticker
 
@@ -75,7 +60,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     def __init__(self, *, alone: bool = False, **node_arguments: Any) -> None:
         super().__init__(NODE_NAME, automatically_declare_parameters_from_overrides=True,
                          **node_arguments)
-        self._configured: _Configured | None = None
+        self._configured: ConfiguredMonitor | None = None
         self._configure_error: Exception | None = None
         self._starting = False
         self._last_unknown: int | None = None  # steady time
@@ -120,7 +105,8 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         try:
-            self._configured = _Configured(self)
+            self._configured = ConfiguredMonitor(
+                self, self.settings, self.health, self.report)
         except Exception as error:  # rclpy would go to its error state without a word
             self._configure_error = error
             if not self._starting:  # while starting, whoever starts it says so
@@ -214,90 +200,6 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         configured, self._configured = self._configured, None
         if configured is not None:
             report_exceptions(configured.destroy, self.report)()
-
-
-class _Configured:
-    """What lives from configure to cleanup: model, monitor, topics."""
-
-    def __init__(self, node: SquealMonitor) -> None:
-        self._node, library = node, RosMessages()
-        model = BrakeModel.load(node.settings.model)
-        self.router = Router.of(node.settings)
-        check_fields(node.settings, library.fields, node.get_logger().warning)
-        self.monitor = VehicleMonitor(node.settings, model)
-        self.monitor.stability.warm_up(len(self.monitor.brakes))
-        self._said: set[str] = set()
-        aside = DeferredCallbackGroup()
-        with ExitStack() as undo:
-            self.inputs = InputTopics(node, library, self.router.types, aside,
-                                      report_exceptions(self._receive, node.report),
-                                      self._complain)
-            undo.callback(self.inputs.destroy)
-            self.outputs = OutputTopics(
-                node, library, self.monitor.brakes, node.settings.mode_shapes, aside)
-            undo.callback(self.outputs.destroy)
-            self._set_up_reports(library, model)
-            undo.pop_all()
-
-    def _set_up_reports(self, library: RosMessages, model: BrakeModel) -> None:
-        node, settings = self._node, self._node.settings
-        self.reporter = Reporter(
-            node.get_fully_qualified_name().lstrip('/'), settings, library, node.health, model,
-            self.inputs, self.outputs, lambda: self.router.problems.total(),
-            lambda: self.monitor.stability.figures(),
-            lambda: self.monitor.cross_checks.summary)
-        self.pictures: ModeShapes | None = None
-        if settings.mode_shapes:
-            self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
-            self.reporter.mode_shapes = self.pictures.status
-
-    def begin(self) -> None:
-        """Forget what came before: the queues hold messages of when nobody took them."""
-        self.inputs.begin()
-        self.monitor.reset()
-
-    def destroy(self) -> None:
-        self.inputs.destroy()
-        self.outputs.destroy()
-
-    def update_settings(self, settings: MonitorSettings) -> None:
-        self.router = Router.of(settings, self.router.problems)
-        self.monitor.update_settings(settings)
-        self.reporter.update_settings(settings)
-        if self.pictures:
-            self.pictures.update_settings(settings)
-
-    def assess(self, tick: Tick) -> None:
-        """Assess all brakes at a tick and publish what came out."""
-        assessments = self.monitor.assess(tick.time)
-        self.outputs.publish(assessments)
-        self.reporter.report(assessments)
-        if self.pictures:
-            self.pictures.update(assessments, time.monotonic_ns())
-
-    def say_unknown(self, reason: str) -> None:
-        """Publish that nothing is known of any brake, and why."""
-        now = self._node.get_clock().now().nanoseconds
-        assessments = tuple(
-            Assessment(brake=name, time=now, state='stale', reason=reason,
-                       inputs={signal: Reading('stale') for signal in brake.brake.inputs})
-            for name, brake in self.monitor.brakes.items())
-        self.outputs.publish(assessments)
-        self.reporter.report_unknown(assessments, reason)
-        if self.pictures:
-            self.pictures.wipe()
-
-    def _receive(self, topic: str, message: Any, received: int, number: int) -> None:
-        problems = len(self.router.problems)
-        for brake, name, sample in self.router.samples(topic, message, received, number):
-            self.monitor.receive(brake, name, sample)
-        for problem in islice(self.router.problems, problems, None):  # said once, counted after
-            self._complain(f'cannot read {problem}')
-
-    def _complain(self, text: str) -> None:
-        if text not in self._said:
-            self._said.add(text)
-            self._node.get_logger().warning(text)
 
 
 def main(arguments: list[str] | None = None) -> int:

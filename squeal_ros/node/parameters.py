@@ -23,13 +23,13 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from squeal_core.common.errors import ConfigurationError
+from squeal_core.monitor.setting_specs import SettingSpec
 from squeal_core.monitor.settings import (
     flatten,
     is_built_in,
     MonitorSettings,
     read_settings,
     settings_keys,
-    SettingSpec,
 )
 
 _QOS = 'qos_overrides.'

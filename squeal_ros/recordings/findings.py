@@ -29,7 +29,8 @@ from typing import Any
 import numpy as np
 from squeal_core.common.errors import nearest_word, SquealError
 from squeal_core.monitor.input_channel import MissingValue, Sample
-from squeal_core.monitor.settings import InputSettings, MonitorSettings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_ros.node.field_paths import FieldPath
 
 _MOST_NAMES = 12  # listed of what there is

@@ -19,7 +19,8 @@ from collections.abc import Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
-from squeal_core.monitor.settings import MonitorSettings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
 from squeal_ros.node.field_paths import Router, Source
 from squeal_ros.recordings.bag_reader import Bag, Record

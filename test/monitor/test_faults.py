@@ -24,7 +24,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from squeal_core.monitor.settings import read_settings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor
 from support.brake_monitors import CERTAIN, MODEL
 from support.fault_times import (

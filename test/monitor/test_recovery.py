@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from squeal_core.monitor.settings import Signal
+from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.vehicle_monitor import Reading, Sample
 from support.brake_monitors import GOOD, monitor, SECOND, TICK
 

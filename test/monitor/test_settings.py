@@ -20,13 +20,13 @@ from typing import Any
 
 import pytest
 from squeal_core.common.errors import ConfigurationError
+from squeal_core.monitor.setting_specs import SettingSpec
 from squeal_core.monitor.settings import (
     flatten,
     InputSettings,
     load_settings,
     read_settings,
     settings_keys,
-    SettingSpec,
 )
 from support.rows import each
 

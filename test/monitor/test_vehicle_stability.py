@@ -26,7 +26,8 @@ from squeal_core.brake.dimensions import Caliper
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.monitor.brake_stability import BrakeStability
-from squeal_core.monitor.settings import read_settings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.monitor.vehicle_stability import VehicleStability
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes

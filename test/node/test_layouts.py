@@ -33,7 +33,7 @@ from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
-from squeal_ros.node.lifecycle_node import RosMessages  # noqa: E402
+from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 from support.harness import LATCHED, vehicle  # noqa: E402, I100
 from visualization_msgs.msg import Marker  # noqa: E402

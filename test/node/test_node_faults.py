@@ -27,7 +27,7 @@ from support.faults import FAULTS, NODE_FAULTS, SECOND
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from squeal_core.monitor.settings import Signal  # noqa: E402, I100
+from squeal_core.monitor.setting_specs import Signal  # noqa: E402, I100
 from std_msgs.msg import Float32, Float64  # noqa: E402
 from support.fault_times import (  # noqa: E402
     bad,

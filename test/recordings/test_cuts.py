@@ -25,7 +25,8 @@ from squeal_core import BrakeModel
 from squeal_core.brake.dimensions import Caliper
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.monitor.assessment import Assessment
-from squeal_core.monitor.settings import MonitorSettings, read_settings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.surrogate.table_builder import build_table
 from squeal_core.surrogate.table_domain import TableDomain

@@ -36,7 +36,8 @@ from rosbags.typesys import get_typestore, Stores  # noqa: E402
 from squeal_core.common.output import OutputError  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.history import read_rows, row_of, squeal_events  # noqa: E402
-from squeal_core.monitor.settings import MonitorSettings, read_settings, Signal  # noqa: E402
+from squeal_core.monitor.setting_specs import Signal  # noqa: E402
+from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
 from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402

@@ -21,7 +21,8 @@ import numpy as np
 from squeal_core.brake.dimensions import Caliper
 from squeal_core.brake.friction import FrictionLaw, FrictionTable
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.settings import read_settings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import Assessment, BrakeMonitor, Sample
 
 TICK, SECOND = 10_000_000_000, 1_000_000_000

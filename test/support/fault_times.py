@@ -14,7 +14,7 @@
 
 """When faults begin and end in tests, and from when on no number may be given."""
 
-from squeal_core.monitor.settings import Signal
+from squeal_core.monitor.setting_specs import Signal
 from support.faults import braking, Fault, SECOND, Stream
 
 # a fault from 2 s on for 3.9 s, seen at 10 Hz; inputs at 20 Hz are stale after 0.5 s

@@ -25,7 +25,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from squeal_core.monitor.settings import Signal
+from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.vehicle_monitor import Sample
 
 SECOND = 1_000_000_000

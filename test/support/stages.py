@@ -21,7 +21,7 @@ from typing import Any
 
 from rclpy.time import Time
 from sensor_msgs.msg import FluidPressure, JointState
-from squeal_core.monitor.settings import Signal
+from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.vehicle_monitor import Sample
 from std_msgs.msg import Float64, Header
 from support.fault_times import (

@@ -29,7 +29,8 @@ import numpy as np
 from squeal_core.brake.friction import FrictionTable
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.resources import config_folder
-from squeal_core.monitor.settings import MonitorSettings, read_settings, Signal
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import brake_signals, read_vehicle

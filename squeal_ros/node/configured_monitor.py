@@ -1,0 +1,134 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a node has while it is configured: model, monitor, topics, reports."""
+
+from contextlib import ExitStack
+from itertools import islice
+import time
+from typing import Any
+
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.vehicle_monitor import Assessment, Reading, VehicleMonitor
+from squeal_ros.node.diagnostics import Reporter
+from squeal_ros.node.executor import DeferredCallbackGroup, Report, report_exceptions
+from squeal_ros.node.field_check import check_fields
+from squeal_ros.node.field_paths import Router
+from squeal_ros.node.markers import ModeShapes
+from squeal_ros.node.message_types import RosMessages
+from squeal_ros.node.node_statistics import Health
+from squeal_ros.node.publishers import OutputTopics
+from squeal_ros.node.subscriptions import InputTopics
+from squeal_ros.node.tick_grid import Tick
+
+
+class ConfiguredMonitor:
+    """
+    Model, monitor and topics of a node, from configure to cleanup.
+
+    Parameters
+    ----------
+    node : LifecycleNode
+    settings : MonitorSettings
+    health : Health
+    report : callable
+        Given the exceptions of callbacks.
+
+    Raises
+    ------
+    SquealError
+        For a model, a table or a topic that cannot be used.
+
+    """
+
+    def __init__(self, node: Any, settings: MonitorSettings, health: Health,
+                 report: Report) -> None:
+        self._node, library = node, RosMessages()
+        model = BrakeModel.load(settings.model)
+        self.router = Router.of(settings)
+        check_fields(settings, library.fields, node.get_logger().warning)
+        self.monitor = VehicleMonitor(settings, model)
+        self.monitor.stability.warm_up(len(self.monitor.brakes))
+        self._said: set[str] = set()
+        aside = DeferredCallbackGroup()
+        with ExitStack() as undo:
+            self.inputs = InputTopics(node, library, self.router.types, aside,
+                                      report_exceptions(self._receive, report), self._complain)
+            undo.callback(self.inputs.destroy)
+            self.outputs = OutputTopics(
+                node, library, self.monitor.brakes, settings.mode_shapes, aside)
+            undo.callback(self.outputs.destroy)
+            self._set_up_reports(library, model, settings, health)
+            undo.pop_all()
+
+    def _set_up_reports(self, library: RosMessages, model: BrakeModel, settings: MonitorSettings,
+                        health: Health) -> None:
+        self.reporter = Reporter(
+            self._node.get_fully_qualified_name().lstrip('/'), settings, library, health, model,
+            self.inputs, self.outputs, lambda: self.router.problems.total(),
+            lambda: self.monitor.stability.figures(),
+            lambda: self.monitor.cross_checks.summary)
+        self.pictures: ModeShapes | None = None
+        if settings.mode_shapes:
+            self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
+            self.reporter.mode_shapes = self.pictures.status
+
+    def begin(self) -> None:
+        """Forget what came before: the queues hold messages of when nobody took them."""
+        self.inputs.begin()
+        self.monitor.reset()
+
+    def destroy(self) -> None:
+        self.inputs.destroy()
+        self.outputs.destroy()
+
+    def update_settings(self, settings: MonitorSettings) -> None:
+        self.router = Router.of(settings, self.router.problems)
+        self.monitor.update_settings(settings)
+        self.reporter.update_settings(settings)
+        if self.pictures:
+            self.pictures.update_settings(settings)
+
+    def assess(self, tick: Tick) -> None:
+        """Assess all brakes at a tick and publish what came out."""
+        assessments = self.monitor.assess(tick.time)
+        self.outputs.publish(assessments)
+        self.reporter.report(assessments)
+        if self.pictures:
+            self.pictures.update(assessments, time.monotonic_ns())
+
+    def say_unknown(self, reason: str) -> None:
+        """Publish that nothing is known of any brake, and why."""
+        now = self._node.get_clock().now().nanoseconds
+        assessments = tuple(
+            Assessment(brake=name, time=now, state='stale', reason=reason,
+                       inputs={signal: Reading('stale') for signal in brake.brake.inputs})
+            for name, brake in self.monitor.brakes.items())
+        self.outputs.publish(assessments)
+        self.reporter.report_unknown(assessments, reason)
+        if self.pictures:
+            self.pictures.wipe()
+
+    def _receive(self, topic: str, message: Any, received: int, number: int) -> None:
+        problems = len(self.router.problems)
+        for brake, name, sample in self.router.samples(topic, message, received, number):
+            self.monitor.receive(brake, name, sample)
+        for problem in islice(self.router.problems, problems, None):  # said once, counted after
+            self._complain(f'cannot read {problem}')
+
+    def _complain(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            self._node.get_logger().warning(text)
