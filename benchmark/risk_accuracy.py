@@ -72,7 +72,7 @@ def sampled(model: BrakeModel, place: FloatArray, samples: int, seed: int) -> Fl
 
 def mapped(model: BrakeModel, place: FloatArray, part: RiskParameters, shift: FloatArray) -> float:
     """Return the risk by the cell of a map that has the point at a place (3,) of the unit cube."""
-    steps = np.array([SPEED_STEP, PRESSURE_STEP, 2.0 * FRICTION_STEP])
+    steps = np.array([SPEED_STEP, PRESSURE_STEP, FRICTION_STEP])
     low = np.array([*np.log(place[:2]), place[2]]) - shift * steps
     high = low + 0.999 * steps  # one cell
     speed, preload = (tuple(np.exp(ends).tolist()) for ends in zip(low[:2], high[:2], strict=True))

@@ -35,7 +35,7 @@ from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 _LARGEST = np.array([1.2, 2.7, 0.25, 0.12])  # width of a box, of ln speed, ln pressure, mu, ln k_c
 _SMALLEST = np.array([0.3, 0.4, 0.05, 0.04])  # below which its expansion serves whatever its error
-_TOLERANCE = 1.0  # 1/s, where the sign of a growth rate is open
+_TOLERANCE = 0.2  # 1/s, where the sign of a growth rate is open
 _FRACTION = 0.5  # of a growth rate, by which it may be off
 _SHARE = 0.5  # of the change by the last degree: what is left out, measured at a third of it
 _FAR = 300.0  # 1/s below zero, from which on a mode is not looked at

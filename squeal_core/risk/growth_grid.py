@@ -153,10 +153,10 @@ def stiffness_factors(deviation: float) -> FloatArray:
 def _friction_steps(uncertainty: InputUncertainty) -> tuple[float, float]:
     """Return the step of nominal frictions, and that of the grid, which divides it."""
     if uncertainty.friction == 0.0:
-        return 2.0 * FRICTION_STEP, 2.0 * FRICTION_STEP
+        return FRICTION_STEP, FRICTION_STEP
     finer = 1 if uncertainty.contact_stiffness else _FINER
     wanted = min(0.5 * uncertainty.friction, FRICTION_STEP) / finer
-    return 2.0 * FRICTION_STEP, 2.0 * FRICTION_STEP / math.ceil(2.0 * FRICTION_STEP / wanted)
+    return FRICTION_STEP, FRICTION_STEP / math.ceil(FRICTION_STEP / wanted)
 
 
 def _geometric(ends: Sequence[float], step: float) -> FloatArray:

@@ -109,7 +109,7 @@ def test_growth_linear_in_the_inputs(mean: float, changes: tuple[float, ...]) ->
     excess: FloatArray = mean + sum(change * axis for change, axis in zip(
         changes, np.meshgrid(*at, indexing='ij'), strict=True))
     found = ndtr(probability_scores(grid, excess, nominal, USUAL)[2, 2])
-    expected = ndtr((mean + changes[2] * np.arange(2)) / np.linalg.norm(changes))
+    expected = ndtr((mean + changes[2] * 0.5 * np.arange(3)) / np.linalg.norm(changes))
     assert found == pytest.approx(expected, abs=2e-3)  # three deviations are summed
 
 
