@@ -15,9 +15,8 @@
 """Recorded bags, MCAP and sqlite3, read lazily; what is missing in one is said."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 try:
@@ -27,30 +26,15 @@ try:
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
-from squeal_core.common.bounded_reader import kind_of
-from squeal_core.common.errors import in_one_line, short_repr, SquealError
-from squeal_core.common.yaml_reader import read_yaml
-from squeal_ros.recordings.bag_bounds import (
-    bound_decompression,
-    check_storage,
-    unpack_file,
-    unpack_message,
-)
+from squeal_core.common.errors import in_one_line
+from squeal_ros.recordings.bag_bounds import bound_decompression, check_storage
+from squeal_ros.recordings.bag_files import BagError, BagFiles, GIVE_BAG
 from squeal_ros.recordings.findings import full_type_name, same_type_name
 from squeal_ros.recordings.message_definitions import DefinitionError, MessageDefinitions
 
 bound_decompression()
 
-_SUFFIXES = ('.mcap', '.db3')
 _ZSTD = b'\x28\xb5\x2f\xfd'
-_GIVE_BAG = 'give a rosbag2 folder or an .mcap or .db3 file'
-
-
-class BagError(SquealError):
-    """A bag that cannot be read or written."""
-
-    def __init__(self, path: object, what: str, remedy: str) -> None:
-        super().__init__(f'{path}: {what}; {remedy}')
 
 
 class Record(NamedTuple):
@@ -92,20 +76,14 @@ class Bag:
 
     def __init__(self, path: str | Path, definitions: MessageDefinitions | None = None) -> None:
         self.path = Path(path)
-        self.notes: list[str] = []
         self.types: dict[str, Counter[str]] = defaultdict(Counter)
         self.undecodable: dict[str, tuple[int, str]] = {}
         self._definitions = definitions or MessageDefinitions()
         self._stores: dict[tuple[str, str], Typestore] = {}
-        self._unpack: Callable[[bytes], bytes] = bytes
-        self._folder: TemporaryDirectory[str] | None = None
-        self._expected: Counter[str] = Counter()  # by metadata.yaml
-        self._hashes: dict[str, str] = {}  # of types, likewise
-        if not self.path.exists():
-            raise BagError(self.path, 'does not exist', 'check the path')
-        self._files = self._storage_files()
+        self._files = BagFiles(self.path)
+        self.notes = self._files.notes
         self._counts: Counter[str] = Counter()  # by the storage files
-        for file in self._files:
+        for file in self._files.files:
             with _opened(file) as reader:
                 for connection in reader.connections:
                     self.types[connection.topic][connection.msgtype] += connection.msgcount
@@ -148,7 +126,7 @@ class Bag:
 
         """
         count: Counter[str] = Counter()
-        for file in self._files:
+        for file in self._files.files:
             with _opened(file) as reader:
                 chosen = [c for c in reader.connections
                           if same_type_name(wanted.get(c.topic, ''), c.msgtype)]
@@ -174,7 +152,7 @@ class Bag:
         None where it cannot be decoded, which is counted.
         """
         try:
-            data = self._unpack(record.data)
+            data = self._files.unpack(record.data)
             return *decode(record.store, data, record.type_name), data
         except Exception as error:  # whatever bytes can do to a decoder
             self._count_undecodable(record.topic, record.data, error)
@@ -184,8 +162,8 @@ class Bag:
         """Return the full name of the type of a connection's messages, and what decodes it."""
         key = connection.msgtype, connection.msgdef.data
         if key not in self._stores:
-            self._stores[key] = self._definitions.store_for(
-                connection, self._hashes.get(connection.msgtype, connection.digest), self.path)
+            digest = self._files.hashes.get(connection.msgtype, connection.digest)
+            self._stores[key] = self._definitions.store_for(connection, digest, self.path)
         return full_type_name(connection.msgtype), self._stores[key]
 
     def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
@@ -204,75 +182,10 @@ class Bag:
             if count[topic] < by_file:
                 self.notes.append(f'{topic}: {count[topic]} of {by_file} messages are in the '
                                   'storage; the rest is lost')
-            if self._expected and self._expected[topic] != self._counts[topic]:
+            if self._files.counts and self._files.counts[topic] != self._counts[topic]:
                 self.notes.append(
-                    f'{topic}: metadata.yaml counts {self._expected[topic]} messages and the '
+                    f'{topic}: metadata.yaml counts {self._files.counts[topic]} messages and the '
                     f'storage holds {self._counts[topic]}; those were read')
-
-    def _storage_files(self) -> list[Path]:
-        """Return the files to read, or the folder where only its metadata says how."""
-        if not self.path.is_dir():
-            kind = kind_of(self.path.stat().st_mode)
-            if kind:
-                raise BagError(self.path, f'is {kind}', _GIVE_BAG)
-            self._note_log(self.path)
-            return [self.path]
-        present = sorted((p for p in self.path.iterdir() if p.suffix in _SUFFIXES and p.is_file()),
-                         key=_natural)
-        try:
-            listed, packed, form = self._read_metadata()
-        except (BagError, KeyError, TypeError, ValueError, AttributeError) as error:
-            if not present:
-                raise BagError(self.path, 'has no storage file, and no metadata.yaml that can be '
-                               f'read ({error})', _GIVE_BAG) from None
-            self.notes.append(f'{self.path}: metadata.yaml is missing or cannot be read; its '
-                              'storage files are read without it')
-            self._expected.clear()
-            return present
-        if packed in ('file', 'message') and form != 'zstd':
-            raise BagError(self.path, f'is compressed by {short_repr(form)}', 'unpack it first')
-        if packed == 'message':
-            self._unpack = unpack_message
-        files = [file for file in listed if file.is_file()]
-        missing = [file.name for file in listed if file not in files]
-        if not files:
-            files = present
-        if not files:
-            raise BagError(self.path, 'has none of its storage files '
-                           f'({", ".join(missing) or "metadata.yaml lists none"})', _GIVE_BAG)
-        if missing:
-            self.notes.append(f'{self.path}: {", ".join(missing)} is not there, and '
-                              f'{", ".join(file.name for file in files)} is read')
-        for file in files:
-            self._note_log(file)
-        return self._unpacked(files) if packed == 'file' else files
-
-    def _read_metadata(self) -> tuple[list[Path], str, str]:
-        """Read metadata.yaml; return the files it lists, and what is compressed and how."""
-        about = read_yaml(
-            self.path / 'metadata.yaml', BagError, most_bytes=5_000_000, most_nodes=200_000)[
-            'rosbag2_bagfile_information']
-        listed = [self.path / Path(name).name for name in about['relative_file_paths']]
-        for item in about['topics_with_message_count']:
-            topic = item['topic_metadata']
-            self._expected[topic['name']] = int(item['message_count'])
-            self._hashes[topic['type']] = str(topic.get('type_description_hash', ''))
-        return (listed, str(about.get('compression_mode') or 'none').lower(),
-                about.get('compression_format') or 'none')
-
-    def _unpacked(self, files: list[Path]) -> list[Path]:
-        """Return the files unpacked into a folder that goes with this object."""
-        self._folder = TemporaryDirectory()
-        targets = [Path(self._folder.name, file.stem) for file in files]
-        for file, target in zip(files, targets, strict=True):
-            unpack_file(file, target, BagError)
-        return targets
-
-    def _note_log(self, file: Path) -> None:
-        log = file.with_name(f'{file.name}-wal')
-        if log.is_file() and log.stat().st_size:
-            self.notes.append(f'{file}: messages still in {log.name} are not read; open it once '
-                              'with sqlite3 to have them written into it')
 
 
 class _opened:  # noqa: N801 - a context manager, used as a function
@@ -311,22 +224,8 @@ def _unreadable(path: Path, error: Exception) -> BagError:
     text = in_one_line(error, 200)
     remedy = {'.mcap': 'if it was cut off, `mcap recover` gets back what is whole',
               '.db3': 'if it was cut off, `sqlite3 FILE .recover` gets back what is whole'}.get(
-                  path.suffix, _GIVE_BAG)
+                  path.suffix, GIVE_BAG)
     return BagError(path, f'cannot be read ({type(error).__name__}: {text})', remedy)
-
-
-def _natural(path: Path) -> list[tuple[int, str]]:
-    """Return a key by which bag_10 comes after bag_9."""
-    parts, number = [], ''
-    for letter in f'{path.name} ':
-        if letter.isdecimal():
-            number += letter
-            continue
-        if number:
-            parts.append((int(number), ''))
-            number = ''
-        parts.append((-1, letter))
-    return parts
 
 
 def decode(store: Typestore, data: bytes, type_name: str) -> tuple[Any, int]:

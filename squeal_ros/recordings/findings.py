@@ -27,13 +27,13 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.common.errors import nearest_word, SquealError
+from squeal_core.common.errors import SquealError
 from squeal_core.monitor.input_channel import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_ros.node.field_paths import FieldPath
+from squeal_ros.recordings.field_hints import hint, in_words
 
-_MOST_NAMES = 12  # listed of what there is
 _MOST_IDS = 64  # different ones that are kept; more of them are a counter
 _YEAR = 365.25 * 86400.0  # s
 _ID_FIELDS = ('id', 'can_id', 'arbitration_id', 'pgn', 'identifier', 'wheel_id', 'sensor_id')
@@ -126,7 +126,7 @@ class InputFindings:
             names = [f'{brake}.{signal}' for (brake, signal), seen in self._seen.items()
                      if seen.topic == topic]
             raise SquealError(
-                f'{topic}: carries raw frames of several ids ({_listed(map(_as_id, ids))}), and '
+                f'{topic}: carries raw frames of several ids ({in_words(map(_as_id, ids))}), and '
                 f'{", ".join(names)} would mix them; a field path cannot choose an id, so decode '
                 'the bus into one topic a signal first and name that')
 
@@ -198,7 +198,7 @@ class InputFindings:
     def _mixed(self, topic: str) -> Iterator[tuple[str, str]]:
         ids = self._ids.get(topic, Counter())
         if 1 < len(ids) <= _MOST_IDS and ids.total() >= 2 * len(ids):
-            yield (f'messages on {topic} are of several ids ({_listed(map(_as_id, ids))}), and '
+            yield (f'messages on {topic} are of several ids ({in_words(map(_as_id, ids))}), and '
                    'a field path takes them all as one signal',
                    'give each signal a topic of its own')
 
@@ -216,10 +216,10 @@ class InputFindings:
             *difflib.get_close_matches(topic, types, n=3, cutoff=0.7),
             *(name for name in same if name.rpartition('/')[2] == end))))
         if near:
-            return f'nearest in the bag: {_listed(near)}'
+            return f'nearest in the bag: {in_words(near)}'
         if same:
-            return f'topics of its type in the bag: {_listed(sorted(same))}'
-        return f'topics in the bag: {_listed(sorted(types)) or "none"}'
+            return f'topics of its type in the bag: {in_words(sorted(same))}'
+        return f'topics in the bag: {in_words(sorted(types)) or "none"}'
 
     def _namespace_in(self, types: Mapping[str, Any]) -> str:
         """Return the namespace in which the relative topics are, if it is another."""
@@ -248,49 +248,6 @@ def same_type_name(one: str, other: str) -> bool:
     return full_type_name(one) == full_type_name(other)
 
 
-def hint(path: FieldPath, message: Any) -> str:
-    """Return what a message offers where a field path does not fit it."""
-    owner, value = message, message
-    for kind, name, key in path.steps:
-        try:
-            if kind == 'attribute':
-                owner, value = value, getattr(value, str(name))
-            elif kind == 'index':
-                value = value[name]
-            else:
-                names = [str(entry) for entry in getattr(owner, str(name))]
-                if key not in names:
-                    return _instead(key, names, f'the message has in its list {name!r}: ')
-                if len(value) != len(names):
-                    return (f'have its source send as many values as there are in {name!r}: '
-                            f'{len(value)} and {len(names)} now')
-                value = value[names.index(key)]
-        except AttributeError:
-            return _instead(str(name), _fields(value if kind == 'attribute' else owner),
-                            'its fields are: ')
-        except IndexError:
-            return f'its list has {len(value)} entries, counted from 0'
-        except (KeyError, TypeError, ValueError):
-            break
-    fields = _fields(value)
-    if fields:
-        return f'name one of its fields: {_listed(fields)}'
-    if hasattr(value, '__len__') and not isinstance(value, str):
-        return f'name one of its {len(value)} entries: {path.text}[0]'
-    return f'name a number; fields of the message: {_listed(_fields(message))}'
-
-
-def _instead(wrong: str, names: list[str], before: str) -> str:
-    near = nearest_word(wrong, names)
-    meant = f'do you mean {near!r}? ' if near else ''
-    return f'{meant}{before}{_listed(names) or "nothing"}'
-
-
-def _fields(value: Any) -> list[str]:
-    return [name for name in getattr(value, '__dataclass_fields__', {})
-            if not name.startswith('__')]
-
-
 def _id_of(message: Any) -> tuple[object, bool]:
     """Return what tells messages on one topic apart, and whether they are raw frames."""
     identity, varies = identity_of(message)
@@ -310,12 +267,6 @@ def identity_of(message: Any) -> tuple[object, bool]:
 
 def _as_id(value: object) -> str:
     return f'0x{value:X}' if isinstance(value, int) else str(value)
-
-
-def _listed(names: Any) -> str:
-    every = list(names)
-    more = f' and {len(every) - _MOST_NAMES} more' if len(every) > _MOST_NAMES else ''
-    return ', '.join(every[:_MOST_NAMES]) + more
 
 
 def _duration(seconds: float) -> str:
