@@ -65,7 +65,9 @@ class FrictionLaw:
 
     def slope_at(self, sliding_speed: float, measured: float) -> float:
         """Return the slope [s/m] when a measured mu replaces the law's: scaled in proportion."""
-        return self.slope(sliding_speed) * measured / self.coefficient(sliding_speed)
+        fall = float(np.exp(-self.decay * abs(sliding_speed)))
+        excess = self.static - self.kinetic
+        return -self.decay * excess * fall * measured / (self.kinetic + excess * fall)
 
     def relative_slope(self, sliding_speed: FloatArray | float) -> FloatArray:
         """Return the slope over the coefficient [s/m] at sliding speeds [m/s]."""

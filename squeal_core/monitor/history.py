@@ -14,11 +14,12 @@
 
 """Assessments over time as a table: rows to and from CSV, and the squeal events in them."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 import csv
 from dataclasses import dataclass
+from io import StringIO
 import math
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -59,7 +60,7 @@ _TEXTS = ('brake', 'state', 'reason')
 _LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
 _COLUMNS = tuple(AssessmentRecord.__dataclass_fields__)
 _FIRST_LIST = _COLUMNS.index(_LISTS[0])  # the lists are the columns from here to the last one
-_values, _texts = attrgetter(*_COLUMNS), itemgetter(*_COLUMNS)
+_values = attrgetter(*_COLUMNS)
 
 
 def row_of(assessment: Assessment) -> AssessmentRecord:
@@ -76,6 +77,25 @@ def row_of(assessment: Assessment) -> AssessmentRecord:
         reason=assessment.reason)
 
 
+def line_of(assessment: Assessment) -> str:
+    """Return an assessment as a line of a table, as `CsvWriter` writes its row."""
+    inputs = assessment.inputs
+    fields = (
+        repr(assessment.time * 1e-9), assessment.brake, assessment.state,
+        repr(inputs['rotor_speed'].value), repr(inputs['pressure'].value),
+        repr(assessment.friction), repr(assessment.risk), repr(assessment.growth_rate),
+        repr(assessment.worst_frequency_hz), repr(assessment.friction_margin),
+        ' '.join(map(repr, assessment.unstable_frequencies_hz)),
+        ' '.join(map(repr, assessment.unstable_growth_rates)), assessment.reason)
+    line = ','.join(fields)
+    # csv looks at each character for what it quotes and takes ten times as long
+    if line.count(',') < len(fields) and not ('"' in line or '\r' in line or '\n' in line):
+        return f'{line}\n'
+    text = StringIO(newline='')
+    csv.writer(text, lineterminator='\n').writerow(fields)
+    return text.getvalue()
+
+
 class CsvWriter:
     """Writes rows as they come."""
 
@@ -84,16 +104,9 @@ class CsvWriter:
         self._writer = csv.writer(file, lineterminator='\n')
         self._writer.writerow(_COLUMNS)
 
-    def write_texts(self, texts: Mapping[str, str]) -> None:
-        """Write a row whose columns are texts already, numbers as `repr` gives them."""
-        fields = _texts(texts)
-        line = ','.join(fields)
-        # csv looks at each character for what it quotes and takes ten times as long
-        if line.count(',') < len(fields) and not (
-                '"' in line or '\r' in line or '\n' in line):
-            self._file.write(f'{line}\n')
-        else:
-            self._writer.writerow(fields)
+    def write_lines(self, lines: str) -> None:
+        """Write lines of `line_of`."""
+        self._file.write(lines)
 
     def write(self, row: AssessmentRecord) -> None:
         values = _values(row)

@@ -31,7 +31,7 @@ from squeal_core.monitor.margins import (
     MarginStatistics,
     Parameter,
 )
-from squeal_core.stability.boundaries import Boundaries, NO_MODE
+from squeal_core.stability.boundaries import Boundaries, Crossing, NO_MODE
 from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
@@ -166,8 +166,8 @@ class MarginEvaluator:
             walks = np.concatenate([self._estimated(rows, unstable, walks), walks], axis=1)
             batch = _ABOUT.size
         found = self._search(rows, here, walks, 'friction', kind, batch)
-        return [_margin(found, row, 'friction', kind, present)
-                for row, present in enumerate(start.tolist())]
+        return [_margin(crossing, found.level, 'friction', kind, present)
+                for crossing, present in zip(found.crossings(), start.tolist(), strict=True)]
 
     def _along(self, row: FloatArray, parameter: Parameter) -> Margin:
         """Return the nearer one of the margins of squeal towards less and towards more."""
@@ -178,7 +178,8 @@ class MarginEvaluator:
         padded = np.array([np.pad(walk, (0, length - walk.size), 'edge') for walk in walks])
         rows, here = np.repeat(row, 2, axis=0), np.repeat(self._growth(row, 'squeal'), 2)
         found = self._search(rows, here, padded, parameter, 'squeal', _BATCH)
-        both = [_margin(found, way, parameter, 'squeal', present) for way in (0, 1)]
+        both = [_margin(crossing, found.level, parameter, 'squeal', present)
+                for crossing in found.crossings()]
         known = [margin for margin in both if not math.isnan(margin.critical)]
         return min(known, key=lambda margin: abs(margin.value), default=replace(
             both[0], reason='; '.join(margin.reason for margin in both)))
@@ -230,10 +231,9 @@ def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerance
     return np.where(np.isnan(roots.real).all(axis=1), complex(math.nan, math.nan), found)
 
 
-def _margin(found: Boundaries, row: int, parameter: Parameter, kind: Kind,
+def _margin(crossing: Crossing, level: float, parameter: Parameter, kind: Kind,
             present: float) -> Margin:
-    crossing = found.crossing(row)
-    critical, growth_rate = crossing.value, found.level
+    critical, growth_rate = crossing.value, level
     if math.isnan(critical):
         growth_rate = math.nan
     elif not crossing.converged:  # by a jump: the unstable end of the bracket

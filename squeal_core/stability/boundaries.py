@@ -14,9 +14,10 @@
 
 """Stability boundaries along a parameter: of one search in words, of several as arrays."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
@@ -26,8 +27,7 @@ _UNITS = {'friction': '', 'rotor_speed': ' rad/s', 'pressure': ' Pa', 'contact_p
           'contact_stiffness': ' N/m^3', 'friction_slope': ' s/m'}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Crossing:
+class Crossing(NamedTuple):
     """
     A stability boundary along a parameter, or that there is none.
 
@@ -148,28 +148,31 @@ class Boundaries:
         self.solves[rows] += trials.shape[1]
         return first < trials.shape[1]
 
-    def crossing(self, row: int) -> Crossing:
-        """Return the result of one search, in words, too."""
-        near, far = self.ends[row].tolist()
-        rates, status = self.eigenvalues[row].real.tolist(), str(self.status[row])
-        unstable = bool(self.unstable[row])
+    def crossings(self) -> list[Crossing]:
+        """Return the result of each search, in words, too."""
+        columns = (self.start, self.ends, self.eigenvalues.real, self.eigenvalues.imag,
+                   self.unstable, self.values, self.status, self.solves)
+        return [*map(self._crossing, *(column.tolist() for column in columns))]
+
+    def _crossing(self, start: float, ends: Sequence[float], rates: Sequence[float],
+                  frequencies: Sequence[float], unstable: bool, value: float, status: str,
+                  solves: int) -> Crossing:
+        near, far = ends
         if status in ('none', 'unknown'):
-            start = float(self.start[row])
             remark = '; outside the table beyond it' if status == 'unknown' else ''
             return Crossing(
                 value=math.nan, bracket=(start, near), growth_rates=(rates[0], rates[0]),
-                frequency_hz=math.nan, converged=False, solves=int(self.solves[row]),
+                frequency_hz=math.nan, converged=False, solves=solves,
                 reason=f'no stability boundary from {self._quoted(start)} to {near:.4g}, '
                        f'{"unstable" if unstable else "stable"}{remark}')
-        value = float(self.values[row])
-        hertz = abs(complex(self.eigenvalues[row, 0 if unstable else 1]).imag) / (2.0 * math.pi)
+        hertz = abs(frequencies[0 if unstable else 1]) / (2.0 * math.pi)
         side = 'above' if unstable == (far > near) else 'below'
         reason = f'stability boundary {self._quoted(value)} ({hertz:.0f} Hz), stable {side}'
         if status == 'jump':
             reason += ', by a jump: a mode leaves or enters the band or the group'
         return Crossing(value=value, bracket=(near, far), growth_rates=(rates[0], rates[1]),
                         frequency_hz=hertz, converged=status == 'found', reason=reason,
-                        solves=int(self.solves[row]))
+                        solves=solves)
 
     def _quoted(self, value: float) -> str:
         name = 'mu' if self.parameter == 'friction' else self.parameter.replace('_', ' ')

@@ -121,8 +121,9 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
     search = BoundarySearch(parameter=parameter, level=limits.growth,
                             width=tolerance * (high - low))
     here = solver(start)
-    below, above = (search(np.array([start]), np.array([here]), linear_walk(
-        start, end, (high - low) / samples), solver.evaluate).crossing(0) for end in (low, high))
+    step = (high - low) / samples
+    below, above = (search(np.array([start]), np.array([here]), linear_walk(start, end, step),
+                           solver.evaluate).crossings()[0] for end in (low, high))
     return CriticalValue(parameter, start, here.real, below=below, above=above)
 
 

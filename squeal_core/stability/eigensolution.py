@@ -17,7 +17,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 import math
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
@@ -79,8 +79,7 @@ class Tolerances:
                    growth=_GROWTH * scale if growth is None else growth)
 
 
-@dataclass(frozen=True)
-class Mode:
+class Mode(NamedTuple):
     """
     One mode of the coupled system: the root with Im >= 0 of its pair.
 
@@ -146,6 +145,8 @@ class ComplexModes:
         Mode number of each root where only some of the modes are listed; None: 1 to N.
     omitted_below : float
         Growth rate that every oscillating mode not listed stays below [1/s]; -inf: all are listed.
+    growing : tuple of Mode, optional
+        As `unstable`, where they are known already.
 
     """
 
@@ -158,6 +159,7 @@ class ComplexModes:
     series: Any = None
     mode_numbers: IndexArray | None = None
     omitted_below: float = -math.inf
+    growing: tuple[Mode, ...] | None = None
 
     __repr__ = repr_with_shapes
 
@@ -178,9 +180,13 @@ class ComplexModes:
         """All N modes in order of index."""
         return tuple(self._at(np.arange(self.mode_eigenvalues.size)))
 
-    @cached_property
+    @property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
+        return self._unstable if self.growing is None else self.growing
+
+    @cached_property
+    def _unstable(self) -> tuple[Mode, ...]:
         growing = (self.mode_eigenvalues.real > self.tolerances.growth).nonzero()[0]
         return tuple(sorted(self._at(growing), key=lambda mode: -mode.eigenvalue.real))
 

@@ -17,7 +17,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -115,14 +115,14 @@ class TableDomain:
             rotor_speed=speed, friction=x[:, 2], contact_pressure=pressure, friction_slope=slope,
             contact_stiffness=self.stiffness_factor * np.asarray(stiffness))
 
-    def follows(self, model: BrakeModel, point: OperatingPoint) -> bool:
-        """Tell whether a point's slope and stiffness are those the table was built with."""
-        friction = friction_of(point)
-        slope = 0.0 if model.friction_law is None else model.friction_law.slope_at(
-            model.contact_radius * point.rotor_speed, friction)
-        stiffness = self.stiffness_factor * model.contact_stiffness_at(point.contact_pressure)
-        return (abs(point.friction_slope - slope) <= _LAW * abs(slope)
-                and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness)
+    def follows(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
+        """Tell which points (P,) have the slope and stiffness the table was built with."""
+        built = self.points(model, places_of(points))
+        slopes = np.array([point.friction_slope for point in points])
+        stiffnesses = np.array([point.contact_stiffness for point in points])
+        return ((np.abs(slopes - built.friction_slope) <= _LAW * np.abs(built.friction_slope))
+                & (np.abs(stiffnesses - built.contact_stiffness)
+                   <= _LAW * built.contact_stiffness))
 
 
 def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,

@@ -15,11 +15,12 @@
 """The modes that a table has of points."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.stability.eigensolution import ComplexModes, Mode, Tolerances
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +66,37 @@ class TableModes:
 
     def modes(self, place: int) -> ComplexModes:
         """Return the complex modes at one of the points, which the table answers."""
-        count = int(self.counts[place])
+        count, first, omitted_below = self._ends[place]
         roots = self.roots[place, :count]
-        oscillating = roots.imag > self.tolerances.oscillation
         return ComplexModes(
-            roots[~oscillating], roots[oscillating], roots, self.errors[place, :count],
-            self.tolerances, 'table', mode_numbers=self.numbers[place, :count],
-            omitted_below=float(self.omitted_below[place]))
+            roots[:first], roots[first:], roots, self.errors[place, :count], self.tolerances,
+            'table', mode_numbers=self.numbers[place, :count], omitted_below=omitted_below,
+            growing=self._growing[place])
+
+    @cached_property
+    def _ends(self) -> list[tuple[int, int, float]]:
+        """
+        Return of each point the number of modes and of those that do not oscillate.
+
+        Their numbers are the first; and the growth rate that others stay below.
+        """
+        quiet = (self.roots.imag <= self.tolerances.oscillation).sum(axis=1)
+        return list(zip(self.counts.tolist(), quiet.tolist(), self.omitted_below.tolist(),
+                        strict=True))
+
+    @cached_property
+    def _growing(self) -> list[tuple[Mode, ...]]:
+        """Return the growing modes of each point, worst first, as `ComplexModes.unstable`."""
+        growth = np.where(self.roots.real > self.tolerances.growth, self.roots.real, -np.inf)
+        order = np.argsort(-growth, axis=1, kind='stable')
+        roots, numbers = (np.take_along_axis(values, order, axis=1)
+                          for values in (self.roots, self.numbers))
+        kinds = np.where(np.abs(roots.imag) > self.tolerances.oscillation, 'flutter',
+                         'divergence')
+        return [tuple(map(Mode, *(column[:count] for column in columns)))
+                for count, *columns in zip(
+                    np.isfinite(growth).sum(axis=1).tolist(), numbers.tolist(), roots.tolist(),
+                    kinds.tolist(), strict=True)]
 
     def growth_rates(self, low_hz: float, high_hz: float) -> FloatArray:
         """

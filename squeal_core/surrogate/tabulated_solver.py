@@ -73,7 +73,7 @@ class TabulatedSolver:
 
     def solve(self, point: OperatingPoint) -> ComplexModes:
         """Return the complex modes at a point."""
-        if self.table is None or not self.table.domain.follows(self.model, point):
+        if self.table is None or not self.table.domain.follows(self.model, [point])[0]:
             return self._full(point)
         found = self.table.modes_at(abs(point.rotor_speed), point.contact_pressure,
                                     friction_of(point), self.limits)
@@ -94,12 +94,12 @@ class TabulatedSolver:
             np.abs([point.rotor_speed for point in points]),
             [point.contact_pressure for point in points],
             [friction_of(point) for point in points], self.limits)
-        known = tabulated.answered
+        known = tabulated.answered & self.table.domain.follows(self.model, points)
         if self.band is not None:  # no omitted mode may be the least stable of the band
             known = known & ~np.isnan(tabulated.growth_rates(*self.band))
         return [self._attempted(point, (tabulated.modes(i), cell))
-                if answered and self.table.domain.follows(self.model, point)
-                else self._attempted(point) for i, (point, answered, cell) in enumerate(zip(
+                if answered else self._attempted(point)
+                for i, (point, answered, cell) in enumerate(zip(
                     points, known.tolist(), tabulated.cells.tolist(), strict=True))]
 
     def distrust(self, point: OperatingPoint) -> None:

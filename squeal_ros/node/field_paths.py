@@ -190,9 +190,12 @@ class Source:
     def sample_of(self, value: float, stamp: int, received: int, number: int,
                   connection: int) -> Sample:
         """Return the sample of a value as the message has it, and of its header's stamp."""
-        settings = self.settings
-        return Sample(stamp if settings.stamp == 'header' else received,
-                      settings.scale * value + settings.offset - self.zero, number, connection)
+        return Sample(stamp if self.settings.stamp == 'header' else received,
+                      self.in_unit(value), number, connection)
+
+    def in_unit(self, value: Any) -> Any:
+        """Return a value as the message has it, or an array of them, in the unit of the input."""
+        return self.settings.scale * value + self.settings.offset - self.zero
 
 
 @dataclass

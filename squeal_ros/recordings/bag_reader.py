@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 
 try:
     from rosbags.interfaces import Connection
-    from rosbags.rosbag2 import Reader
     from rosbags.typesys.store import Typestore
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
@@ -30,6 +29,7 @@ from squeal_core.common.errors import in_one_line
 from squeal_ros.recordings.bag_bounds import bound_decompression, check_storage
 from squeal_ros.recordings.bag_files import BagError, BagFiles, GIVE_BAG
 from squeal_ros.recordings.findings import full_type_name, same_type_name
+from squeal_ros.recordings.mcap_chunks import BagStorage
 from squeal_ros.recordings.message_definitions import DefinitionError, MessageDefinitions
 
 bound_decompression()
@@ -194,10 +194,10 @@ class _opened:  # noqa: N801 - a context manager, used as a function
     def __init__(self, path: Path) -> None:
         self._path = path
 
-    def __enter__(self) -> Reader:
+    def __enter__(self) -> BagStorage:
         check_storage(self._path, BagError)
         try:
-            self._reader = Reader(self._path)
+            self._reader = BagStorage(self._path)
             self._reader.open()
         except Exception as error:  # rosbags lets struct, sqlite and assertion errors through
             raise _unreadable(self._path, error) from None
@@ -207,7 +207,7 @@ class _opened:  # noqa: N801 - a context manager, used as a function
         self._reader.close()
 
 
-def _read(reader: Reader, chosen: list[Connection], path: Path
+def _read(reader: BagStorage, chosen: list[Connection], path: Path
           ) -> Iterator[tuple[Connection, int, bytes]]:
     try:
         yield from reader.messages(chosen)

@@ -20,7 +20,7 @@ nothing was assessed tells why.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 import difflib
 import math
@@ -74,11 +74,11 @@ class _Evidence:
     hint: str = ''
     nearest: int | None = None  # smallest distance of a stamp from the time of recording [ns]
 
-    def take(self, sample: Sample, received: int) -> None:
-        self.messages += 1
-        offset = sample.stamp - received
-        if self.nearest is None or abs(offset) < abs(self.nearest):
-            self.nearest = offset
+    def take(self, offsets: Sequence[int]) -> None:
+        """Take note of samples, whose stamps are so long after their receipt [ns]."""
+        self.messages += len(offsets)
+        before = [] if self.nearest is None else [self.nearest]
+        self.nearest = min((*before, *offsets), key=abs)
 
 
 @dataclass
@@ -130,11 +130,11 @@ class InputFindings:
                 f'{", ".join(names)} would mix them; a field path cannot choose an id, so decode '
                 'the bus into one topic a signal first and name that')
 
-    def message_of(self, topic: str, identity: object) -> Counter[object]:
-        """Take note of a message about something, None where it does not say of what."""
+    def message_of(self, topic: str, identity: object, count: int = 1) -> Counter[object]:
+        """Take note of messages about something, None where they do not say of what."""
         ids = self._ids[topic]
         if identity is not None and len(ids) <= _MOST_IDS:
-            ids[identity] += 1
+            ids[identity] += count
         return ids
 
     def evidence(self, brake: str, signal: Signal) -> '_Evidence':
@@ -152,7 +152,7 @@ class InputFindings:
             seen.unreadable += 1
             seen.of_others += sample.is_other
             return
-        seen.take(sample, received)
+        seen.take([sample.stamp - received])
 
     def listed(self, types: Mapping[str, Counter[str]], undecodable: Mapping[str, tuple[int, str]]
                ) -> list[Finding]:

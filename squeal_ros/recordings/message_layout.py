@@ -16,8 +16,8 @@
 Where the numbers of a message are among its bytes, so that messages alike need no decoding.
 
 The bytes of a CDR message that are no numbers (lengths, texts) tell where its numbers are. As long
-as they stay the same, a number is read from its place; for any other message the place is looked
-up anew, from its definition.
+as they stay the same, a number is read from its place, of many messages at once; for any other
+message the place is looked up anew, from its definition.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,6 +29,7 @@ try:
     from rosbags.typesys.store import Typestore
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
+import numpy as np
 
 _HEADER = 4  # bytes of the encapsulation, from whose end alignment counts
 _CODES = {'byte': 'B', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H',
@@ -140,27 +141,28 @@ class MessageLayout:
             raise LayoutError(str(error)) from None
         if walk.end != length:
             raise LayoutError(f'{walk.end} bytes of {length}')
-        self._length = len(data)
-        self._fixed = [(slice(start, stop), bytes(data[start:stop]))
-                       for start, stop in walk.fixed]
-        places = [_place(walk.numbers, key) for key in keys]
-        distinct = sorted(set(places))
-        text, at = '<' if data[1] else '>', 0
-        for place, code in distinct:
-            text += f'{place - at}x{code}'
-            at = place + struct.calcsize(f'={code}')
-        self._unpack = struct.Struct(text).unpack_from
-        self._numbers = [distinct.index(place) for place in places]
+        self.length = len(data)
+        self._fixed = np.concatenate([np.arange(start, stop) for start, stop in walk.fixed])
+        self._expected = np.frombuffer(data, np.uint8)[self._fixed]
+        order = '<' if data[1] else '>'
+        self._numbers = [(place, np.dtype(f'{order}{code}')) for place, code in (
+            _place(walk.numbers, key) for key in keys)]
 
-    def read(self, data: bytes) -> list[Any] | None:
-        """Return the numbers of a message, in the order of the keys; None for another layout."""
-        if len(data) != self._length:
-            return None
-        for where, expected in self._fixed:
-            if data[where] != expected:
-                return None
-        values = self._unpack(data)
-        return [values[number] for number in self._numbers]
+    def read(self, messages: Sequence[bytes]) -> tuple[Any, list[Any]]:
+        """
+        Return which messages are of this layout (n,), and their numbers (k,) of each key.
+
+        Parameters
+        ----------
+        messages : sequence of bytes
+            Each of `length` bytes.
+
+        """
+        table = np.frombuffer(b''.join(messages), np.uint8).reshape(len(messages), self.length)
+        fits = (table[:, self._fixed] == self._expected).all(axis=1)
+        alike = table[fits]
+        return fits, [alike[:, place:place + kind.itemsize].copy().view(kind)[:, 0]
+                      for place, kind in self._numbers]
 
 
 def _place(numbers: Mapping[Key, tuple[int, str, int]], key: Key) -> tuple[int, str]:

@@ -31,16 +31,17 @@ from squeal_core.monitor.vehicle_monitor import (
     VehicleInputs,
 )
 from squeal_core.monitor.vehicle_stability import VehicleStability
-from squeal_ros.recordings.bag_reader import Bag, BagError
+from squeal_ros.recordings.bag_reader import Bag, BagError, Record
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.findings import Finding, InputFindings
-from squeal_ros.recordings.sample_reader import SampleReader
+from squeal_ros.recordings.sample_reader import SampleReader, Samples
 from squeal_ros.recordings.serialised_outputs import serialised_outputs
 from squeal_ros.recordings.tick_record import Recorder, TickRecord
 
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
 _LONGEST_SILENCE = 10_000_000_000
 _BLOCK = 256  # ticks that are evaluated at once
+_AT_ONCE, _BYTES_AT_ONCE = 1024, 1_000_000  # messages that are read at once, and their size
 
 
 class Replay:
@@ -104,8 +105,8 @@ class Replay:
         if not set(wanted) & set(self._bag.types):
             raise self._nothing('has none of the topics')
         period, tick = self.settings.period, 0
-        for record in self._bag.records(wanted):
-            time, first = record.time, -(-record.time // period)
+        for time, samples in self._samples():
+            first = -(-time // period)
             if tick == 0:
                 tick = first
             if time < (tick - 1) * period:  # the bag's clock went back
@@ -115,11 +116,27 @@ class Replay:
                 for number in range(tick, min(first, tick + _LONGEST_SILENCE // period)):
                     yield inputs.prepare(number * period)
                 tick = first
-            for sample in self._reader.samples(record):
+            for sample in samples:
                 inputs.receive(*sample)
         if not tick:
             raise self._nothing('has no message to read on the topics')
         yield inputs.prepare(tick * period)
+
+    def _samples(self) -> Iterator[tuple[int, Samples]]:
+        """Yield the time of recording [ns] and the samples of each message."""
+        records: list[Record] = []
+        size = 0
+        for record in self._bag.records(self._found.wanted):
+            records.append(record)
+            size += len(record.data)
+            if len(records) == _AT_ONCE or size > _BYTES_AT_ONCE:
+                yield from self._read(records)
+                records, size = [], 0
+        yield from self._read(records)
+
+    def _read(self, records: Sequence[Record]) -> Iterator[tuple[int, Samples]]:
+        return zip([record.time for record in records], self._reader.samples(records),
+                   strict=True)
 
     def _nothing(self, what: str) -> BagError:
         findings = self.findings
@@ -193,6 +210,5 @@ class Outputs:
                     'w', encoding='utf-8', newline='') as file:
                 rows = CsvWriter(file)
                 for record in records:
-                    for place in range(len(record.brakes)):
-                        rows.write_texts(record.row(place))
+                    rows.write_lines(record.lines)
                     bag.write_serialised(record.time, serialised_outputs(self.node, record))

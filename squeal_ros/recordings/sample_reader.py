@@ -16,9 +16,10 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import chain
+from itertools import chain, compress, repeat
 from typing import Any, NamedTuple
 
+import numpy as np
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
@@ -39,21 +40,24 @@ class _KnownLayout(NamedTuple):
     sources: Sequence[Source]
     stamped: bool
 
-    def samples(self, record: Record) -> list[tuple[str, Signal, Sample]] | None:
-        """Return the samples of a message of this layout; None for one of another."""
-        numbers = self.layout.read(record.data)
-        if numbers is None:
-            return None
-        stamp, time = record.time, record.time
+    def samples(self, records: Sequence[Record]) -> tuple[Any, list[list[Sample]]]:
+        """Return which of the messages are of this layout, and their samples of each source."""
+        fits, numbers = self.layout.read([record.data for record in records])
+        alike = list(compress(records, fits))
+        times = [record.time for record in alike]
+        stamps = times
         if self.stamped:
             *numbers, seconds, nanoseconds = numbers
-            stamp = seconds * 1_000_000_000 + nanoseconds or time
-        samples = []
-        for source, value in zip(self.sources, numbers, strict=True):
-            source.sight.see(time)
-            samples.append((source.brake, source.signal, source.sample_of(
-                float(value), stamp, time, 0, record.publisher)))
-        return samples
+            stamps = [second * 1_000_000_000 + nanosecond or time for second, nanosecond, time
+                      in zip(seconds.tolist(), nanoseconds.tolist(), times, strict=True)]
+        publishers = [record.publisher for record in alike]
+        found = []
+        with np.errstate(all='ignore'):  # as Python's own numbers are multiplied
+            for source, values in zip(self.sources, numbers, strict=True):
+                own = stamps if source.settings.stamp == 'header' else times
+                found.append([*map(Sample, own, source.in_unit(values.astype(float)).tolist(),
+                                   repeat(0), publishers)])
+        return fits, found
 
 
 class SampleReader:
@@ -79,9 +83,9 @@ class SampleReader:
             self._topics[absolute(topic, namespace)].append(topic)
         self._layouts: defaultdict[Any, list[_KnownLayout]] = defaultdict(list)
 
-    def samples(self, record: Record) -> Sequence[tuple[str, Signal, Sample | MissingValue]]:
+    def samples(self, records: Sequence[Record]) -> list[Samples]:
         """
-        Return brake, signal and sample of all that a message holds.
+        Return brake, signal and sample of all that each message holds.
 
         Raises
         ------
@@ -89,16 +93,42 @@ class SampleReader:
             For raw frames of several ids on one topic.
 
         """
-        topic = record.topic
-        layouts = self._layouts[topic, record.store]
-        for known in layouts:
-            samples = known.samples(record)
-            if samples is not None:
-                self._found.message_of(topic, known.identity)
-                for brake, signal, sample in samples:
-                    self._found.evidence(brake, signal).take(sample, record.time)
-                return samples
-        return self._decoded(record, layouts)
+        found: list[Samples] = [[] for _ in records]
+        alike: defaultdict[Any, list[int]] = defaultdict(list)
+        for place, record in enumerate(records):
+            alike[record.topic, record.store, len(record.data)].append(place)
+        for (topic, store, _), places in alike.items():
+            layouts, tried = self._layouts[topic, store], 0
+            while places:
+                for known in layouts[tried:]:
+                    places = self._read(known, records, places, found)
+                tried, done = len(layouts), 0
+                while done < len(places) and len(layouts) == tried:
+                    place, done = places[done], done + 1
+                    found[place] = self._decoded(records[place], layouts)
+                places = places[done:]
+        return found
+
+    def _read(self, known: _KnownLayout, records: Sequence[Record], places: list[int],
+              found: list[Samples]) -> list[int]:
+        """Read the messages of a layout at once; return the places of all others."""
+        chosen = [records[place] for place in places]
+        if not chosen or len(chosen[0].data) != known.layout.length:
+            return places
+        fits, columns = known.samples(chosen)
+        alike = list(compress(places, fits))
+        if not alike:
+            return places
+        times = [records[place].time for place in alike]
+        self._found.message_of(chosen[0].topic, known.identity, len(alike))
+        for source, samples in zip(known.sources, columns, strict=True):
+            brake, signal = source.brake, source.signal
+            source.sight.see(times[-1])
+            self._found.evidence(brake, signal).take(
+                [sample.stamp - time for sample, time in zip(samples, times, strict=True)])
+            for place, sample in zip(alike, samples, strict=True):
+                found[place].append((brake, signal, sample))
+        return list(compress(places, ~fits))
 
     def _decoded(self, record: Record, layouts: list[_KnownLayout]) -> Samples:
         decoded = self._bag.decode(record)
@@ -128,7 +158,9 @@ class SampleReader:
             known = _KnownLayout(
                 MessageLayout(record.store, record.type_name, record.data, length,
                               [*keys, *(_STAMP if stamped else ())]), identity, sources, stamped)
-            same = repr(known.samples(record)) == repr(samples)  # text, so that NaN equals NaN
+            fits, read = known.samples([record])
         except LayoutError:
             return []
-        return [known] * same
+        again = [(source.brake, source.signal, *one)
+                 for source, one in zip(sources, read, strict=True)]
+        return [known] * bool(fits.all() and repr(again) == repr(samples))  # NaN equals NaN there

@@ -51,7 +51,9 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
             yield *topics[name], _before_double() + _DOUBLE.pack(value)
         yield *topics['unstable_frequencies'], _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
-    yield '/diagnostics', messages.DIAGNOSTICS_TYPE, _diagnostics(record.time, record.statuses)
+    if record.statuses:
+        yield ('/diagnostics', messages.DIAGNOSTICS_TYPE,
+               _diagnostics(record.time, record.statuses))
 
 
 @lru_cache(maxsize=1024)

@@ -14,16 +14,18 @@
 
 """What is written of a tick, in plain values, and what is counted over the ticks of a drive."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import EventDetector
+from squeal_core.monitor.history import EventDetector, line_of
+from squeal_core.monitor.margins import confirmation_due as is_due
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
 
 BrakeNumbers = tuple[str, tuple[tuple[str, float], ...], tuple[float, ...]]
+_SECOND = 1_000_000_000
 
 
 class TickRecord(NamedTuple):
@@ -38,20 +40,16 @@ class TickRecord(NamedTuple):
         Of each brake its name, the numbers of its topics, and the frequencies of its unstable
         modes [Hz].
     statuses : list of StatusTexts
-        Of the diagnostics: one for each brake, then that of the node.
+        Of the diagnostics, those that are due at this tick.
+    lines : str
+        Of the table, one a brake.
 
     """
 
     time: int
     brakes: list[BrakeNumbers]
     statuses: list[messages.StatusTexts]
-
-    def row(self, place: int) -> dict[str, str]:
-        """Return the row of a brake in a table; its numbers are texts of the diagnostics, too."""
-        status = self.statuses[place]
-        return {**status.values, 'time_s': repr(self.time * 1e-9), 'brake': status.hardware_id,
-                'reason': status.message, 'rotor_speed_rad_s': status.values['rotor_speed_input'],
-                'pressure_pa': status.values['pressure_input']}
+    lines: str
 
 
 class Recorder:
@@ -68,7 +66,10 @@ class Recorder:
 
     def __init__(self, settings: MonitorSettings, node: str) -> None:
         self._node = node.lstrip('/')
-        self._levels = messages.Levels(settings)
+        self._alarms = messages.Levels(settings)
+        self._levels: list[int] = []
+        self._period = settings.period
+        self._interval = round(_SECOND / settings.diagnostics_rate)
         self.detector = EventDetector(settings)
         self.summary = DriveSummary(settings)
 
@@ -80,5 +81,22 @@ class Recorder:
         return TickRecord(
             assessments[0].time,
             [(a.brake, messages.brake_values(a), messages.frequencies_hz(a)) for a in assessments],
-            messages.statuses(self._node, assessments, self._levels.of(assessments),
-                              messages.NodeStatus({'ticks_done': self.summary.ticks})))
+            [*self._statuses(assessments)], ''.join(map(line_of, assessments)))
+
+    def _statuses(self, assessments: Sequence[Assessment]) -> Iterator[messages.StatusTexts]:
+        """
+        Yield the diagnostics that are due, as the node publishes them.
+
+        Each status once an interval, one after the other, and that of a brake on a change of its
+        level; all at the first tick.
+        """
+        time, count = assessments[0].time, len(assessments)
+        levels, before = self._alarms.of(assessments), self._levels
+        self._levels = levels
+        due = [not before or is_due(time, self._period, self._interval, place, count + 1)
+               for place in range(count + 1)]
+        for place, (assessment, level) in enumerate(zip(assessments, levels, strict=True)):
+            if due[place] or level != before[place]:
+                yield messages.brake_status(self._node, assessment, level)
+        if due[count]:
+            yield messages.NodeStatus({'ticks_done': self.summary.ticks}).of(self._node)

@@ -24,9 +24,16 @@ import numpy as np
 import pytest
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.drive_summary import DriveSummary, worst_reason
-from squeal_core.monitor.history import AssessmentRecord, CsvWriter, squeal_events
+from squeal_core.monitor.history import (
+    AssessmentRecord,
+    CsvWriter,
+    line_of,
+    row_of,
+    squeal_events,
+)
 from squeal_core.monitor.input_channel import Reading, Status
 from squeal_core.monitor.settings import MonitorSettings, read_settings
+from squeal_core.stability.eigensolution import Mode
 from squeal_core.view.drive_envelope import drive_envelope
 
 SECOND = 1_000_000_000
@@ -189,12 +196,12 @@ def test_a_long_drive_keeps_extremes_in_a_fixed_size() -> None:
 
 
 @pytest.mark.parametrize('reason', ['plain', 'a, b', 'say "a"', 'a\nb', 'a\rb', '', ' a', "it's"])
-def test_texts_make_the_rows_of_records(reason: str) -> None:
+def test_lines_are_those_of_records(reason: str) -> None:
     """Quoted where csv quotes them."""
-    record = replace(row(1.5, 0.6, 1e-300, NAN), reason=reason, unstable_frequencies_hz=(1.0, 2.5))
-    records, texts = io.StringIO(newline=''), io.StringIO(newline='')
-    CsvWriter(records).write(record)
-    CsvWriter(texts).write_texts({
-        name: ' '.join(map(repr, value)) if isinstance(value, tuple) else str(value)
-        for name, value in vars(record).items()})
-    assert texts.getvalue() == records.getvalue()
+    modes = tuple(Mode(i, complex(1e-300, 1e4 + i), 'flutter') for i in range(2))
+    found = Assessment(
+        brake='fl', time=1_700_000_000_123_456_789, state='steady', reason=reason, risk=1.0 / 3.0,
+        inputs={'rotor_speed': Reading('good', 20.5), 'pressure': Reading('stale')}, modes=modes)
+    records = io.StringIO(newline='')
+    CsvWriter(records).write(row_of(found))
+    assert records.getvalue().split('\n', 1)[1] == line_of(found)

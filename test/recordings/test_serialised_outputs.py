@@ -55,7 +55,7 @@ def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> N
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
         library, time, statuses)
     record = TickRecord(time, [(a.brake, messages.brake_values(a), messages.frequencies_hz(a))
-                               for a in assessments], statuses)
+                               for a in assessments], statuses, '')
     seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(NODE, record)}
     assert list(seen) == list(expected)  # in order
     for topic, (kind, message) in expected.items():

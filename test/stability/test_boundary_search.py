@@ -59,7 +59,7 @@ def found(evaluator: Evaluator, start: float = 0.0, end: float = 1.0, *, batch: 
         [first[None], linear_walk(float(first[-1]), end, 0.02)], axis=1)
     here = evaluator.at(start)
     evaluator.calls = 0
-    return search(np.array([start]), here, walk, evaluator).crossing(0)
+    return search(np.array([start]), here, walk, evaluator).crossings()[0]
 
 
 @pytest.mark.parametrize('start', [0.0, 0.42])
@@ -154,7 +154,7 @@ def test_a_gap_of_the_table_in_the_bracket() -> None:
 
     search = BoundarySearch(parameter='friction', level=0.0, width=1e-4)
     crossing = search(np.array([0.26]), np.array([-0.0131 + 1j * OMEGA]),
-                      linear_walk(0.26, 1.0, 0.02), evaluate).crossing(0)
+                      linear_walk(0.26, 1.0, 0.02), evaluate).crossings()[0]
     assert math.isnan(crossing.value)
     assert 'outside the table' in crossing.reason
 
@@ -172,9 +172,9 @@ def test_searches_side_by_side_are_those_alone() -> None:
     search = BoundarySearch(parameter='friction', level=0.01, width=1e-5, batch=4, trials=4)
     walk = linear_walk(0.42, 0.0, 0.02)
     start, alone = np.array([0.42]), [Evaluator(curve) for curve in curves]
-    expected = [search(start, one.at(0.42), walk, one).crossing(0) for one in alone]
+    expected = [search(start, one.at(0.42), walk, one).crossings()[0] for one in alone]
     together, count = Evaluator(*curves), len(curves)
     results = search(np.repeat(start, count), together.at(0.42), np.repeat(walk, count, axis=0),
                      together)
-    assert [results.crossing(i) for i in range(count)] == expected
+    assert results.crossings() == expected
     assert together.calls < sum(one.calls for one in alone) / 3
