@@ -16,7 +16,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 import math
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -29,6 +28,8 @@ from squeal_core.stability.eigensolution import Mode
 
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
                            'outside validated range']
+
+VALID: tuple[State, ...] = ('steady', 'released')  # states with a risk
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,22 +87,22 @@ class Assessment:
     @property
     def is_valid(self) -> bool:
         """Whether the risk is a number."""
-        return self.state in ('steady', 'released')
+        return self.state in VALID
 
-    @cached_property
+    @property
     def unstable_frequencies_hz(self) -> tuple[float, ...]:
         """Frequencies of the flutter modes, worst first."""
         return tuple([mode.frequency_hz for mode in self.flutter])
 
-    @cached_property
+    @property
     def unstable_growth_rates(self) -> tuple[float, ...]:
         """Growth rates of the flutter modes [1/s], worst first."""
         return tuple([mode.growth_rate for mode in self.flutter])
 
-    @cached_property
+    @property
     def flutter(self) -> tuple[Mode, ...]:
         """Oscillating unstable modes, worst first."""
-        return tuple(m for m in self.modes if m.kind == 'flutter')
+        return tuple([mode for mode in self.modes if mode.kind == 'flutter'])
 
 
 class AssessmentContext(NamedTuple):

@@ -17,17 +17,15 @@
 from collections.abc import Iterable, Iterator
 import csv
 from dataclasses import dataclass
-from io import StringIO
 import math
-from operator import attrgetter
 from pathlib import Path
 from typing import IO, NamedTuple
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.alarm import Alarm
+from squeal_core.monitor.assessment import Assessment, VALID
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.monitor.vehicle_monitor import Assessment
 
 MAX_BYTES = 50_000_000_000  # rows are read one by one
 MAX_LINE = 100_000  # characters
@@ -37,8 +35,7 @@ class HistoryError(SquealError):
     """A table of assessments that cannot be read."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class AssessmentRecord:
+class AssessmentRecord(NamedTuple):
     """One assessment of one brake; the fields are the CSV's columns, NaN where not known."""
 
     time_s: float
@@ -55,12 +52,16 @@ class AssessmentRecord:
     unstable_growth_rates_1_s: tuple[float, ...]
     reason: str
 
+    @property
+    def is_valid(self) -> bool:
+        """Whether the risk is a number, as of `Assessment`."""
+        return self.state in VALID
+
 
 _TEXTS = ('brake', 'state', 'reason')
 _LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
-_COLUMNS = tuple(AssessmentRecord.__dataclass_fields__)
+_COLUMNS = AssessmentRecord._fields
 _FIRST_LIST = _COLUMNS.index(_LISTS[0])  # the lists are the columns from here to the last one
-_values = attrgetter(*_COLUMNS)
 
 
 def row_of(assessment: Assessment) -> AssessmentRecord:
@@ -77,25 +78,6 @@ def row_of(assessment: Assessment) -> AssessmentRecord:
         reason=assessment.reason)
 
 
-def line_of(assessment: Assessment) -> str:
-    """Return an assessment as a line of a table, as `CsvWriter` writes its row."""
-    inputs = assessment.inputs
-    fields = (
-        repr(assessment.time * 1e-9), assessment.brake, assessment.state,
-        repr(inputs['rotor_speed'].value), repr(inputs['pressure'].value),
-        repr(assessment.friction), repr(assessment.risk), repr(assessment.growth_rate),
-        repr(assessment.worst_frequency_hz), repr(assessment.friction_margin),
-        ' '.join(map(repr, assessment.unstable_frequencies_hz)),
-        ' '.join(map(repr, assessment.unstable_growth_rates)), assessment.reason)
-    line = ','.join(fields)
-    # csv looks at each character for what it quotes and takes ten times as long
-    if line.count(',') < len(fields) and not ('"' in line or '\r' in line or '\n' in line):
-        return f'{line}\n'
-    text = StringIO(newline='')
-    csv.writer(text, lineterminator='\n').writerow(fields)
-    return text.getvalue()
-
-
 class CsvWriter:
     """Writes rows as they come."""
 
@@ -104,14 +86,17 @@ class CsvWriter:
         self._writer = csv.writer(file, lineterminator='\n')
         self._writer.writerow(_COLUMNS)
 
-    def write_lines(self, lines: str) -> None:
-        """Write lines of `line_of`."""
-        self._file.write(lines)
-
     def write(self, row: AssessmentRecord) -> None:
-        values = _values(row)
-        self._writer.writerow([*values[:_FIRST_LIST], *(
-            ' '.join(map(repr, numbers)) for numbers in values[_FIRST_LIST:-1]), values[-1]])
+        time, brake, state, *numbers, frequencies, growth_rates, reason = row
+        fields = (repr(time), brake, state, *map(repr, numbers), ' '.join(map(repr, frequencies)),
+                  ' '.join(map(repr, growth_rates)), reason)
+        line = ','.join(fields)
+        # csv looks at each character for what it quotes and takes ten times as long
+        if line.count(',') < len(fields) and not (
+                '"' in line or '\r' in line or '\n' in line):
+            self._file.write(f'{line}\n')
+        else:
+            self._writer.writerow(fields)
 
 
 def read_rows(path: str | Path) -> Iterator[AssessmentRecord]:

@@ -95,7 +95,7 @@ class Mode(NamedTuple):
 
     """
 
-    index: int
+    index: int  # type: ignore[assignment] # hides the method of tuples
     eigenvalue: complex
     kind: Kind
 

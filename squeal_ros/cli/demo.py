@@ -251,7 +251,7 @@ def _on_drive_time(seconds: float) -> float:
 
 def on_drive_time(row: AssessmentRecord) -> AssessmentRecord:
     """Return a row with its time counted from the start of the drive."""
-    return replace(row, time_s=_on_drive_time(row.time_s))
+    return row._replace(time_s=_on_drive_time(row.time_s))
 
 
 def default_config() -> Path:

@@ -15,7 +15,7 @@
 """Live against replayed assessments of the same drive."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import heapq
 from itertools import groupby
 import math
@@ -97,4 +97,4 @@ def _inputs(row: AssessmentRecord) -> str:
 
 
 def _numbers(row: AssessmentRecord) -> str:
-    return repr(replace(row, time_s=0.0, reason=''))
+    return repr(row._replace(time_s=0.0, reason=''))

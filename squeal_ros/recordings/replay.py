@@ -210,5 +210,6 @@ class Outputs:
                     'w', encoding='utf-8', newline='') as file:
                 rows = CsvWriter(file)
                 for record in records:
-                    rows.write_lines(record.lines)
+                    for row in record.rows:
+                        rows.write(row)
                     bag.write_serialised(record.time, serialised_outputs(self.node, record))

@@ -20,6 +20,7 @@ A replay writes 17 messages a tick, and objects of rosbags take it longer than t
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+import math
 import struct
 from typing import Any
 
@@ -45,10 +46,12 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
         Of the tick.
 
     """
-    for brake, values, frequencies in record.brakes:
-        topics = _topics(node, brake)
-        for name, value in values:
+    for row in record.rows:
+        topics = _topics(node, row.brake)
+        for name, value in (('squeal_risk', row.squeal_risk), ('growth_rate', row.growth_rate_1_s),
+                            ('friction_margin', row.friction_margin)):
             yield *topics[name], _before_double() + _DOUBLE.pack(value)
+        frequencies = row.unstable_frequencies_hz if row.is_valid else (math.nan,)
         yield *topics['unstable_frequencies'], _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
     if record.statuses:

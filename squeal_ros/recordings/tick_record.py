@@ -18,13 +18,12 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import EventDetector, line_of
+from squeal_core.monitor.history import AssessmentRecord, EventDetector, row_of
 from squeal_core.monitor.margins import confirmation_due as is_due
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
 
-BrakeNumbers = tuple[str, tuple[tuple[str, float], ...], tuple[float, ...]]
 _SECOND = 1_000_000_000
 
 
@@ -36,20 +35,16 @@ class TickRecord(NamedTuple):
     ----------
     time : int
         [ns].
-    brakes : list
-        Of each brake its name, the numbers of its topics, and the frequencies of its unstable
-        modes [Hz].
+    rows : list of AssessmentRecord
+        One a brake.
     statuses : list of StatusTexts
         Of the diagnostics, those that are due at this tick.
-    lines : str
-        Of the table, one a brake.
 
     """
 
     time: int
-    brakes: list[BrakeNumbers]
+    rows: list[AssessmentRecord]
     statuses: list[messages.StatusTexts]
-    lines: str
 
 
 class Recorder:
@@ -78,10 +73,8 @@ class Recorder:
         self.summary.add(assessments)
         for assessment in assessments:
             self.detector.add(assessment)
-        return TickRecord(
-            assessments[0].time,
-            [(a.brake, messages.brake_values(a), messages.frequencies_hz(a)) for a in assessments],
-            [*self._statuses(assessments)], ''.join(map(line_of, assessments)))
+        return TickRecord(assessments[0].time, [*map(row_of, assessments)],
+                          [*self._statuses(assessments)])
 
     def _statuses(self, assessments: Sequence[Assessment]) -> Iterator[messages.StatusTexts]:
         """

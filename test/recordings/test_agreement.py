@@ -14,7 +14,6 @@
 
 """Two records of one drive: where they are the same."""
 
-from dataclasses import replace
 import math
 
 from squeal_core.monitor.history import AssessmentRecord
@@ -30,8 +29,8 @@ DRIVE = [AssessmentRecord(time_s=float(time), brake=brake, state='steady',
 
 def changed(time: float, **values: object) -> list[AssessmentRecord]:
     """Return the drive with other values of the left brake at one time."""
-    return [replace(row, **values) if (row.time_s, row.brake) == (time, 'left')  # type: ignore
-            else replace(row, reason='replayed') for row in DRIVE]
+    return [row._replace(**values) if (row.time_s, row.brake) == (time, 'left')  # type: ignore
+            else row._replace(reason='replayed') for row in DRIVE]
 
 
 def test_the_same_numbers_whatever_the_words() -> None:

@@ -22,9 +22,11 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: E402
+from rosbags.rosbag2 import CompressionMode, Reader, StoragePlugin, Writer  # noqa: E402
+from rosbags.typesys import get_typestore, Stores  # noqa: E402
 from squeal_core.common.errors import SquealError  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.mcap_chunks import BagStorage  # noqa: E402
 from squeal_ros.recordings.message_definitions import (  # noqa: E402
     DefinitionError,
     MessageDefinitions,
@@ -252,6 +254,25 @@ def test_a_log_that_was_not_merged_is_told(tmp_path: Path) -> None:
     file = storage_file(write_bag(tmp_path / 'bag', reports(), storage=SQLITE))
     file.with_name(f'{file.name}-wal').write_bytes(b'1')
     assert 'wal are not read' in Bag(file).notes[0]
+
+
+@pytest.mark.parametrize('times', [range(12), [3, 1, 2, 1, *range(4, 12)],
+                                   [*range(8, 12), *range(8)], [0, 1, 2, 3, 3, 3, 3, 3, 3, 4]],
+                         ids=['ordered', 'shuffled', 'overlapping', 'equal'])
+def test_chunks_are_read_as_rosbags_reads_them(times: list[int], tmp_path: Path) -> None:
+    kind = 'std_msgs/msg/String'
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=MCAP) as bag:
+        topics = [bag.add_connection(topic, kind, typestore=store) for topic in ('/a', '/b', '/c')]
+        for number, time in enumerate(times):
+            text = store.types[kind](data=f'{number} ' + 'x' * 300_000)
+            bag.write(topics[number % 3], START + time, bytes(store.serialize_cdr(text, kind)))
+    file = storage_file(tmp_path / 'bag')
+    with Reader(file) as expected, BagStorage(file) as reader:
+        assert len(reader.storage.chunks) == 3
+        for count in (1, 2, 3):
+            assert [message[1:] for message in reader.messages(reader.connections[:count])] == [
+                message[1:] for message in expected.messages(expected.connections[:count])]
 
 
 @pytest.mark.parametrize('storage', [MCAP, SQLITE])

@@ -14,6 +14,7 @@
 
 """Bags: written, read, damaged; and the replay of what a node was given."""
 
+from dataclasses import replace
 import math
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,7 @@ from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
+from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
 from support.bags import float_messages, write_floats  # noqa: E402, I100
 
@@ -113,6 +115,23 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
     assert [(e.start, e.end) for e in outputs.events] == [(101.0, 102.5)]
     assert squeal_events(rows, settings) == outputs.events
     assert not [p for p in tmp_path.iterdir() if p.name.startswith('.') or p.suffix == '.part']
+
+
+def test_diagnostics_as_the_node_publishes_them(tmp_path: Path, settings: MonitorSettings,
+                                                kang: BrakeModel) -> None:
+    """Each status once a second, in turn; all at first, and that of a brake on a new level."""
+    path = write_floats(tmp_path / 'in.mcap', float_messages(4.0))
+    chosen = replace(settings, rate=10.0)
+    outputs = Outputs(tmp_path / 'out.mcap', chosen)
+    write_replay(Replay(Bag(path), chosen, kang), outputs)
+    seen: dict[str, list[float]] = {}
+    for _, time, message, _ in Bag(outputs.path).messages(
+            {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray'}):
+        for status in message.status:
+            seen.setdefault(status.name, []).append(time / SECOND)
+    assert seen == {
+        'squeal_monitor: fl': [100.0, 101.0, 102.0, 103.0, 103.4],  # 0.5 s after the last risk
+        'squeal_monitor: node': [100.0, 100.5, 101.5, 102.5, 103.5]}
 
 
 def test_replay_is_the_same_every_time(tmp_path: Path, settings: MonitorSettings,

@@ -22,6 +22,7 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
+from squeal_core.monitor.history import row_of  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
 from squeal_core.stability.eigensolution import Mode  # noqa: E402
@@ -54,8 +55,7 @@ def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> N
             expected[f'{NODE}/{assessment.brake}/{name}'] = messages.TYPES[name], message
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
         library, time, statuses)
-    record = TickRecord(time, [(a.brake, messages.brake_values(a), messages.frequencies_hz(a))
-                               for a in assessments], statuses, '')
+    record = TickRecord(time, [*map(row_of, assessments)], statuses)
     seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(NODE, record)}
     assert list(seen) == list(expected)  # in order
     for topic, (kind, message) in expected.items():
