@@ -30,9 +30,10 @@ QUICK_TESTS := $(addprefix test/,common brake vehicle model/test_model_file.py \
 CHOSEN := $(if $(QUICK),$(QUICK_TESTS))
 # what an installation can break: processes, shipped files, the node on DDS
 COLCON_TESTS := $(addprefix test/,model/test_model_file.py monitor/test_settings.py \
-	node/test_launch.py node/test_layouts.py node/test_process.py node/test_security_policy.py)
+	node/test_launch.py node/test_layouts.py node/test_process.py node/test_security_policy.py \
+	node/test_state_message.py)
 
-.PHONY: demo test soak test-ubuntu24 test-newest colcon lint benchmark clean help
+.PHONY: demo test soak test-ubuntu24 test-newest colcon squeal-msgs lint benchmark clean help
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
@@ -49,15 +50,18 @@ test-ubuntu24: .venv-ubuntu24/installed  ## all tests on Ubuntu 24.04's Python, 
 test-newest: .venv-newest/installed  ## all tests on the newest Python found, newest numpy and scipy
 	.venv-newest/bin/python $(PYTEST) $(CHOSEN)
 
-colcon: .venv-colcon/installed  ## colcon build and colcon test in a clean workspace
+colcon: .venv-colcon/installed  ## colcon build of both packages and colcon test in a clean workspace
 	@set -o pipefail; space=$$(mktemp -d) && trap 'rm -rf "$$space"' EXIT && mkdir -p $$space/src/squeal_ros && \
 	tar -c $(patsubst %,--exclude='%',./.* ./build ./install ./log ./demo_output *.egg-info \
 		__pycache__) . | tar -x -C $$space/src/squeal_ros && cd $$space && \
-	PATH="$(CURDIR)/.venv-colcon/bin:$$PATH" && colcon build && \
-	(. install/setup.bash && install/squeal_ros/lib/squeal_ros/squeal policy > /dev/null) && \
+	PATH="$(CURDIR)/.venv-colcon/bin:$$PATH" && \
+	colcon build --base-paths src/squeal_ros src/squeal_ros/squeal_msgs && . install/setup.bash && \
+	install/squeal_ros/lib/squeal_ros/squeal policy > /dev/null && \
 	PYTHONSAFEPATH=1 colcon test --return-code-on-test-failure \
 		--event-handlers console_direct+ --pytest-args $(PARALLEL) $(COLCON_TESTS) && \
 	colcon test-result --all | tee summary && grep -q 'Summary: [1-9]' summary
+
+squeal-msgs: $(VENV)/squeal-msgs  ## squeal_msgs as a wheel, in .venv; needs a C++ compiler
 
 soak: $(VENV)/installed  ## the long forms of tests: storms, floods, an hour of driving; half an hour
 	$(BIN)/python -m pytest -m soak -s -q test
@@ -100,4 +104,13 @@ $(VENV)/installed: setup.py pyproject.toml
 	$(PYTHON) -m venv --clear $(@D)
 	$(@D)/bin/python $(PIP) -e '.[all,test,colcon]'
 	$(@D)/bin/python -m pip uninstall --quiet --yes squeal_ros
+	@touch $@
+
+# built in colcon's environment: it has the same Python, and what the build takes
+$(VENV)/squeal-msgs: $(VENV)/installed .venv-colcon/installed $(shell find squeal_msgs -type f)
+	rm -rf .venv-colcon/wheels
+	PATH="$(CURDIR)/.venv-colcon/bin:$$PATH" .venv-colcon/bin/python -m pip wheel --quiet \
+		--disable-pip-version-check --no-deps --no-build-isolation \
+		--wheel-dir .venv-colcon/wheels ./squeal_msgs
+	$(BIN)/python $(PIP) --no-deps --force-reinstall .venv-colcon/wheels/*.whl
 	@touch $@

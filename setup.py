@@ -31,5 +31,6 @@ setup(
         (f'{SHARE}/launch', glob('launch/*.launch.py')),
         *((f'{SHARE}/{folder}', [f for f in glob(f'{folder}/*') if '.' in f.rpartition('/')[2]])
           for folder in CONFIG),
+        (f'{SHARE}/squeal_msgs/msg', glob('squeal_msgs/msg/*.msg')),  # to write bags
     ],
 )

@@ -32,7 +32,7 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
 EXTRAS: dict[str, list[str]] = PROJECT['optional-dependencies']
 CODE = ('squeal_core', 'squeal_ros', 'test', 'launch', 'benchmark', 'examples')
-FOLDERS = (*CODE, 'config', 'docs', 'resource')
+FOLDERS = (*CODE, 'config', 'docs', 'resource', 'squeal_msgs')
 SOURCES = [ROOT / 'setup.py', *(path for folder in CODE
                                 for path in sorted((ROOT / folder).rglob('*.py')))]
 LEFT_OUT = re.compile(r'(^|/)(__pycache__|\.[^/]*|[^/]*\.egg-info)(/|$)|\.py[cod]$')
@@ -97,6 +97,14 @@ def test_nothing_of_setuptools_is_imported_when_it_runs() -> None:
                                   else [node.module or ''] if isinstance(node, ast.ImportFrom)
                                   else [])}
             assert not names & {'setuptools', 'pkg_resources', 'distutils'}, path
+
+
+def test_squeal_msgs_is_built_with_what_the_extra_brings() -> None:
+    own = tomllib.loads((ROOT / 'squeal_msgs' / 'pyproject.toml').read_text(encoding='utf-8'))
+    wanted = {re.split(r'[\[<>=]', text)[0] for text in own['build-system']['requires']}
+    assert wanted | {'cmake'} == required('ros') | required('msgs')
+    package = ElementTree.parse(ROOT / 'squeal_msgs' / 'package.xml').getroot()
+    assert package.findtext('version') == own['project']['version']
 
 
 def test_package_xml_names_what_tests_need() -> None:

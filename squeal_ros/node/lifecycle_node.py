@@ -129,6 +129,9 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         for note in (self._configured.monitor.cross_checks.summary,
                      *self._configured.monitor.stability.notes):
             self.get_logger().info(note)
+        missing = self._configured.outputs.why_no_state
+        if missing:
+            self.get_logger().info(f'~/<brake>/state is not published: {missing}', once=True)
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -20,8 +20,10 @@ from typing import Any
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.serialization import deserialize_message
+from squeal_core.common.errors import ConfigurationError, in_one_line
 from squeal_core.monitor.vehicle_monitor import Assessment
-from squeal_ros.node import messages
+from squeal_ros.node import messages, state_message
 from squeal_ros.node.executor import DeferredCallbackGroup
 from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.subscriptions import naming, POLICIES
@@ -57,6 +59,9 @@ class OutputTopics:
         types = dict(messages.TYPES)
         if mode_shapes:
             types['mode_shape'] = messages.MARKERS_TYPE
+        self.why_no_state = why_no_state(library)
+        if not self.why_no_state:
+            types[state_message.NAME] = state_message.TYPE
         try:
             for brake in brakes:
                 for name, type_name in types.items():
@@ -80,6 +85,9 @@ class OutputTopics:
         for assessment in assessments:
             for name, message in messages.brake_messages(self._library, assessment):
                 self._publishers[assessment.brake, name].publish(message)
+            if not self.why_no_state:
+                self._publishers[assessment.brake, state_message.NAME].publish(
+                    state_message.serialised_state(assessment))
 
     def publish_markers(self, brake: str, markers: Any) -> None:
         self._publishers[brake, 'mode_shape'].publish(markers)
@@ -93,3 +101,19 @@ class OutputTopics:
                 self._node.destroy_lifecycle_publisher(publisher)
         self._publishers.clear()
         self._diagnostics = None
+
+
+def why_no_state(library: RosMessages) -> str:
+    """Return why `squeal_msgs/BrakeSqueal` cannot be published here; empty if it can."""
+    unknown = Assessment(brake='', time=0, state='stale', reason='')
+    try:
+        fields = library.fields(state_message.TYPE)
+        if list(fields.items()) != list(state_message.FIELDS.items()):
+            return 'squeal_msgs is of another version; build that of this checkout'
+        deserialize_message(state_message.serialised_state(unknown),
+                            library.type(state_message.TYPE))
+    except ConfigurationError:
+        return 'squeal_msgs is not installed here; build it (README.md)'
+    except Exception as error:  # on PYTHONPATH, but its libraries are not found
+        return f'squeal_msgs cannot be used ({in_one_line(error, 200)}); source its workspace'
+    return ''

@@ -22,7 +22,7 @@ from xml.sax.saxutils import escape
 
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.settings import MonitorSettings, NODE_NAME, settings_keys
-from squeal_ros.node import messages
+from squeal_ros.node import messages, state_message
 from squeal_ros.node.field_paths import Router
 
 # of every rclpy node, and of every managed one
@@ -74,7 +74,9 @@ def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
 
 def _published(settings: MonitorSettings) -> Iterator[str]:
     yield from ('/diagnostics', *_TOPICS)
-    outputs = (*messages.NAMES, 'mode_shape') if settings.mode_shapes else messages.NAMES
+    outputs = [*messages.NAMES, state_message.NAME]  # that one where squeal_msgs is installed
+    if settings.mode_shapes:
+        outputs.append('mode_shape')
     for brake in settings.brakes:
         yield from (f'~/{brake.name}/{name}' for name in outputs)
 

@@ -18,12 +18,18 @@ from collections.abc import Sequence
 from typing import Any
 
 try:
-    from rosbags.typesys import get_typestore, Stores
+    from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 import numpy as np
+from squeal_core.common.resources import config_folder
+from squeal_ros.node import state_message
+
+STATE_DEFINITION = config_folder().parent / 'squeal_msgs' / 'msg' / 'BrakeSqueal.msg'
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
+JAZZY.register(get_types_from_msg(
+    STATE_DEFINITION.read_text(encoding='utf-8'), state_message.TYPE))
 
 
 class BagMessages:

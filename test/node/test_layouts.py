@@ -35,12 +35,19 @@ from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
-from support.harness import LATCHED, vehicle  # noqa: E402, I100
+from support.harness import LATCHED, needs_squeal_msgs, NO_STATE, vehicle  # noqa: E402, I100
 from visualization_msgs.msg import Marker  # noqa: E402
 
 FOLDER = config_folder() / 'layouts'
 FOXGLOVE = json.loads((FOLDER / 'foxglove.json').read_text(encoding='utf-8'))
 PLOTJUGGLER = ElementTree.parse(FOLDER / 'plotjuggler.xml').getroot()
+
+
+def of_layout(name: str) -> Any:
+    """Return a path or curve as a parameter; those of BrakeSqueal need its package."""
+    return pytest.param(name, marks=needs_squeal_msgs) if '/state' in name else name
+
+
 PATHS = [path['value'] for panel in FOXGLOVE['configById'].values()
          for path in panel.get('paths', ())]
 CURVES = [curve.attrib['name'] for curve in PLOTJUGGLER.iter('curve')]
@@ -93,6 +100,8 @@ def said(table: str) -> Iterator[Said]:
         inputs = dict(car.monitor.get_subscriber_names_and_types_by_node(*monitor))
         outputs = dict(car.monitor.get_publisher_names_and_types_by_node(*monitor))
         wanted = set(topics(FOXGLOVE)) | set(selected_topics())
+        if NO_STATE:
+            wanted -= {topic for topic in wanted if topic.endswith('/state')}
         for topic, (kind,) in {**inputs, **outputs}.items():
             if topic in wanted:
                 qos = LATCHED if topic.endswith(_LATCHED) else qos_profile_sensor_data
@@ -170,13 +179,13 @@ def plotjuggler_series(topic: str, message: Any) -> Iterator[tuple[str, float]]:
     else:
         for field in message.get_fields_and_field_types():
             value = getattr(message, field)
-            if isinstance(value, float):
+            if isinstance(value, int | float):
                 yield f'{topic}/{field}', value
             elif hasattr(value, 'typecode'):
                 yield from ((f'{topic}/{field}[{i}]', item) for i, item in enumerate(value))
 
 
-@pytest.mark.parametrize('path', PATHS)
+@pytest.mark.parametrize('path', map(of_layout, PATHS))
 def test_foxglove_draws_numbers_for(said: Said, path: str) -> None:
     values = foxglove_values(said, path)
     assert values
@@ -185,9 +194,9 @@ def test_foxglove_draws_numbers_for(said: Said, path: str) -> None:
         assert number == number
 
 
-@pytest.mark.parametrize('curve', CURVES)
+@pytest.mark.parametrize('curve', map(of_layout, CURVES))
 def test_plotjuggler_has_the_series(said: Said, curve: str) -> None:
-    series = dict(item for topic in selected_topics()
+    series = dict(item for topic in selected_topics() if topic in said
                   for item in plotjuggler_series(topic, said[topic]))
     assert curve in series
     assert series[curve] == series[curve]
@@ -195,7 +204,8 @@ def test_plotjuggler_has_the_series(said: Said, curve: str) -> None:
 
 def test_layouts_show_every_output_of_every_brake(said: Said) -> None:
     for brake in BRAKES:
-        for name in ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin'):
+        for name in ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin',
+                     'state'):
             topic = f'/squeal_monitor/{brake.name}/{name}'
             assert any(path.startswith(f'{topic}.') for path in PATHS), topic
             assert any(curve.startswith(f'{topic}/') for curve in CURVES), topic

@@ -41,6 +41,8 @@ from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState, Temperature  # noqa: E402
 from squeal_ros.node.executor import ResilientExecutor  # noqa: E402
 from squeal_ros.node.lifecycle_node import SquealMonitor  # noqa: E402
+from squeal_ros.node.message_types import RosMessages  # noqa: E402
+from squeal_ros.node.publishers import why_no_state  # noqa: E402
 from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
 from support.domains import free_domain  # noqa: E402
 
@@ -52,6 +54,8 @@ STEP = SECOND // 20  # longest step of it
 LONGEST, LEAST = 100 * SECOND, 60.0
 # settings for a test that runs on the system's clock: a busy machine may pause for long
 PATIENT = {f'fl__{name}__max_age': 600.0 for name in ('rotor_speed', 'pressure', 'friction')}
+NO_STATE = why_no_state(RosMessages())  # why there is no topic `state` here, if so
+needs_squeal_msgs = pytest.mark.skipif(bool(NO_STATE), reason=NO_STATE)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _GREETING = 0.5  # s
 _SPIN = 0.002  # s; always the same: another one makes rclpy begin again with its first entity
