@@ -22,7 +22,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.monitor.brake_stability import BrakeStability
-from squeal_core.monitor.input_channel import Reading
+from squeal_core.monitor.reading import Reading
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.stability.eigensolution import Mode
 

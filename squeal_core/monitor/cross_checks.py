@@ -36,7 +36,7 @@ from squeal_core.monitor.cross_pressure import (
     pressure_agrees,
 )
 from squeal_core.monitor.cross_speed import against_speed
-from squeal_core.monitor.input_channel import Reading, Sample
+from squeal_core.monitor.reading import Reading, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.signal_windows import STEP

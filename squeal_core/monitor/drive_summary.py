@@ -21,7 +21,7 @@ import math
 import re
 
 from squeal_core.monitor.assessment import Assessment, State
-from squeal_core.monitor.input_channel import Reading
+from squeal_core.monitor.reading import Reading
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 

@@ -16,21 +16,15 @@
 
 import bisect
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
 import math
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
-from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.plausibility import unit_guards
 from squeal_core.monitor.publishers import PublisherGuard
-from squeal_core.monitor.setting_specs import Signal, UNITS
+from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, ValidatedRange
+from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_core.monitor.stuck_signal import StuckCheck
-
-Status: TypeAlias = Literal[
-    'good', 'never received', 'stale', 'stuck', 'contradicted', 'implausible', 'invalid',
-    'outside validated range', 'time went backwards']
 
 _GOOD: tuple[Status, str] = 'good', ''
 # samples kept of an input: between two ticks, and stamped ahead of them
@@ -38,115 +32,6 @@ _KEPT = 4096
 # settings of which the guards are made, besides those of the input
 _OF_GUARDS = ('bar_suspected_below', 'reference_check', 'publisher_tolerance',
               'wheel_acceleration_peak', 'wheel_acceleration_mean', 'stuck_changes')
-_TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a friction table
-
-
-class Sample(NamedTuple):
-    """
-    A value in SI units and the time it holds for [ns].
-
-    Parameters
-    ----------
-    stamp : int
-    value : float
-    number : int
-        That its publisher gave the message; 0: not known.
-    connection : int
-        Of a recording, one a publisher; 0: not known.
-
-    """
-
-    stamp: int
-    value: float
-    number: int = 0
-    connection: int = 0
-
-
-@dataclass(frozen=True)
-class MissingValue:
-    """
-    What stands for a sample where a message holds no value.
-
-    Parameters
-    ----------
-    reason : str
-        Why it does not.
-    is_other : bool
-        It is about something else, as of another publisher, and nothing is wrong with it.
-
-    """
-
-    reason: str
-    is_other: bool = False
-
-
-class Reading(NamedTuple):
-    """
-    An input as an assessment found it: the newest sample up to the tick.
-
-    Parameters
-    ----------
-    status : str
-    value, age : float
-        In SI units, and in s.
-    detail : str
-        What is wrong with it, in words that follow the value.
-
-    """
-
-    status: Status
-    value: float = math.nan
-    age: float = math.nan
-    detail: str = ''
-
-    @property
-    def is_believed(self) -> bool:
-        """Whether the value is that of the brake, though the model may not hold there."""
-        return self.status in ('good', 'outside validated range')
-
-    def described(self, name: str) -> str:
-        """Return the reading in words: the input, its value and its age."""
-        if math.isnan(self.age) and math.isnan(self.value):
-            return f'{name} {self.detail or self.status}'
-        value = f'{self.value:.6g} {UNITS.get(name, "-")}'.removesuffix(' -')
-        detail = f', {self.detail}' if self.detail else ''
-        if self.status in ('stale', 'time went backwards'):
-            return f'{name} is {self.age:.2f} s old: {value}{detail}'
-        old = f' ({self.age:.2f} s old)' if self.age >= 0.0 else ''
-        return f'{name} is {value}{detail}{old}'
-
-
-@dataclass(frozen=True)
-class ValidatedRange:
-    """A range in which the model was validated; below it some signals are merely at rest."""
-
-    low: float = -math.inf
-    high: float = math.inf
-    may_rest: bool = False
-    margin: float = 0.0
-
-    def admits(self, value: float) -> bool:
-        if self.may_rest:
-            return abs(value) <= self.high
-        return self.low - self.margin <= value <= self.high + self.margin
-
-    def __str__(self) -> str:
-        return f"outside the model's validated range {self.low:.6g} to {self.high:.6g}"
-
-
-def validated_ranges(model: BrakeModel, settings: MonitorSettings) -> Mapping[str, ValidatedRange]:
-    """Return the validated range of each input, in its own unit."""
-    assert model.caliper is not None
-    preload, table = model.caliper.preload(1.0), model.friction_table
-    return {
-        'rotor_speed': ValidatedRange(settings.validated_rotor_speed_low,
-                                      settings.validated_rotor_speed_high, may_rest=True),
-        'pressure': ValidatedRange(settings.validated_preload_low / preload,
-                                   settings.validated_preload_high / preload, may_rest=True),
-        'friction': ValidatedRange(settings.validated_friction_low,
-                                   settings.validated_friction_high),
-        'temperature': ValidatedRange() if table is None else ValidatedRange(
-            float(table.temperature[0]), float(table.temperature[-1]), margin=_TABLE_MARGIN)}
 
 
 class _Judged(NamedTuple):

@@ -36,15 +36,9 @@ from squeal_core.monitor.assessment import (
     State,
 )
 from squeal_core.monitor.cross_checks import CrossChecks
-from squeal_core.monitor.input_channel import (
-    InputChannel,
-    MissingValue,
-    Reading,
-    Sample,
-    Status,
-    validated_ranges,
-)
+from squeal_core.monitor.input_channel import InputChannel
 from squeal_core.monitor.margins import confirmation_due
+from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, validated_ranges
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import BrakeSettings, MonitorSettings
 from squeal_core.monitor.vehicle_stability import VehicleStability

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.errors import SquealError
-from squeal_core.monitor.input_channel import MissingValue, Sample
+from squeal_core.monitor.reading import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_ros.node.field_paths import FieldPath

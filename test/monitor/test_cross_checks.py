@@ -24,7 +24,7 @@ import pytest
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.axles import axle_partners, axle_shares
 from squeal_core.monitor.cross_checks import CrossChecks
-from squeal_core.monitor.input_channel import Reading, Sample
+from squeal_core.monitor.reading import Reading, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import VehicleMonitor

@@ -26,7 +26,7 @@ import pytest
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.drive_summary import DriveSummary, worst_reason
 from squeal_core.monitor.history import AssessmentRecord, CsvWriter, squeal_events
-from squeal_core.monitor.input_channel import Reading, Status
+from squeal_core.monitor.reading import Reading, Status
 from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.view.drive_envelope import drive_envelope
 
