@@ -29,6 +29,7 @@ from squeal_core.monitor.margins import (
     Margin,
     MarginSettings,
     MarginStatistics,
+    OtherMargin,
     Parameter,
 )
 from squeal_core.stability.boundaries import Boundaries, Crossing, NO_MODE
@@ -114,19 +115,18 @@ class MarginEvaluator:
         here = np.array([mode.eigenvalue if mode else NO_MODE for mode in worst])
         return self._along_friction(_rows(conditions), here, 'squeal')
 
-    def other_margins(self, conditions: SlidingConditions) -> dict[str, Margin]:
+    def other_margin(self, conditions: SlidingConditions, name: OtherMargin) -> Margin:
         """
-        Return the margins along 'rotor_speed' and 'pressure', of 'groan' and 'divergence'.
+        Return the margin along 'rotor_speed' or 'pressure', or of 'groan' or 'divergence'.
 
-        Groan and divergence are those along friction. They cost some milliseconds.
+        Groan and divergence are those along friction. Each costs a quarter of a full solution, or
+        so, by the table, which has to be there.
         """
-        if self._growth is None:
-            return {}
+        assert self._growth is not None
         row = _rows([conditions])
-        found = {name: self._along(row, name) for name in ('rotor_speed', 'pressure')}
-        for kind in ('groan', 'divergence'):
-            found[kind], = self._along_friction(row, self._growth(row, kind), kind)
-        return found
+        if name == 'rotor_speed' or name == 'pressure':
+            return self._along(row, name)
+        return self._along_friction(row, self._growth(row, name), name)[0]
 
     def confirm(self, margin: Margin, conditions: SlidingConditions) -> Margin:
         """
@@ -240,8 +240,7 @@ def _margin(crossing: Crossing, level: float, parameter: Parameter, kind: Kind,
         growth_rate, critical = max(zip(crossing.growth_rates, crossing.bracket, strict=True))
     return Margin(
         parameter=parameter, kind=kind, present=present, critical=critical,
-        growth_rate=growth_rate, frequency_hz=crossing.frequency_hz, reason=crossing.reason,
-        solves=crossing.solves)
+        growth_rate=growth_rate, frequency_hz=crossing.frequency_hz, reason=crossing.reason)
 
 
 def _rows(conditions: Sequence[SlidingConditions]) -> FloatArray:

@@ -14,7 +14,7 @@
 
 """Margins of a sliding brake: how far its friction, speed and pressure are from critical ones."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 import math
 from typing import Literal, TypeAlias
@@ -26,6 +26,8 @@ from squeal_core.stability.eigensolution import Tolerances
 
 Parameter: TypeAlias = Literal['friction', 'rotor_speed', 'pressure']
 Kind: TypeAlias = Literal['squeal', 'groan', 'divergence']
+OtherMargin: TypeAlias = Literal['rotor_speed', 'pressure', 'groan', 'divergence']
+OTHERS: tuple[OtherMargin, ...] = ('rotor_speed', 'pressure', 'groan', 'divergence')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,8 +78,6 @@ class Margin:
         Whether a full solution at the critical value, at this tick, has this growth rate, too.
     reason : str
         The result in words.
-    solves : int
-        Values evaluated.
 
     """
 
@@ -89,7 +89,6 @@ class Margin:
     frequency_hz: float = math.nan
     confirmed: bool = False
     reason: str
-    solves: int = 0
 
     @property
     def value(self) -> float:
@@ -137,17 +136,20 @@ class Margins:
     Parameters
     ----------
     friction : Margin
-    compute_others : callable
-        Returns margins by name, as `MarginEvaluator.other_margins`.
+    compute_other : callable, optional
+        Returns the margin of a name of `OTHERS`; None: there is no table.
 
     """
 
     friction: Margin
-    compute_others: Callable[[], Mapping[str, Margin]] = dict
+    compute_other: Callable[[OtherMargin], Margin] | None = None
 
     def by_name(self) -> dict[str, Margin]:
         """Return all margins by name; that of friction first."""
-        return {'friction': self.friction, **self.compute_others()}
+        found = {'friction': self.friction}
+        if self.compute_other is not None:
+            found |= {name: self.compute_other(name) for name in OTHERS}
+        return found
 
 
 def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],

@@ -125,7 +125,7 @@ class VehicleStability:
         risks = self._risks.assess(conditions, modes)
         return [BrakeStability(point=point, modes=found, worst=mode, risk=risk, margins=Margins(
             self._confirmed(margin, at) if due else margin,
-            partial(self._margins.other_margins, at)))
+            None if self.solver.table is None else partial(self._margins.other_margin, at)))
                 for at, point, found, mode, risk, margin, due in zip(
                     conditions, points, modes, worst, risks, margins, confirm, strict=True)]
 

@@ -24,6 +24,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
+from squeal_ros.node.costly_figures import CostlyFigures
 from squeal_ros.node.node_statistics import Growth, Health, Turns
 from squeal_ros.node.publishers import OutputTopics
 from squeal_ros.node.subscriptions import InputTopics
@@ -33,7 +34,8 @@ class Reporter:
     """
     Publishes diagnostics: each status at their rate, of brakes also on a change of level.
 
-    The statuses take turns, so that no tick has to say all.
+    The statuses take turns, and a brake's figures that cost milliseconds are computed one after
+    the other in the ticks before it is published, so that no tick takes them all.
 
     Parameters
     ----------
@@ -69,7 +71,7 @@ class Reporter:
         self.mode_shapes = 'off'
         self._alarms = messages.Levels(settings)
         self._levels: list[int] = []
-        self._turns = Turns(len(settings.brakes) + 1)
+        self._turns, self._costly = Turns(len(settings.brakes) + 1), CostlyFigures(settings)
         self._confirmed: dict[str, int] = {}  # when margins of brakes last were [ns]
         self._growth = {'deadline misses': Growth(), 'unreadable messages': Growth(),
                         'errors': Growth(), 'table mismatches': Growth()}
@@ -77,6 +79,7 @@ class Reporter:
     def update_settings(self, settings: MonitorSettings) -> None:
         self._settings = settings
         self._alarms.update_settings(settings)
+        self._costly.update_settings(settings)
 
     def report(self, assessments: Sequence[Assessment]) -> None:
         """Take note of a tick, and publish diagnostics if they are due."""
@@ -86,35 +89,40 @@ class Reporter:
         changed = {place for place, (new, old) in enumerate(zip(
             levels, self._levels or levels, strict=True)) if new != old}
         self._levels = levels
-        self._publish(assessments, levels, changed, self._turns.due(
+        due = self._turns.due(
             assessments[0].time, time.monotonic_ns(),
-            round(1e9 / self._settings.diagnostics_rate), self._settings.period))
+            round(1e9 / self._settings.diagnostics_rate), self._settings.period)
+        self._costly.begin(due - {len(levels)})
+        figures = {place: self._dated(assessments[place], values)
+                   for place, values in self._costly.compute(assessments).items()}
+        self._publish(assessments, levels, changed, figures, node=len(levels) in due)
 
     def report_unknown(self, assessments: Sequence[Assessment], reason: str) -> None:
         """Publish diagnostics of brakes of which nothing is known, as there are no ticks."""
+        self._costly.forget()
         levels = self._alarms.of(assessments)
-        self._publish(assessments, levels, set(), set(range(len(levels) + 1)), reason)
+        self._publish(assessments, levels, set(range(len(levels))), {}, node=True, stopped=reason)
 
     def _publish(self, assessments: Sequence[Assessment], levels: list[int], changed: Set[int],
-                 due: Set[int], stopped: str = '') -> None:
-        """Publish what changed and what is due: brakes by their place, the node behind them."""
-        found = [messages.brake_status(
-            self._name, assessment, level, self._more(assessment) if place in due else None)
-            for place, (assessment, level) in enumerate(zip(assessments, levels, strict=True))
-            if place in due | changed]
-        if len(levels) in due:
+                 figures: Mapping[int, Mapping[str, object]], *, node: bool,
+                 stopped: str = '') -> None:
+        """Publish the brakes that changed or have figures, by their place, and the node."""
+        found = [messages.brake_status(self._name, assessment, level, figures.get(place))
+                 for place, (assessment, level) in enumerate(zip(
+                     assessments, levels, strict=True)) if place in changed | figures.keys()]
+        if node:
             found.append(self._node_status(assessments, stopped).of(self._name))
         if found:
             self._outputs.publish_diagnostics(
                 messages.diagnostics(self._library, assessments[0].time, found))
 
-    def _more(self, assessment: Assessment) -> dict[str, object]:
+    def _dated(self, assessment: Assessment, figures: Mapping[str, object]) -> dict[str, object]:
         """Return the figures that not every tick has, and the age of the last confirmation."""
         if assessment.stability is None:
             return {}
         confirmed = self._confirmed.get(assessment.brake)
         age = math.nan if confirmed is None else round(1e-9 * (assessment.time - confirmed), 6)
-        return {**messages.costly_figures(assessment), 'friction_margin_confirmed_age_s': age}
+        return {**figures, 'friction_margin_confirmed_age_s': age}
 
     def _node_status(self, assessments: Sequence[Assessment],
                      stopped: str) -> messages.NodeStatus:

@@ -18,9 +18,10 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 import math
-from typing import Any, NamedTuple, Protocol
+from typing import Any, cast, NamedTuple, Protocol
 
 from squeal_core.monitor.alarm import Alarm
+from squeal_core.monitor.margins import OtherMargin, OTHERS
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 
@@ -32,6 +33,9 @@ DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
 MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
 
 OK, WARN, ERROR, STALE = range(4)
+
+RISK_BY_MODE = 'risk_by_mode'
+COSTLY = (RISK_BY_MODE, *OTHERS)  # figures of a brake that cost a quarter of a full solution each
 
 
 class MessageLibrary(Hashable, Protocol):
@@ -154,16 +158,19 @@ def brake_status(node: str, assessment: Assessment, level: int,
         _as_texts({'state': assessment.state, **_figures(assessment), **(more or {})}))
 
 
-def costly_figures(assessment: Assessment) -> dict[str, object]:
-    """Return the risk by mode and the margins besides that of friction: some milliseconds."""
-    if assessment.stability is None:
+def costly_figure(assessment: Assessment, name: str) -> dict[str, object]:
+    """Return the values of one name of `COSTLY`; none where it is not known."""
+    found = assessment.stability
+    if found is None:
         return {}
-    figures: dict[str, object] = {'risk_by_mode': ' '.join(
-        f'{m.frequency_hz:.1f}:{m.probability:.3f}' for m in assessment.stability.risk.modes)}
-    for name, margin in assessment.stability.margins.compute_others().items():
-        figures |= {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
-                    f'margin_{name}_reason': margin.reason}
-    return figures
+    if name == RISK_BY_MODE:
+        return {name: ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
+                               for m in found.risk.modes)}
+    if found.margins.compute_other is None:
+        return {}
+    margin = found.margins.compute_other(cast(OtherMargin, name))
+    return {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
+            f'margin_{name}_reason': margin.reason}
 
 
 def diagnostics(library: MessageLibrary, time: int, statuses: Sequence[StatusTexts]) -> Any:

@@ -35,6 +35,8 @@ from squeal_core.monitor.margins import (
     Margin,
     Margins,
     MarginSettings,
+    OtherMargin,
+    OTHERS,
 )
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
@@ -149,11 +151,16 @@ def slope_limit(model: BrakeModel, friction: float) -> float:
         model.contact_area / 2.5e-3)
 
 
+def others(margins: MarginEvaluator, at: SlidingConditions) -> dict[OtherMargin, Margin]:
+    """Return the margins besides that of friction."""
+    return {name: margins.other_margin(at, name) for name in OTHERS}
+
+
 @pytest.mark.parametrize('times', [0.5, 3.0])
 def test_critical_pressure_and_speed(times: float) -> None:
     model = falling()
     limit = slope_limit(model, 0.3)
-    found = evaluator(FullSolutions(model)).other_margins(replace(HERE, pressure=times * limit))
+    found = others(evaluator(FullSolutions(model)), replace(HERE, pressure=times * limit))
     assert found['pressure'].critical == pytest.approx(limit, rel=1e-4)
     assert found['pressure'].reason.startswith('stability boundary pressure = ')
     law, radius, speed = model.friction_law, model.contact_radius, found['rotor_speed']
@@ -168,18 +175,18 @@ def test_no_boundary_within_the_bounds() -> None:
     found, = friction_margins(margins, [HERE])
     assert math.isnan(found.value)
     assert found.reason == ('no stability boundary from mu = 0.3 to 0.9, stable')
-    others = margins.other_margins(HERE)
-    assert set(others) == {'rotor_speed', 'pressure', 'groan', 'divergence'}
-    assert all(math.isnan(margin.critical) for margin in others.values())
-    assert 'to 0.5, stable' in others['rotor_speed'].reason
-    assert 'to 200, stable' in others['rotor_speed'].reason
+    rest = others(margins, HERE)
+    assert set(rest) == {'rotor_speed', 'pressure', 'groan', 'divergence'}
+    assert all(math.isnan(margin.critical) for margin in rest.values())
+    assert 'to 0.5, stable' in rest['rotor_speed'].reason
+    assert 'to 200, stable' in rest['rotor_speed'].reason
 
 
 def test_groan_is_no_squeal() -> None:
     margins = evaluator(FullSolutions(flutter(5e-4), (2000.0, 16000.0)))
     found, = friction_margins(margins, [HERE])
     assert math.isnan(found.critical)
-    groan = margins.other_margins(HERE)['groan']
+    groan = margins.other_margin(HERE, 'groan')
     assert groan.critical == pytest.approx(critical_friction(5e-4), abs=2e-5)
     assert groan.frequency_hz < 2000.0
 
@@ -189,7 +196,7 @@ def test_divergence_is_no_squeal() -> None:
     model = falling(angular_frequencies=np.array([0.0, W1]), damping_ratios=0.01,
                     negative_slope=np.diag([1e-3, 0.0]))
     margins = evaluator(FullSolutions(model))
-    divergence = margins.other_margins(HERE)['divergence']
+    divergence = margins.other_margin(HERE, 'divergence')
     assert divergence.critical == pytest.approx(0.0, abs=1e-3)
     assert divergence.reason.endswith('stable below')
     found, = friction_margins(margins, [HERE])
@@ -255,7 +262,6 @@ def test_without_a_table() -> None:
     assert math.isnan(found.value)
     assert found.reason == NO_TABLE
     assert 'squeal tabulate' in found.reason
-    assert margins.other_margins(HERE) == {}
     assert margins.friction_margins([], []) == []
 
 
@@ -330,7 +336,7 @@ def test_other_margins_are_computed_where_somebody_asks_for_them() -> None:
     margins = evaluator(growth)
     found, = friction_margins(margins, [HERE])
     growth.calls = 0
-    both = Margins(found, lambda: margins.other_margins(HERE))
+    both = Margins(found, partial(margins.other_margin, HERE))
     assert growth.calls == 0
     assert list(both.by_name()) == ['friction', 'rotor_speed', 'pressure', 'groan', 'divergence']
     assert growth.calls > 0

@@ -23,10 +23,13 @@ import pytest
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 from sensor_msgs.msg import JointState  # noqa: E402
+from squeal_core.monitor.margins import Margin, OTHERS  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
+from squeal_core.risk.probability import ModeRisk, Risk  # noqa: E402
 from squeal_ros.node import diagnostics as reporting  # noqa: E402
-from squeal_ros.node.messages import Levels, OK, WARN  # noqa: E402
+from squeal_ros.node.costly_figures import CostlyFigures  # noqa: E402
+from squeal_ros.node.messages import COSTLY, Levels, OK, RISK_BY_MODE, WARN  # noqa: E402
 from support.harness import Vehicle, vehicle  # noqa: E402, I100
 
 
@@ -74,6 +77,42 @@ def test_every_figure_is_a_value() -> None:
                     float(item.value)
         assert all(len(text.split()) == len(car.unstable) for text in (
             item.value for item in fl.values if item.key.startswith('unstable_')))
+
+
+@pytest.mark.parametrize(('rate', 'diagnostics_rate', 'at_once'), [
+    (100.0, 1.0, 1), (10.0, 1.0, 2), (10.0, 10.0, 15)])
+def test_costly_figures_are_spread_over_ticks(rate: float, diagnostics_rate: float,
+                                              at_once: int) -> None:
+    """Each from its tick's assessment; a brake is complete before the next one's turn."""
+    computed: list[tuple[int, str]] = []
+
+    def brake(tick: int, name: str) -> Assessment:
+        def margin(key: str) -> Margin:
+            computed.append((tick, f'{name} {key}'))
+            return Margin(parameter='friction', kind='squeal', present=0.4, reason='')
+
+        def modes() -> tuple[ModeRisk, ...]:
+            computed.append((tick, f'{name} {RISK_BY_MODE}'))
+            return (ModeRisk(3, 2000.0, 10.0, 0.5),)
+
+        stability: Any = SimpleNamespace(
+            risk=Risk(0.5, 0.0, 'precomputed', modes),
+            margins=SimpleNamespace(compute_other=margin))
+        return Assessment(brake=name, time=tick, state='steady', reason='', stability=stability)
+
+    settings = read_settings({'brakes': ['fl', 'fr'], 'rate': rate,
+                              'diagnostics_rate': diagnostics_rate})
+    costly = CostlyFigures(settings)
+    costly.begin({0, 1})
+    found: dict[int, dict[str, object]] = {}
+    for tick in range(-(-2 * len(COSTLY) // at_once)):
+        assert len(found) < 2
+        found |= costly.compute([brake(tick, name) for name in ('fl', 'fr')])
+    assert [name for _, name in computed] == [f'{b} {n}' for b in ('fl', 'fr') for n in COSTLY]
+    assert [tick for tick, _ in computed] == [i // at_once for i in range(len(computed))]
+    assert all(values['risk_by_mode'] == '2000.0:0.500' for values in found.values())
+    assert all(f'margin_{name}' in values for name in OTHERS for values in found.values())
+    assert costly.compute([brake(99, name) for name in ('fl', 'fr')]) == {}
 
 
 def test_a_risk_about_its_threshold_does_not_chatter() -> None:

@@ -15,7 +15,6 @@
 """A replay of any cut of a drive gives the live numbers, bit for bit, whatever ran before."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,8 +81,8 @@ def drive(seed: int) -> Drive:
 
 def numbers(found: Assessment) -> str:
     """Return all that is known of a brake, to the last bit."""
-    known = found.stability  # how many values were looked up for a margin depends on company
-    margin = None if known is None else replace(known.margins.friction, solves=0)
+    known = found.stability
+    margin = None if known is None else known.margins.friction
     return repr((found.brake, found.state, found.reason, found.risk, found.growth_rate,
                  found.worst_frequency_hz, found.friction_margin, found.modes, margin))
 
