@@ -14,7 +14,7 @@
 
 """From a brake description to its modal model: modes, contact faces, arrays, audit."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 import platform
@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core.assembly.checks import model_checks, refuse_wrong
+from squeal_core.brake.damping import ComponentDamping
 from squeal_core.brake.dimensions import Brake, HatDisc, ModalResults, Pad, Support
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model import operators
@@ -102,10 +103,10 @@ def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis
                faces: tuple[operators.ContactFace, ...], follower: bool) -> BrakeModel:
     before, after = (len(pad.names) for pad in pads)
     gyroscopic = operators.gyroscopic(disc.basis.volume_layers(), disc.density)
+    frequencies = [part.angular_frequencies for part in (pads[0], disc.basis, pads[1])]
     return BrakeModel(
-        angular_frequencies=np.concatenate([
-            part.angular_frequencies for part in (pads[0], disc.basis, pads[1])]),
-        damping_ratios=brake.damping_ratio,
+        angular_frequencies=np.concatenate(frequencies),
+        damping_ratios=_damping_ratios(brake, frequencies),
         gyroscopic=np.pad(gyroscopic, ((before, after), (before, after))),
         **contact_arrays(faces),  # type: ignore[arg-type]
         follower=operators.follower(faces) if follower else None,
@@ -113,11 +114,21 @@ def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis
         support_damping=_supports(brake, pads, len(gyroscopic), 'damping'),
         contact_area=brake.contact.area, contact_radius=brake.contact.mean_radius,
         nominal_contact_stiffness=brake.contact.stiffness,
-        stiffness_table=brake.contact.stiffness_table, caliper=brake.caliper,
+        stiffness_table=brake.contact.stiffness_table,
+        contact_retardation_time=brake.contact.retardation_time, caliper=brake.caliper,
         friction_law=brake.friction_law, friction_table=brake.friction_table,
         names=(*(f'pad 1 {n}' for n in pads[0].names), *disc.basis.names,
                *(f'pad 2 {n}' for n in pads[1].names)),
         surface=_surface(brake, disc.basis, pads))
+
+
+def _damping_ratios(brake: Brake, frequencies: Sequence[FloatArray]) -> FloatArray | float:
+    """Return xi of each mode, given the frequencies of pad 1, disc and pad 2 [rad/s]."""
+    damping = brake.damping_ratio
+    if not isinstance(damping, ComponentDamping):
+        return damping
+    tables = (damping.pads[0], damping.disc, damping.pads[1])
+    return np.concatenate([table(own) for table, own in zip(tables, frequencies, strict=True)])
 
 
 def _surface(brake: Brake, disc: ModalBasis,

@@ -16,6 +16,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
+import math
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.modes.modal_basis import ModalBasis, Quadrature
-from squeal_core.stability.eigensolution import complex_modes
+from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND
 from squeal_core.stability.eigenvectors import mode_vectors
 
 SPEEDS = (5.0, 20.0)  # rad/s, at which roots are looked at
@@ -75,7 +76,8 @@ def model_checks(model: BrakeModel, disc: ModalBasis, disc_circle: Quadrature,
     return (*_symmetry(model), _doublets(disc, disc_circle),
             *(Check(f'interpolation of {name}', mac, 0.99, 'least MAC of interpolated with given '
                     'shapes', below=False) for name, mac in interpolated),
-            _quadrature(model, refined()), *_truncation(model), _backward_error(model))
+            _quadrature(model, refined()), *_truncation(model), *_contact_damping(model),
+            _backward_error(model))
 
 
 def refuse_wrong(checks: Iterable[Check]) -> None:
@@ -154,6 +156,15 @@ def _truncation(model: BrakeModel) -> Iterable[Check]:
                     'largest change of an unstable growth rate [1/s]')
 
 
+def _contact_damping(model: BrakeModel) -> Iterable[Check]:
+    """A dashpot's loss factor grows with frequency: at the band's end it may be no lining's."""
+    if model.contact_retardation_time:
+        end = SQUEAL_BAND[1]
+        yield Check(f'contact loss factor at {end:.0f} Hz',
+                    math.tau * end * model.contact_retardation_time, 1.0,
+                    'of a viscous layer, in proportion to frequency')
+
+
 def truncated(model: BrakeModel, share: float) -> BrakeModel:
     """Return the model with the lowest share of its modes, doublets whole."""
     order = np.argsort(model.angular_frequencies, kind='stable')
@@ -168,7 +179,8 @@ def truncated(model: BrakeModel, share: float) -> BrakeModel:
         angular_frequencies=model.angular_frequencies[keep],
         damping_ratios=np.asarray(model.damping_ratios)[keep], contact_area=model.contact_area,
         contact_radius=model.contact_radius,
-        nominal_contact_stiffness=model.nominal_contact_stiffness, **arrays)
+        nominal_contact_stiffness=model.nominal_contact_stiffness,
+        contact_retardation_time=model.contact_retardation_time, **arrays)
 
 
 def _nearest(modes: Sequence[Any], mode: Any) -> Any:

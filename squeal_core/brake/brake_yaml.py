@@ -20,6 +20,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from squeal_core.brake.damping_yaml import read_damping, read_retardation_time, read_support
 from squeal_core.brake.dimensions import (
     Brake,
     Caliper,
@@ -37,7 +38,6 @@ from squeal_core.brake.quantity_ranges import (
     CALIPER,
     CONTACT,
     CONTACT_PRESSURE,
-    DAMPING_RATIO,
     DISC,
     DISC_MODES,
     FIRST_TEMPERATURE,
@@ -46,7 +46,6 @@ from squeal_core.brake.quantity_ranges import (
     ORIGIN,
     PAD,
     PAD_MODES,
-    SUPPORT,
     TABLE_FRICTION,
     TEMPERATURE,
 )
@@ -121,7 +120,7 @@ def parse_brake(content: Any, *, where: str = 'brake', folder: Path = Path(),
         caliper=_caliper(root.required_section('caliper')),
         friction_law=_friction_law(friction := root.required_section('friction')),
         friction_table=_friction_table(friction),
-        damping_ratio=root.number('damping_ratio', DAMPING_RATIO),
+        damping_ratio=read_damping(root),
         disc_modes=disc_modes, pad_modes=pad_modes,
         description=dict(root.content),
         sources={key.removeprefix(f'{where}.'): text for key, text in root.sources.items()})
@@ -175,7 +174,7 @@ def _pads(section: QuantityReader, folder: Path) -> tuple[
         section.finish()
     else:
         parts = [section, section]
-    supports = [_support(part.section('support', required=False)) for part in parts]
+    supports = [read_support(part) for part in parts]
     pads = [_pad(part, folder) for part in parts]
     return (pads[0], pads[1]), (supports[0], supports[1])
 
@@ -185,16 +184,6 @@ def _pad(section: QuantityReader, folder: Path) -> Pad | ModalResults:
         return _modal_results(section, PAD, 'thickness', folder)
     material, lengths = _part(section, PAD)
     return Pad(material=material, **lengths)
-
-
-def _support(section: QuantityReader | None) -> Support:
-    if section is None:
-        return Support()
-    support = Support(**{
-        f'{way}_{kind}': section.number(f'{way}_{kind}', quantity)
-        for way in ('radial', 'tangential', 'axial') for kind, quantity in SUPPORT.items()})
-    section.finish()
-    return support
 
 
 def _modal_results(section: QuantityReader, quantities: Mapping[str, Quantity], thickness: str,
@@ -225,7 +214,8 @@ def _modal_results(section: QuantityReader, quantities: Mapping[str, Quantity], 
 
 
 def _contact(section: QuantityReader) -> Contact:
-    contact = Contact(**_numbers(section, CONTACT), stiffness_table=_stiffness_table(section))
+    contact = Contact(**_numbers(section, CONTACT), stiffness_table=_stiffness_table(section),
+                      retardation_time=read_retardation_time(section))
     section.finish()
     _in_order(section.where, 'the patch has a width', inner_radius=contact.inner_radius,
               outer_radius=contact.outer_radius)

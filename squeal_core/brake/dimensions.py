@@ -20,6 +20,7 @@ import math
 from typing import Any
 
 import numpy as np
+from squeal_core.brake.damping import ComponentDamping
 from squeal_core.brake.friction import FrictionLaw, FrictionTable
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.checks import check_number, check_rising, column
@@ -141,7 +142,7 @@ class Contact:
     The sector in which pads touch the disc, and the stiffness of the friction material.
 
     Radii in m, angle in rad, nominal stiffness per area in N/m^3; with a table the stiffness
-    follows the contact pressure.
+    follows the contact pressure. A retardation time in s (`damping.retardation_time`) damps it.
     """
 
     inner_radius: float
@@ -149,6 +150,7 @@ class Contact:
     angle: float
     stiffness: float
     stiffness_table: StiffnessTable | None = None
+    retardation_time: float = 0.0
 
     @property
     def area(self) -> float:
@@ -183,7 +185,8 @@ class Brake:
     """
     A brake described by dimensions or modal results, and how many modes its model keeps.
 
-    `pads` and `supports` are those of the top (pad 1) and of the bottom (pad 2).
+    `pads` and `supports` are those of the top (pad 1) and of the bottom (pad 2); `damping_ratio`
+    is one for all components, or that of each over frequency.
     """
 
     name: str
@@ -194,7 +197,7 @@ class Brake:
     caliper: Caliper
     friction_law: FrictionLaw
     friction_table: FrictionTable | None
-    damping_ratio: float
+    damping_ratio: float | ComponentDamping
     disc_modes: int
     pad_modes: int
     description: Mapping[str, Any] = field(repr=False, compare=False, default_factory=dict)

@@ -23,7 +23,10 @@ from squeal_core.common.errors import OperatingPointError
 
 class Coefficients(NamedTuple):
     """
-    Factors of the affine family (K09 eq. 36): D = C + g G0 + r R0 + s S0, K = W + a A0 + ...
+    Factors of the affine family (K09 eq. 36): D = d C + g G0 + r R0 + ..., K = W + a A0 + ...
+
+    Each is named as the array of `BrakeModel` that it multiplies. The last three are 1 and k_c
+    times (1, mu) at the damping scale 1; K09 has no contact damping.
 
     Attributes
     ----------
@@ -39,6 +42,12 @@ class Coefficients(NamedTuple):
         mu k_c [N/m^3].
     follower : float
         p0 mu [Pa].
+    material_damping : float
+        The damping scale [-].
+    contact_damping : float
+        Damping scale times k_c [N/m^3].
+    contact_damping_couple : float
+        Damping scale times mu k_c [N/m^3].
 
     """
 
@@ -48,14 +57,26 @@ class Coefficients(NamedTuple):
     contact_stiffness: float
     friction_couple: float
     follower: float
+    material_damping: float
+    contact_damping: float
+    contact_damping_couple: float
+
+
+DASHPOTS = {'contact_stiffness': 'contact_damping', 'friction_couple': 'contact_damping_couple'}
+"""Damping coefficients that are those of a stiffness times the damping scale: of one layer."""
+DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope', 'material_damping',
+           *DASHPOTS.values())
+"""Coefficients of D; the others are those of K."""
 
 
 def coefficients_of(point: Any) -> tuple[Any, ...]:
-    """Return the six factors in the order of `Coefficients`: of one point or of arrays."""
+    """Return the factors in the order of `Coefficients`: of one point or of arrays."""
     load = point.contact_pressure * point.friction
+    couple = point.friction * point.contact_stiffness
     return (point.rotor_speed, load / point.rotor_speed,
-            point.contact_pressure * point.friction_slope, point.contact_stiffness,
-            point.friction * point.contact_stiffness, load)
+            point.contact_pressure * point.friction_slope, point.contact_stiffness, couple, load,
+            point.damping_scale, point.damping_scale * point.contact_stiffness,
+            point.damping_scale * couple)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,11 +97,13 @@ class OperatingPoint:
         p0, preload over contact area [Pa].
     contact_stiffness : float
         k_c per area [N/m^3].
+    damping_scale : float
+        Factor on the damping of components, supports and contact layer; 1 is the model's [-].
 
     Raises
     ------
     OperatingPointError
-        For a value that is not finite, a speed of zero, a negative pressure or stiffness.
+        For a value that is not finite, a speed of zero, a negative pressure, stiffness or scale.
 
     Examples
     --------
@@ -97,16 +120,19 @@ class OperatingPoint:
     friction_slope: float = 0.0
     contact_pressure: float
     contact_stiffness: float
+    damping_scale: float = 1.0
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.rotor_speed + self.friction + self.friction_slope
-                             + self.contact_pressure + self.contact_stiffness):
+                             + self.contact_pressure + self.contact_stiffness
+                             + self.damping_scale):
             self._refuse_what_is_not_finite()
         if self.rotor_speed == 0.0:
             raise OperatingPointError(
                 'rotor_speed is 0 rad/s; steady sliding needs a speed other than zero')
-        if self.contact_pressure < 0.0 or self.contact_stiffness < 0.0:
-            name = 'contact_pressure' if self.contact_pressure < 0.0 else 'contact_stiffness'
+        if min(self.contact_pressure, self.contact_stiffness, self.damping_scale) < 0.0:
+            name = next(name for name in ('contact_pressure', 'contact_stiffness',
+                                          'damping_scale') if getattr(self, name) < 0.0)
             raise OperatingPointError(
                 f'{name} is {getattr(self, name):g}; give zero or a positive number')
 

@@ -73,11 +73,20 @@ FRICTION = {
     'decay': Quantity('inverse_speed', 0.0, 1e3, closed=True, plausible=(0.01, 50.0), zero=True),
 }
 DAMPING_RATIO = _number((0.0, 0.5), (1e-4, 0.05))
+DAMPING_FREQUENCY = Quantity('frequency', 0.0, 1e6, plausible=(20.0, 3e4))
+LOSS_FACTOR = Quantity('number', 0.0, 10.0, closed=True, default=0.0, plausible=(5e-3, 1.0),
+                       zero=True)
+REFERENCE_FREQUENCY = Quantity('frequency', 0.0, 1e6, default=0.0, plausible=(50.0, 2e4))
 SUPPORT = {
     'stiffness': Quantity('stiffness', 0.0, 1e15, closed=True, default=0.0,
                           plausible=(1e6, 1e13), zero=True),
     'damping': Quantity('damping', 0.0, 1e12, closed=True, default=0.0,
                         plausible=(1.0, 1e9), zero=True),
+}
+SHIM = {
+    'axial_stiffness': Quantity('stiffness', 0.0, 1e15, plausible=(1e9, 1e14)),
+    'shear_stiffness': Quantity('stiffness', 0.0, 1e15, closed=True, default=0.0,
+                                plausible=(1e8, 1e14), zero=True),
 }
 MODAL_MASS = Quantity('number', 0.0, default=math.nan, plausible=(1e-9, 1e9))
 ORIGIN: Ends = (-2.0, 2.0)  # m

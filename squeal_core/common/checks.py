@@ -18,7 +18,9 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.common.errors import short_repr, SquealError
+from numpy.typing import ArrayLike
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import ModelError, short_repr, SquealError
 
 
 def check_number(name: str, value: Any, *, above: float = -math.inf, least: float = -math.inf,
@@ -33,6 +35,19 @@ def check_number(name: str, value: Any, *, above: float = -math.inf, least: floa
     if not (value > above and least <= value <= most):
         raise SquealError(f'{name} is {value:g}; give a number above {max(above, least):g}, '
                           f'at most {most:g}')
+
+
+def finite_array(name: str, values: ArrayLike) -> FloatArray:
+    """Return values as an array; raise ModelError where one is no finite number."""
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ModelError(f'{name}: not an array of numbers ({error}); mend it') from None
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        raise ModelError(f'{name}: {bad.size} values are not finite, the first at flat index '
+                         f'{bad[0]} ({array.flat[bad[0]]}); mend the array')
+    return array
 
 
 def column(table: str, name: str, values: Any, *, above: float = 0.0,

@@ -31,10 +31,11 @@ UNITS: dict[str, dict[str, float]] = {  # suffixes of keys, and what they are in
     'stiffness': {'n_m3': 1.0},
     'damping': {'ns_m3': 1.0},
     'inverse_speed': {'s_m': 1.0},
+    'frequency': {'hz': 1.0, 'khz': 1e3},
     'number': {'': 1.0},
 }
 SYMBOLS = {'pa': 'Pa', 'mpa': 'MPa', 'gpa': 'GPa', 'kg_m3': 'kg/m^3', 'n_m3': 'N/m^3',
-           'ns_m3': 'N s/m^3', 's_m': 's/m'}
+           'ns_m3': 'N s/m^3', 's_m': 's/m', 'hz': 'Hz', 'khz': 'kHz'}
 # what numbers are given in by mistake: each unit in SI units
 _MISTAKES: dict[str, dict[str, float]] = {
     'length': {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2, 'inch': 0.0254, 'um': 1e-6},
@@ -45,6 +46,7 @@ _MISTAKES: dict[str, dict[str, float]] = {
     'stiffness': {'N/mm^3': 1e9},
     'damping': {'N s/mm^3': 1e9},
     'inverse_speed': {'s/mm': 1e3, 'h/km': 3.6},
+    'frequency': {'kHz': 1e3, 'Hz': 1.0},
     'number': {'%': 1e-2},
     'speed': {'rpm': math.pi / 30.0, 'rev/s': 2.0 * math.pi},
     'force': {'kN': 1e3, 'daN': 10.0},

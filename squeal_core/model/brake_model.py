@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.brake.dimensions import Caliper, Contact, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw, FrictionTable
-from squeal_core.brake.operating_point import Coefficients, OperatingPoint
+from squeal_core.brake.operating_point import Coefficients, DASHPOTS, OperatingPoint
 from squeal_core.common.arrays import FloatArray, readonly
-from squeal_core.common.checks import check_number
+from squeal_core.common.checks import check_number, finite_array
 from squeal_core.common.errors import ModelError
 from squeal_core.model.surface_shapes import SurfaceShapes
 
@@ -62,6 +62,9 @@ class BrakeModel:
         k_c per area [N/m^3], where no table says more.
     stiffness_table : StiffnessTable, optional
         k_c over contact pressure; None: nominal at every pressure (K09).
+    contact_retardation_time : float
+        c_c / k_c of lining and contact layer as a spring and a dashpot side by side, loss factor
+        over angular reference frequency (`brake.damping.retardation_time`) [s]; 0: none (K09).
     caliper, friction_law, friction_table
         What turns pressure, speed and temperature into an operating point; None: not known.
     names : tuple of str
@@ -103,6 +106,7 @@ class BrakeModel:
     contact_radius: float = _KANG.mean_radius
     nominal_contact_stiffness: float = _KANG.stiffness
     stiffness_table: StiffnessTable | None = None
+    contact_retardation_time: float = 0.0
     caliper: Caliper | None = None
     friction_law: FrictionLaw | None = None
     friction_table: FrictionTable | None = None
@@ -111,13 +115,13 @@ class BrakeModel:
     surface: SurfaceShapes | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        w = _finite('angular_frequencies', self.angular_frequencies)
+        w = finite_array('angular_frequencies', self.angular_frequencies)
         if w.ndim != 1 or not 1 <= w.size <= MAX_MODES or np.any(w < 0):
             raise ModelError(f'angular_frequencies: shape {w.shape}, least '
                              f'{w.min(initial=0.0):g}; give 1 to {MAX_MODES} frequencies, none '
                              'negative')
         self._keep('angular_frequencies', w)
-        damping = _finite('damping_ratios', self.damping_ratios)
+        damping = finite_array('damping_ratios', self.damping_ratios)
         if damping.shape not in ((), w.shape):
             raise ModelError(
                 f'damping_ratios: shape {damping.shape}; give {w.shape} or one number')
@@ -126,6 +130,7 @@ class BrakeModel:
             self._check_operator(name)
         for name in ('contact_area', 'contact_radius', 'nominal_contact_stiffness'):
             check_number(name, getattr(self, name), above=0.0)
+        check_number('contact_retardation_time', self.contact_retardation_time, least=0.0)
         if self.names and len(self.names) != w.size:
             raise ModelError(f'names: {len(self.names)} for {w.size} modes; give one for each')
         if self.surface and self.surface.shapes.shape[2] != w.size:
@@ -142,7 +147,7 @@ class BrakeModel:
     def _check_operator(self, name: str) -> None:
         if getattr(self, name) is None:
             return
-        array = _finite(name, getattr(self, name))
+        array = finite_array(name, getattr(self, name))
         if array.shape != (self.size, self.size):
             raise ModelError(f'{name}: shape {array.shape}; give {(self.size, self.size)}')
         sign = {'gyroscopic': -1.0, 'friction_couple': 0.0, 'follower': 0.0}.get(name, 1.0)
@@ -175,6 +180,28 @@ class BrakeModel:
         return readonly(2.0 * self.damping_ratios * self.angular_frequencies)
 
     @cached_property
+    def material_damping(self) -> FloatArray:
+        """C [1/s], (N, N): structural damping and that of the supports."""
+        matrix = np.diag(self.structural_damping)
+        return readonly(matrix if self.support_damping is None else matrix + self.support_damping)
+
+    @cached_property
+    def contact_damping(self) -> FloatArray | None:
+        """c_c / k_c times A0 [s m^2/kg]: the force of the layer's dashpot; None without one."""
+        return self._dashpot('contact_stiffness')
+
+    @cached_property
+    def contact_damping_couple(self) -> FloatArray | None:
+        """c_c / k_c times B0 [s m^2/kg]: the friction of that force; None without one."""
+        return self._dashpot('friction_couple')
+
+    def _dashpot(self, name: str) -> FloatArray | None:
+        spring = getattr(self, name)
+        if spring is None or self.contact_retardation_time == 0.0:
+            return None
+        return readonly(self.contact_retardation_time * spring)
+
+    @cached_property
     def free_coordinates(self) -> FloatArray:
         """
         Mask (N,) of coordinates that no stiffness acts on, as K09's pads sliding in plane.
@@ -191,10 +218,8 @@ class BrakeModel:
     def damping(self, point: OperatingPoint) -> FloatArray:
         """Return D(q) [1/s], (N, N)."""
         c = point.coefficients()
-        matrix = np.diag(self.structural_damping)
-        if self.support_damping is not None:
-            matrix += self.support_damping
-        return self._add(matrix, c, 'gyroscopic', 'radial_dissipation', 'negative_slope')
+        return self._add(c.material_damping * self.material_damping, c, 'gyroscopic',
+                         'radial_dissipation', 'negative_slope', *DASHPOTS.values())
 
     def stiffness(self, point: OperatingPoint) -> FloatArray:
         """Return K(q) [1/s^2], (N, N)."""
@@ -214,7 +239,8 @@ class BrakeModel:
     def operating_point(self, *, rotor_speed: float, pressure: float,
                         friction: float | None = None,
                         friction_slope: float | None = None,
-                        contact_stiffness: float | None = None) -> OperatingPoint:
+                        contact_stiffness: float | None = None,
+                        damping_scale: float = 1.0) -> OperatingPoint:
         """
         Return the point at which signals of a vehicle put the brake.
 
@@ -230,6 +256,8 @@ class BrakeModel:
             mu_v [s/m]; the friction law's, scaled to the measured mu, where None.
         contact_stiffness : float, optional
             k_c [N/m^3]; by the stiffness table where None, nominal without one.
+        damping_scale : float
+            Factor on the model's damping [-].
 
         """
         contact_pressure = self.contact_pressure(pressure)
@@ -245,7 +273,7 @@ class BrakeModel:
             rotor_speed=rotor_speed, friction=math.copysign(friction, rotor_speed),
             friction_slope=friction_slope or 0.0, contact_pressure=contact_pressure,
             contact_stiffness=self.contact_stiffness_at(contact_pressure)
-            if contact_stiffness is None else contact_stiffness)
+            if contact_stiffness is None else contact_stiffness, damping_scale=damping_scale)
 
     def contact_pressure(self, pressure: float) -> float:
         """Return p0, preload over contact area [Pa], at a brake pressure [Pa]."""
@@ -270,15 +298,3 @@ class BrakeModel:
         """Read a model from a file; see `squeal_core.model.model_file`."""
         from squeal_core.model.model_file import load_model
         return load_model(path)
-
-
-def _finite(name: str, values: ArrayLike) -> FloatArray:
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ModelError(f'{name}: not an array of numbers ({error}); mend it') from None
-    bad = np.flatnonzero(~np.isfinite(array))
-    if bad.size:
-        raise ModelError(f'{name}: {bad.size} values are not finite, the first at flat index '
-                         f'{bad[0]} ({array.flat[bad[0]]}); mend the array')
-    return array

@@ -34,7 +34,7 @@ from squeal_core.model.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPP
 from squeal_core.model.surface_shapes import SurfaceShapes
 
 FORMAT = 'squeal_ros brake model'
-SCHEMA = 2  # of files with a stiffness table; without one they are of schema 1
+SCHEMA = 3  # with contact damping; 2 with a stiffness table and 1 with neither
 
 UNITS = {
     'angular_frequencies': 'rad/s', 'damping_ratios': '-', 'gyroscopic': '-',
@@ -86,6 +86,9 @@ def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -
     if model.stiffness_table:
         # a reader of schema 1 would pass over it and answer for another brake
         header.update(schema=2, stiffness_table=dataclasses.asdict(model.stiffness_table))
+    if model.contact_retardation_time:
+        header.update(schema=3, contact_retardation_time=model.contact_retardation_time,
+                      units={**UNITS, 'contact_retardation_time': 's'})
     write_archive(path, KIND, header, arrays, overwrite=overwrite)
 
 
@@ -142,6 +145,7 @@ def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> Brake
         **dict[str, Any]({name: arrays[name] for name in _ARRAYS if name in arrays}),
         **{name: header[name] for name in _SCALARS},
         stiffness_table=StiffnessTable(**stiffness) if stiffness else None,
+        contact_retardation_time=header.get('contact_retardation_time', 0.0),
         caliper=Caliper(**header['caliper']) if header['caliper'] else None,
         friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
         friction_table=FrictionTable(**table) if table else None,

@@ -64,7 +64,7 @@ def first_order_probabilities(model: BrakeModel, conditions: SlidingConditions,
 
 def coefficient_changes(model: BrakeModel, conditions: SlidingConditions,
                         uncertainty: InputUncertainty) -> FloatArray:
-    """Return the change (4, 6) of the coefficients over one standard deviation of each input."""
+    """Return the change (4, 9) of the coefficients over one standard deviation of each input."""
     stiffness = conditions.contact_stiffness
     if stiffness is None:  # an uncertain pressure moves it along the model's table
         stiffness = model.contact_stiffness_at(model.contact_pressure(conditions.pressure))

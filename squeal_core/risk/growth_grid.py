@@ -73,7 +73,7 @@ class GrowthGrid:
             np.log(self.stiffness_factor))])
 
     def coefficients(self, places: IndexArray) -> FloatArray:
-        """Return the model's six numbers, (P, 6), at grid points given by index (P, 4)."""
+        """Return the model's coefficients, (P, 9), at grid points given by index (P, 4)."""
         speed, pressure, friction, factor = (axis[place] for axis, place in zip(
             (self.rotor_speed, self.contact_pressure, self.friction, self.stiffness_factor),
             places.T, strict=True))

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
-from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.brake.operating_point import DAMPING, DASHPOTS, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
@@ -27,16 +27,18 @@ from squeal_core.stability.eigenvectors import mode_vectors, ModeVectors
 from squeal_core.stability.mode_tracking import follow, MatrixPath, numbered
 
 Label: TypeAlias = Literal['mode coupling', 'negative slope', 'gyroscopic',
-                           'radial-dissipation induced', 'follower force', 'divergence',
-                           'combined', 'stable']
+                           'radial-dissipation induced', 'follower force', 'contact damping',
+                           'divergence', 'combined', 'stable']
 
 ROTATION = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 """Terms that are off in K09's loci without rotation effects (figs 11 and 12); those of D."""
-TERMS = ('structural_damping', 'structural_stiffness', *SUPPORTS, *OPERATORS)
+TERMS = ('structural_damping', 'structural_stiffness', *SUPPORTS, *OPERATORS, 'contact_damping')
 
 _LABELS: dict[str, Label] = {
     'negative_slope': 'negative slope', 'gyroscopic': 'gyroscopic',
-    'radial_dissipation': 'radial-dissipation induced', 'follower': 'follower force'}
+    'radial_dissipation': 'radial-dissipation induced', 'follower': 'follower force',
+    'contact_damping': 'contact damping'}
+_VARYING = (*OPERATORS, 'contact_damping')
 _CONSERVATIVE = ('structural_stiffness', 'contact_stiffness', 'gyroscopic')
 
 
@@ -106,8 +108,9 @@ def mechanisms(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode] |
     - 'divergence': it grows without oscillating;
     - 'mode coupling': the friction couple is needed, and the mode grows without rotation too,
       G, R and S all out (K09's test of mode coupling);
-    - else 'negative slope', 'gyroscopic', 'radial-dissipation induced', 'follower force': that
-      term is needed; of several the one without which the growth rate is the lowest;
+    - else 'negative slope', 'gyroscopic', 'radial-dissipation induced', 'follower force',
+      'contact damping' (the layer's dashpot, whose force carries friction too): that term is
+      needed; of several the one without which the growth rate is the lowest;
     - else 'mode coupling', if the friction couple alone is needed;
     - else 'combined': it takes more than one term out to stop it;
     - 'stable': it does not grow.
@@ -203,21 +206,29 @@ def _numbers(model: BrakeModel) -> tuple[str, ...]:
 
 
 def _damps(name: str) -> bool:
-    return name in ('structural_damping', 'support_damping') or name in ROTATION
+    return name in ('structural_damping', 'support_damping') or name in DAMPING
+
+
+def _parts(model: BrakeModel, name: str) -> list[str]:
+    """Return the coefficients of a term that varies with the point; none: the model lacks it."""
+    names = DASHPOTS.values() if name == 'contact_damping' else (name,)
+    return [part for part in names if getattr(model, part) is not None]
 
 
 def _terms(model: BrakeModel, point: OperatingPoint,
            x: ComplexArray) -> list[tuple[str, ComplexArray]]:
     """Each term of D and K times a vector, in the order of `TERMS`; what the model has."""
     factors = point.coefficients()
-    found = [('structural_damping', model.structural_damping * x),
+    found = [('structural_damping', factors.material_damping * model.structural_damping * x),
              ('structural_stiffness', model.angular_frequencies**2 * x)]
-    found += [(name, getattr(model, name) @ x) for name in SUPPORTS
-              if getattr(model, name) is not None]
-    for name in OPERATORS:
-        array = getattr(model, name)
-        if array is not None:
-            found.append((name, getattr(factors, name) * (array @ x)))
+    scales = (1.0, factors.material_damping)
+    found += [(name, scale * (array @ x)) for name, scale in zip(SUPPORTS, scales, strict=True)
+              if (array := getattr(model, name)) is not None]
+    for name in _VARYING:
+        forces = [getattr(factors, part) * (getattr(model, part) @ x)
+                  for part in _parts(model, name)]
+        if forces:
+            found.append((name, sum(forces[1:], forces[0])))
     return found
 
 
@@ -226,8 +237,8 @@ def _without(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode],
     """Growth rates by index of mode and by term taken out."""
     start = numbered(model, _fading(model, point, ()), tolerances=limits)
     factors = point.coefficients()
-    present = [name for name in OPERATORS if name != 'contact_stiffness'
-               and getattr(model, name) is not None and getattr(factors, name) != 0.0]
+    present = [name for name in _VARYING if name != 'contact_stiffness'
+               and any(getattr(factors, part) != 0.0 for part in _parts(model, name))]
     rotation = tuple(name for name in present if name in ROTATION)
     found: dict[int, dict[str, float]] = {mode.index: {} for mode in modes}
     for term, names in [*((name, (name,)) for name in present), ('rotation', rotation)]:
@@ -245,7 +256,8 @@ def _fading(model: BrakeModel, point: OperatingPoint, names: Sequence[str]) -> M
         d, k = damping.copy(), stiffness.copy()
         for name in names:
             matrix = d if _damps(name) else k
-            matrix -= way * getattr(factors, name) * getattr(model, name)
+            for part in _parts(model, name):
+                matrix -= way * getattr(factors, part) * getattr(model, part)
         return d, k
 
     return family

@@ -36,6 +36,7 @@ MatrixPath: TypeAlias = Callable[[float], tuple[FloatArray, FloatArray]]
 Law: TypeAlias = bool | Literal['slope']
 """What follows the friction law: nothing, friction and slope, or the slope alone."""
 PARAMETERS = ('rotor_speed', 'friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
+_COORDINATES = (*PARAMETERS, 'damping_scale')
 RESOLUTION = 1e-2  # least step, as a part of the way; friction is not known any better
 LONGEST_STEP = 0.25  # of the way
 OVERLAP = 0.25  # how far the overlap of a mode with itself, a step on, may be from one
@@ -154,7 +155,7 @@ def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: fl
 
     """
     limits = tolerances or Tolerances.of(model, *points[:1])
-    values = np.array([[getattr(point, name) for name in PARAMETERS] for point in points])
+    values = np.array([[getattr(point, name) for name in _COORDINATES] for point in points])
     largest = np.abs(values).max(axis=0, initial=0.0)
     for i, point in enumerate(points):
         if i == 0:
@@ -175,7 +176,7 @@ def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> Ma
     def family(way: float) -> tuple[FloatArray, FloatArray]:
         return matrices(model, OperatingPoint(**{
             name: (1.0 - way) * getattr(start, name) + way * getattr(end, name)
-            for name in PARAMETERS}))
+            for name in _COORDINATES}))
 
     return family
 

@@ -15,11 +15,9 @@
 """How a root moves with the coefficients of the affine family, and with the parameters."""
 
 import numpy as np
-from squeal_core.brake.operating_point import Coefficients, OperatingPoint
+from squeal_core.brake.operating_point import Coefficients, DAMPING, OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigenvectors import mode_vectors, slope_between
-
-_DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
 
 
 def root_sensitivity(model: BrakeModel, point: OperatingPoint,
@@ -54,7 +52,7 @@ def root_sensitivity(model: BrakeModel, point: OperatingPoint,
     for name in Coefficients._fields:
         array = getattr(model, name)
         if array is not None:
-            factor = eigenvalue if name in _DAMPING else 1.0
+            factor = eigenvalue if name in DAMPING else 1.0
             found[name] = complex(-factor * (y @ (array @ x)) / scale)
     return found
 
@@ -99,12 +97,18 @@ def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
 
 def _slopes(q: OperatingPoint) -> dict[str, dict[str, float]]:
     """Return d c / d q of each coefficient by each parameter, where not zero."""
-    speed, load = q.rotor_speed, q.contact_pressure
+    speed, load, scale = q.rotor_speed, q.contact_pressure, q.damping_scale
+    stiffness = q.contact_stiffness
     return {
         'rotor_speed': {'gyroscopic': 1.0, 'radial_dissipation': -load * q.friction / speed**2},
         'friction': {'radial_dissipation': load / speed, 'follower': load,
-                     'friction_couple': q.contact_stiffness},
+                     'friction_couple': stiffness,
+                     'contact_damping_couple': scale * stiffness},
         'friction_slope': {'negative_slope': load},
         'contact_pressure': {'radial_dissipation': q.friction / speed, 'follower': q.friction,
                              'negative_slope': q.friction_slope},
-        'contact_stiffness': {'contact_stiffness': 1.0, 'friction_couple': q.friction}}
+        'contact_stiffness': {'contact_stiffness': 1.0, 'friction_couple': q.friction,
+                              'contact_damping': scale,
+                              'contact_damping_couple': scale * q.friction},
+        'damping_scale': {'material_damping': 1.0, 'contact_damping': stiffness,
+                          'contact_damping_couple': q.friction * stiffness}}

@@ -103,6 +103,8 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     about = {'model': str(model.provenance.get('brake', ''))[:200], 'rotation': rotation,
              'friction_law': friction_law, 'tracked': tracked, 'fast': fast,
              'nominal_contact_stiffness': model.nominal_contact_stiffness}
+    if point.damping_scale != 1.0:
+        about['damping_scale'] = point.damping_scale
     if not rotation:
         model = without_rotation(model)
     limits = tolerances or Tolerances.of(model, point)

@@ -54,13 +54,16 @@ class OperatingPoints:
     contact_pressure: FloatArray
     contact_stiffness: FloatArray
     friction_slope: FloatArray
+    damping_scale: FloatArray
 
     @classmethod
     def of(cls, *, rotor_speed: ArrayLike, friction: ArrayLike, contact_pressure: ArrayLike,
-           contact_stiffness: ArrayLike, friction_slope: ArrayLike = 0.0) -> 'OperatingPoints':
+           contact_stiffness: ArrayLike, friction_slope: ArrayLike = 0.0,
+           damping_scale: ArrayLike = 1.0) -> 'OperatingPoints':
         """Return points of arrays that are broadcast together."""
         arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(value, float)) for value in (
-            rotor_speed, friction, contact_pressure, contact_stiffness, friction_slope)))
+            rotor_speed, friction, contact_pressure, contact_stiffness, friction_slope,
+            damping_scale)))
         return cls(*(readonly(array) for array in arrays))
 
     def __len__(self) -> int:
@@ -71,7 +74,7 @@ class OperatingPoints:
                                  for item in fields(self)})
 
     def coefficients(self) -> FloatArray:
-        """Return (6, P), as `OperatingPoint.coefficients`."""
+        """Return (9, P), as `OperatingPoint.coefficients`."""
         return np.stack(coefficients_of(self))
 
     def places(self) -> FloatArray:
@@ -192,11 +195,12 @@ class _Batch:
 
     def from_new_expansions(self) -> None:
         """Expand amid the points that wait around the first one, as long as it pays."""
-        places = self.points.places()
+        places, scale = self.points.places(), self.points.damping_scale
         apart = np.zeros(len(self.points), bool)  # left to full solves
         while (waiting := np.flatnonzero(self._waiting & ~apart)).size:
             first = waiting[0]
-            group = waiting[np.abs(places[waiting] - places[first]).max(axis=1) <= 1.0]
+            alike = waiting[scale[waiting] == scale[first]]
+            group = alike[np.abs(places[alike] - places[first]).max(axis=1) <= 1.0]
             if group.size < _WORTH:
                 apart[group] = True
                 continue
@@ -222,7 +226,9 @@ class _Batch:
     def _distances(self, expansion: SpectralExpansion, places: IndexArray) -> FloatArray:
         """Return how far points are from an expansion, in its trust radii."""
         away = self._coefficients[expansion.rows][:, places] - expansion.centre[:, None]
-        return np.asarray(np.linalg.norm(away / expansion.trust_radius[:, None], axis=0))
+        distances = np.linalg.norm(away / expansion.trust_radius[:, None], axis=0)
+        other = self.points.damping_scale[places] != expansion.point.damping_scale
+        return np.where(other, np.inf, distances)
 
     def _answer(self, expansion: SpectralExpansion, places: IndexArray) -> None:
         for start in range(0, places.size, _CHUNK):

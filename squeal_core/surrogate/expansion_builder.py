@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
-from squeal_core.brake.operating_point import Coefficients, OperatingPoint
+from squeal_core.brake.operating_point import Coefficients, DAMPING, DASHPOTS, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import frequency_scale, state_matrix
@@ -38,7 +38,7 @@ _SLOPE_STEP = 0.01  # s/m; the slope may be zero
 _COUPLING = 0.07  # root of the second-order term from which on two modes share a block
 _DEFECTIVE = 4.9e-5  # part of the largest eigenvalue by which some are off: vectors are one
 _SMALL = 0.01  # of the damping or stiffness that is the spectrum's scale
-_DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
+_FIXED = ('material_damping', *DASHPOTS.values())  # or fixed to a stiffness, by the damping scale
 
 
 def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
@@ -85,8 +85,8 @@ class _Frame:
 
     @classmethod
     def at(cls, model: BrakeModel, point: OperatingPoint, stiffness_step: float) -> '_Frame':
-        rows = np.array([i for i, name in enumerate(Coefficients._fields)
-                         if (array := getattr(model, name)) is not None and np.any(array)],
+        rows = np.array([i for i, name in enumerate(Coefficients._fields) if name not in _FIXED
+                         and (array := getattr(model, name)) is not None and np.any(array)],
                         dtype=np.intp)
         centre = np.array(point.coefficients())[rows]
         steps = [np.array(there.coefficients())[rows] - centre
@@ -100,7 +100,7 @@ class _Frame:
 def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
     """Return a step of a coefficient that no parameter's step moves, as at no friction."""
     name = Coefficients._fields[row]
-    scale = frequency_scale(model, point) ** (1 if name in _DAMPING else 2)
+    scale = frequency_scale(model, point) ** (1 if name in DAMPING else 2)
     return _SMALL * scale / float(np.abs(getattr(model, name)).max()) or 1.0
 
 
@@ -201,7 +201,10 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: C
     for coupling, row, scale in zip(couplings, frame.rows, frame.scales, strict=True):
         name = Coefficients._fields[row]
         array = -scale * getattr(model, name)
-        felt = array @ velocities if name in _DAMPING else array[:, moving] @ displacements
+        felt = array @ velocities if name in DAMPING else array[:, moving] @ displacements
+        dashpot = getattr(model, DASHPOTS.get(name, ''), None)
+        if dashpot is not None:
+            felt -= scale * point.damping_scale * (dashpot @ velocities)
         half = pushing @ felt.view(complex)
         coupling[:, pairs.upper], coupling[:, pairs.lower] = half, half[pairs.image].conj()
     # the state matrix times the vectors, without its zeros and ones

@@ -16,9 +16,10 @@
 The whole spectrum near an operating point, as power series of small blocks.
 
 At the expansion point the state matrix A = V diag(lambda) W, W = V^-1, is solved with its vectors.
-Nearby A + dA, dA = sum_i dc_i A_i affine in the six coefficients c, so W dA V = sum_i z_i E_i in
+Nearby A + dA, dA = sum_i dc_i A_i affine in the coefficients c, so W dA V = sum_i z_i E_i in
 scaled steps z_i = dc_i / s_i. Modes that could come near each other within a step are put in one
-block. The invariant subspace that continues a block's vectors is V (U + X), X without components
+block. The damping scale stays: spring and dashpot of the contact layer share a coefficient. The
+invariant subspace that continues a block's vectors is V (U + X), X without components
 in the block, and the block's roots are those of the small matrix B,
 
     B = diag(lambda_C) + [E (U + X)]_C,        X (B) - diag(lambda) X = off-block part of E (U + X)
@@ -58,7 +59,7 @@ class SpectralExpansion:
     ----------
     point : OperatingPoint
     rows : (v,) index array
-        Which of the six coefficients the model depends on.
+        Which of the `Coefficients` vary, at one damping scale.
     centre, scales : (v,) arrays
         z = (c - centre) / scales.
     monomials : Monomials
@@ -130,7 +131,7 @@ class SpectralExpansion:
 
     def eigenvalues_at(self, coefficients: FloatArray) -> tuple[ComplexArray, FloatArray]:
         """
-        Return the roots (..., n) [1/s] and what they may be off by, at coefficients (..., 6).
+        Return the roots (..., n) [1/s] and what they may be off by, at coefficients (..., 9).
 
         The error is an estimate: the terms of the last degrees, by their norms, continued as a
         geometric series, times the condition of each root within its block. It is infinite where

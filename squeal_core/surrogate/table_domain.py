@@ -116,13 +116,14 @@ class TableDomain:
             contact_stiffness=self.stiffness_factor * np.asarray(stiffness))
 
     def follows(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
-        """Tell which points (P,) have the slope and stiffness the table was built with."""
+        """Tell which points (P,) have slope, stiffness and damping the table was built with."""
         built = self.points(model, places_of(points))
-        slopes = np.array([point.friction_slope for point in points])
-        stiffnesses = np.array([point.contact_stiffness for point in points])
+        slopes, stiffnesses, scales = np.array([
+            (point.friction_slope, point.contact_stiffness, point.damping_scale)
+            for point in points]).T
         return ((np.abs(slopes - built.friction_slope) <= _LAW * np.abs(built.friction_slope))
                 & (np.abs(stiffnesses - built.contact_stiffness)
-                   <= _LAW * built.contact_stiffness))
+                   <= _LAW * built.contact_stiffness) & (scales == built.damping_scale))
 
 
 def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,

@@ -130,11 +130,13 @@ def model_hash(model: BrakeModel) -> str:
     """Return SHA-256 over what the eigenvalues at a sliding point depend on."""
     names = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
     law, table = model.friction_law, model.stiffness_table
+    damping = ({'contact_retardation_time': model.contact_retardation_time}
+               if model.contact_retardation_time else {})
     return content_hash({
         'friction_law': asdict(law) if law else None,
         'stiffness_table': asdict(table) if table else None,
         **{name: getattr(model, name) for name in (
-            'contact_area', 'contact_radius', 'nominal_contact_stiffness')}},
+            'contact_area', 'contact_radius', 'nominal_contact_stiffness')}, **damping},
         {name: array for name in names if (array := getattr(model, name)) is not None})
 
 

@@ -47,7 +47,8 @@ def operating_point(model: BrakeModel, options: argparse.Namespace) -> Operating
         rotor_speed=options.rotor_speed, friction=math.copysign(friction, options.rotor_speed),
         friction_slope=slope, contact_pressure=contact_pressure,
         contact_stiffness=model.contact_stiffness_at(contact_pressure)
-        if options.contact_stiffness is None else options.contact_stiffness)
+        if options.contact_stiffness is None else options.contact_stiffness,
+        damping_scale=options.damping_scale)
 
 
 def _preload(model: BrakeModel, options: argparse.Namespace) -> float:

@@ -291,6 +291,8 @@ def _point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
     load.add_argument('--preload', type=float, metavar='N', help='of one pad (default 2000)')
     load.add_argument('--pressure', type=float, metavar='PA')
     p.add_argument('--contact-stiffness', type=float, metavar='N/M^3', help='default: nominal')
+    p.add_argument('--damping-scale', type=float, default=1.0, metavar='FACTOR',
+                   help="on the model's damping of components, supports and contact (default 1)")
 
 
 def _settings(p: argparse.ArgumentParser) -> None:

@@ -35,6 +35,9 @@ def model_lines(header: Mapping[str, Any], model: BrakeModel, name: str) -> Iter
     yield (f'contact          area {model.contact_area * 1e4:.2f} cm^2, mean radius '
            f'{model.contact_radius * 1e3:.1f} mm, stiffness '
            f'{model.nominal_contact_stiffness:.3g} N/m^3{_by_table(model)}')
+    if time := model.contact_retardation_time:
+        yield (f'contact damping  loss factor {2e3 * np.pi * time:.3g} at 1 kHz, in proportion to '
+               'frequency')
     yield f'arrays           {", ".join(n for n in OPERATORS if getattr(model, n) is not None)}'
     yield f'schema           {header.get("schema")}'
     yield f'hash             {printable(header.get("hash"))}'

@@ -55,6 +55,7 @@ _RANGES = {
     'pressure': _Range('Pa', 'pressure', (0.0, 1e9), (1e4, 3e7)),
     'contact_pressure': _Range('Pa', 'pressure', (0.0, 1e9), (1e3, 5e7)),
     'contact_stiffness': _Range('N/m^3', 'stiffness', (0.0, 1e17), (1e8, 1e13)),
+    'damping_scale': _Range('', 'number', (0.0, 1e3), (0.1, 10.0)),
 }
 
 

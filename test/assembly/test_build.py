@@ -129,6 +129,31 @@ def test_support_holds_the_pads(plain: BrakeModel, tmp_path: Path) -> None:
     assert np.array_equal(loaded.support_stiffness, model.support_stiffness)
 
 
+def test_damping_where_it_belongs(plain: BrakeModel, tmp_path: Path) -> None:
+    """By component and frequency, in the contact layer, in a shim behind each pad."""
+    pads = {'frequency_hz': [4000, 10000], 'damping_ratio': [0.002, 0.008]}
+    changes = {
+        'damping': {'disc': 0.001, 'pads': pads},
+        'contact': {**SHIPPED['contact'], 'loss_factor': 0.5, 'reference_frequency_hz': 2000},
+        'pads': {**PAD, 'shim': {'axial_stiffness_n_m3': 1e12, 'loss_factor': 0.3,
+                                 'reference_frequency_hz': 2000}}}
+    described = {key: value for key, value in SHIPPED.items() if key != 'damping_ratio'}
+    (tmp_path / 'own.yaml').write_text(json.dumps({**described, **changes}))
+    model = build_model(read_brake(tmp_path / 'own.yaml'), **COARSE)
+    hertz = model.angular_frequencies / (2.0 * np.pi)
+    assert model.angular_frequencies == pytest.approx(plain.angular_frequencies, abs=1e-3)
+    of_pads = np.array([name.startswith('pad') for name in model.names])
+    expected = np.where(of_pads, np.clip(0.002 + (hertz - 4000) * 1e-6, 0.002, 0.008), 0.001)
+    assert model.damping_ratios == pytest.approx(expected, rel=1e-9)
+    assert plain.contact_damping is None
+    assert model.contact_damping == pytest.approx(
+        0.5 / (2.0 * np.pi * 2000) * plain.contact_stiffness, rel=1e-6, abs=1e-12)
+    assert model.support_damping == pytest.approx(
+        0.3 / (2.0 * np.pi * 2000) * np.asarray(model.support_stiffness), rel=1e-12, abs=1e-12)
+    failed = [c for c in model.provenance['audit'] if c['name'].startswith('contact loss')]
+    assert [(c['value'], c['passed']) for c in failed] == [(pytest.approx(4.0), False)]
+
+
 def test_audit_is_kept_and_passes(plain: BrakeModel, kang: BrakeModel) -> None:
     for model in (plain, kang):
         checks = model.provenance['audit']

@@ -90,7 +90,8 @@ def npy(shape: str, data: bytes, kind: str = '<f8') -> bytes:
     {}, dict.fromkeys(OPERATORS), dict.fromkeys(OPERATORS[1:], SMALL + SMALL.T),
     {'caliper': None}, {'friction_law': None}, {'friction_table': None}, {'names': ()},
     {'provenance': {}}, {'damping_ratios': 0.01},
-    {'stiffness_table': StiffnessTable((0.0, 1e5 / 3), (1e10, 2e10 / 3))}])
+    {'stiffness_table': StiffnessTable((0.0, 1e5 / 3), (1e10, 2e10 / 3))},
+    {'contact_retardation_time': 1e-5 / 3}])
 def test_round_trip_is_bit_exact(tmp_path: Path, changes: dict[str, Any]) -> None:
     model = small_model(**changes)
     model.save(tmp_path / 'model.npz')

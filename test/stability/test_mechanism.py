@@ -55,7 +55,7 @@ def random_model(seed: int, size: int = 4) -> BrakeModel:
         angular_frequencies=np.sort(rng.uniform(1e3, 1e4, size)), damping_ratios=0.01,
         gyroscopic=skew - skew.T, contact_stiffness=1e-3 * a, friction_couple=1e-3 * square[3],
         radial_dissipation=1e-4 * r, negative_slope=1e-4 * s, follower=square[4],
-        support_stiffness=1e6 * k, support_damping=10.0 * d)
+        support_stiffness=1e6 * k, support_damping=10.0 * d, contact_retardation_time=2e-5)
 
 
 def at(model: BrakeModel, speed: float) -> OperatingPoint:
@@ -82,6 +82,10 @@ def scaled(model: BrakeModel, point: OperatingPoint, term: str, factor: float) -
             continue
         value = getattr(point.coefficients(), name) * (factor if name == term else 1.0)
         d, k = (d + value * array, k) if name in ROTATION else (d, k + value * array)
+    spring = point.contact_stiffness * (model.contact_stiffness
+                                        + point.friction * model.friction_couple)
+    d = d + model.contact_retardation_time * spring * (
+        factor if term == 'contact_damping' else 1.0)
     n = model.size
     return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-k, -d]]))
 
@@ -98,12 +102,13 @@ def of_k09(kang: BrakeModel) -> Callable[[float, bool], tuple[Mechanism, ...]]:
 
 # ---------------------------------------------------------------- contributions and powers
 
+@pytest.mark.parametrize('scale', [1.0, 0.3])
 @pytest.mark.parametrize('seed', range(4))
-def test_sums_of_random_models(seed: int) -> None:
-    model = random_model(seed)
-    for mode in complex_modes(model, POINT).modes:
-        vectors = mode_vectors(model, POINT, mode.eigenvalue)
-        found, work = (f(model, POINT, vectors) for f in (contributions, powers))
+def test_sums_of_random_models(seed: int, scale: float) -> None:
+    model, point = random_model(seed), replace(POINT, damping_scale=scale)
+    for mode in complex_modes(model, point).modes:
+        vectors = mode_vectors(model, point, mode.eigenvalue)
+        found, work = (f(model, point, vectors) for f in (contributions, powers))
         assert tuple(found) == tuple(work) == TERMS
         for terms in (found, work):
             assert sum(terms.values()) == pytest.approx(
@@ -132,7 +137,8 @@ def test_sums_of_the_shipped_model(speed: float, kang: BrakeModel) -> None:
 def test_contributions_are_changes_by_scaling_a_term(seed: int, term: str) -> None:
     """Of damping terms once, of stiffness terms twice the change per relative change."""
     model, step = random_model(seed), 1e-4
-    weight = 1.0 if term in (*ROTATION, 'structural_damping', 'support_damping') else 2.0
+    weight = 1.0 if term in (*ROTATION, 'structural_damping', 'support_damping',
+                             'contact_damping') else 2.0
     for mode in complex_modes(model, POINT).modes:
         root = mode.eigenvalue
         found = contributions(model, POINT, mode_vectors(model, POINT, root))[term]
@@ -216,7 +222,8 @@ def test_zeros_for_a_root_at_zero(kang: BrakeModel) -> None:
 TERM_OF: dict[Label, str] = {
     'mode coupling': 'friction_couple', 'negative slope': 'negative_slope',
     'gyroscopic': 'gyroscopic', 'radial-dissipation induced': 'radial_dissipation',
-    'follower force': 'follower', 'divergence': 'negative_slope'}
+    'follower force': 'follower', 'contact damping': 'contact_damping',
+    'divergence': 'negative_slope'}
 
 
 def nearest(model: BrakeModel, point: OperatingPoint, mode: Mode) -> Mode:
@@ -276,6 +283,9 @@ SLIDING = np.diag([1e-3, 1e-3])  # S0: -50 1/s of both
     ({'friction_couple': BELOW, 'negative_slope': SLIDING}, 'negative slope'),
     ({'negative_slope': SLIDING}, 'negative slope'),
     ({'follower': 1.2 * MERGING / (5e5 * 0.5) * SKEW}, 'follower force'),
+    # friction of the dashpot's force along the motion: -25 1/s; that of the spring's only softens
+    ({'friction_couple': -1e-3 * np.eye(2), 'contact_retardation_time': 5e-5},
+     'contact damping'),
     # either of two is enough: taking one out cures nothing
     ({'friction_couple': ABOVE, 'negative_slope': SLIDING}, 'combined'),
     ({'friction_couple': BELOW, 'gyroscopic': SPIN, 'radial_dissipation': ONE_SIDED},

@@ -14,20 +14,24 @@
 
 """Sensitivities against differences of the roots, and first-order risk against Monte Carlo."""
 
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.brake.operating_point import Coefficients
+from squeal_core.brake.operating_point import Coefficients, DAMPING
 from squeal_core.common.arrays import ComplexArray
-from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.stability.sensitivity import growth_change, root_sensitivity
+from squeal_core.stability.eigensolution import complex_modes, eigenvalues
+from squeal_core.stability.sensitivity import (
+    growth_change,
+    parameter_sensitivity,
+    root_sensitivity,
+)
 from support.engine_models import dense_model
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
                        contact_stiffness=1e9)
-DAMPING = ('gyroscopic', 'radial_dissipation', 'negative_slope')
-WITHOUT_FOLLOWER = Coefficients._fields[:5]
+OF_K09 = (*Coefficients._fields[:5], 'material_damping')
 
 
 def kang_point(model: BrakeModel, speed: float) -> OperatingPoint:
@@ -38,7 +42,7 @@ def kang_point(model: BrakeModel, speed: float) -> OperatingPoint:
 
 def roots_at(model: BrakeModel, coefficients: Coefficients) -> ComplexArray:
     """Roots for any coefficients, whether an operating point has them or not."""
-    damping, stiffness = np.diag(model.structural_damping), np.diag(model.angular_frequencies**2)
+    damping, stiffness = np.zeros((model.size,) * 2), np.diag(model.angular_frequencies**2)
     for name, factor in coefficients._asdict().items():
         array = getattr(model, name)
         if array is not None and name in DAMPING:
@@ -47,6 +51,11 @@ def roots_at(model: BrakeModel, coefficients: Coefficients) -> ComplexArray:
             stiffness = stiffness + factor * array
     n = model.size
     return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
+
+
+def viscous_model(seed: int) -> BrakeModel:
+    """Return the dense model with a layer that damps as much as it is stiff."""
+    return replace(dense_model(seed), contact_retardation_time=1e-4)
 
 
 def difference(model: BrakeModel, at: Coefficients, name: str, root: complex,
@@ -64,7 +73,7 @@ def difference(model: BrakeModel, at: Coefficients, name: str, root: complex,
 @pytest.mark.parametrize('name', Coefficients._fields)
 @pytest.mark.parametrize('seed', range(3))
 def test_against_differences(seed: int, name: str) -> None:
-    model, at = dense_model(seed), POINT.coefficients()
+    model, at = viscous_model(seed), POINT.coefficients()
     for root in roots_at(model, at):
         found = root_sensitivity(model, POINT, complex(root))[name]
         step = 1e-3 * abs(getattr(at, name))
@@ -74,7 +83,7 @@ def test_against_differences(seed: int, name: str) -> None:
         assert abs(expected) * step > 1e-6  # so the roots do move
 
 
-@pytest.mark.parametrize('name', WITHOUT_FOLLOWER)
+@pytest.mark.parametrize('name', OF_K09)
 @pytest.mark.parametrize('speed', [5.0, 20.0])
 def test_shipped_model_against_differences(speed: float, name: str, kang: BrakeModel) -> None:
     point = kang_point(kang, speed)
@@ -92,10 +101,10 @@ def test_shipped_model_against_differences(speed: float, name: str, kang: BrakeM
 def test_only_what_the_model_has(kang: BrakeModel) -> None:
     point = kang_point(kang, 5.0)
     root = complex_modes(kang, point).unstable[0].eigenvalue
-    assert tuple(root_sensitivity(kang, point, root)) == WITHOUT_FOLLOWER
+    assert tuple(root_sensitivity(kang, point, root)) == OF_K09
     bare = BrakeModel(angular_frequencies=[1e3, 2e3], negative_slope=[[1e-3, 1e-4], [1e-4, 1e-3]])
     found = root_sensitivity(bare, POINT, complex_modes(bare, POINT).modes[0].eigenvalue)
-    assert tuple(found) == ('negative_slope',)
+    assert tuple(found) == ('negative_slope', 'material_damping')
 
 
 def test_one_mode_in_closed_form() -> None:
@@ -113,12 +122,12 @@ def test_one_mode_in_closed_form() -> None:
 
 def test_growth_change_is_first_order() -> None:
     """All coefficients at once: what the tangent misses falls with the step's square."""
-    model, at = dense_model(2), POINT.coefficients()
+    model, at = viscous_model(2), POINT.coefficients()
 
     def missed(step: float, root: complex) -> tuple[float, float]:
         """Return what `growth_change` is off, and the change itself."""
         there = Coefficients(*(c * (1.0 + sign * step) for c, sign in zip(
-            at, (1, -1, 1, 1, -1, 1), strict=True)))
+            at, (1, -1, 1, 1, -1, 1, -1, 1, 1), strict=True)))
         moved = roots_at(model, there)
         change = float(moved[np.abs(moved - root).argmin()].real - root.real)
         return growth_change(root_sensitivity(model, POINT, root), at, there) - change, change
@@ -127,6 +136,23 @@ def test_growth_change_is_first_order() -> None:
         (coarse, change), (fine, _) = missed(1e-2, root), missed(5e-3, root)
         assert abs(coarse) < 0.01 * abs(change)
         assert coarse / fine == pytest.approx(4.0, abs=0.05)  # the cubic term is 1e-2 of it
+
+
+@pytest.mark.parametrize('scale', [1.0, 0.4])
+@pytest.mark.parametrize('name', [item.name for item in fields(OperatingPoint)])
+def test_parameters_against_differences(name: str, scale: float) -> None:
+    """Of the operating point, the damping scale among them: by eigenvalues of D and K."""
+    model, point = viscous_model(1), replace(POINT, damping_scale=scale)
+    for root in map(complex, eigenvalues(model, point)):
+        def moved(times: float, near: complex = root) -> complex:
+            roots = eigenvalues(model, replace(
+                point, **{name: (1.0 + 1e-3 * times) * getattr(point, name)}))
+            return complex(roots[np.abs(roots - near).argmin()])
+
+        step = 1e-3 * getattr(point, name)
+        expected = (8.0 * (moved(1.0) - moved(-1.0)) - (moved(2.0) - moved(-2.0))) / (12.0 * step)
+        found = parameter_sensitivity(model, point, root)[name]
+        assert found == pytest.approx(expected, rel=1e-6, abs=abs(1e-9 / step))
 
 
 # ---------------------------------------------------------------- first-order risk

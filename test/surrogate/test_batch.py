@@ -14,6 +14,7 @@
 
 """Many points at once: the same modes as one by one, from few anchors."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,19 @@ def test_a_cloud(kang: BrakeModel) -> None:
     assert np.count_nonzero(again.full) <= np.count_nonzero(found.full)
     assert len(solver.expansions) == made
     check(again, expected)
+
+
+def test_contact_damping_and_damping_scales(kang: BrakeModel) -> None:
+    """Points of one scale share expansions, whichever the others are."""
+    damped = replace(kang, contact_retardation_time=8e-6)
+    near = around(damped, 40, 0.05)
+    points = replace(near, damping_scale=np.where(np.arange(40) % 2, 0.5, 1.0))
+    solver = BatchSolver(damped)
+    found, expected = solver.modes(points), single(damped, points)
+    check(found, expected)
+    assert {one.point.damping_scale for one in solver.expansions} == {0.5, 1.0}
+    assert np.count_nonzero(found.full) < 20
+    assert np.abs(expected - single(kang, points)).max() > 10.0  # 1/s, so damping counts
 
 
 def test_scattered_points_are_solved_in_full(kang: BrakeModel) -> None:

@@ -141,7 +141,8 @@ def test_points_that_leave_the_law_are_solved_in_full(
     solver = TabulatedSolver(model, table)
     for off in (replace(point, friction_slope=0.9 * point.friction_slope),
                 replace(point, contact_stiffness=1.01 * point.contact_stiffness),
-                replace(point, rotor_speed=3.0), replace(point, friction=-point.friction)):
+                replace(point, rotor_speed=3.0), replace(point, friction=-point.friction),
+                replace(point, damping_scale=1.01)):
         assert solver.solve(off).source == 'full'
     assert solver.solve(backwards).source == 'table'
     np.testing.assert_allclose(solver.solve(backwards).mode_eigenvalues,

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-A0, B0, R0, S0 and F0 against the nonlinear contact force, differentiated numerically.
+A0, B0, R0, S0, F0 and contact damping against the nonlinear contact force, by differences.
 
 Nothing here uses the linearised contact: points of the disc move through space (K09 eqs 5-10),
 their velocity is a derivative of that motion, the friction force follows its direction (12)-(15),
@@ -96,6 +96,7 @@ class Sliding:
     slope: float = 0.0
     pressure: float = 6e5
     stiffness: float = 0.35e11
+    retardation_time: float = 0.0
     displacement_moves_friction: bool = False
 
     @property
@@ -161,10 +162,12 @@ class Sliding:
     def force(self, a: FloatArray, rate: FloatArray) -> FloatArray:
         """Integrate normal and friction forces on disc and pad."""
         q, (pad_shape, disc_shape) = self.quadrature, self.shape_values
-        pad_a, disc_a = self.split(a)
-        approach = self.side * (np.tensordot(disc_shape[2], disc_a, (0, 0))
-                                - np.tensordot(pad_shape[2], pad_a, (0, 0)))
-        normal = self.pressure + self.stiffness * approach
+        # the layer stays over its point of the pad, so that its rate is that at a fixed place
+        strain, strain_rate = (
+            self.side * (np.tensordot(disc_shape[2], disc_part, (0, 0))
+                         - np.tensordot(pad_shape[2], pad_part, (0, 0)))
+            for pad_part, disc_part in (self.split(a), self.split(rate)))
+        normal = self.pressure + self.stiffness * (strain + self.retardation_time * strain_rate)
         velocity = self.relative_velocity(a, rate)
         speed = np.linalg.norm(velocity, axis=0)
         usual = np.linalg.norm(self.relative_velocity(a, 0.0 * rate), axis=0)
@@ -212,7 +215,10 @@ def predicted_stiffness(case: Sliding) -> FloatArray:
 def predicted_damping(case: Sliding) -> FloatArray:
     c, face = case.point.coefficients(), [case.face]
     return (c.radial_dissipation * operators.radial_dissipation(face)
-            + c.negative_slope * operators.negative_slope(face))
+            + c.negative_slope * operators.negative_slope(face)
+            + case.retardation_time * (
+                c.contact_damping * operators.contact_stiffness(face)
+                + c.contact_damping_couple * operators.friction_couple(face)))
 
 
 EVERY_WAY = pytest.mark.parametrize(
@@ -272,9 +278,19 @@ def test_negative_slope(side: int, speed: float) -> None:
 
 
 @EVERY_WAY
+@pytest.mark.parametrize('friction', [0.0, 0.42])
+def test_contact_damping(side: int, speed: float, friction: float) -> None:
+    """The force of a viscous layer, and the friction that this force carries."""
+    case = Sliding(side, speed, friction, pressure=0.0, retardation_time=8e-6)
+    viscous = 8e-6 * 0.35e11 * operators.contact_stiffness([case.face])
+    couple = 8e-6 * 0.35e11 * operators.friction_couple([case.face])
+    assert_same(case.damping_matrix(), viscous + case.point.friction * couple)
+
+
+@EVERY_WAY
 def test_everything_together(side: int, speed: float) -> None:
     """A contact so soft (kc r = p0) that no term hides behind another."""
-    case = Sliding(side, speed, slope=-0.1, stiffness=5e6)
+    case = Sliding(side, speed, slope=-0.1, stiffness=5e6, retardation_time=1e-2)
     assert_same(case.stiffness_matrix(), predicted_stiffness(case))
     assert_same(case.damping_matrix(), predicted_damping(case))
 
