@@ -133,7 +133,7 @@ def test_growth_change_is_first_order() -> None:
         return growth_change(root_sensitivity(model, POINT, root), at, there) - change, change
 
     for root in map(complex, roots_at(model, at)):
-        (coarse, change), (fine, _) = missed(1e-2, root), missed(5e-3, root)
+        (coarse, change), (fine, _) = missed(1e-3, root), missed(5e-4, root)
         assert abs(coarse) < 0.01 * abs(change)
         assert coarse / fine == pytest.approx(4.0, abs=0.05)  # the cubic term is 1e-2 of it
 
