@@ -15,6 +15,7 @@
 """What commands write: never over a file unasked, never to a device, and said before the work."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 import json
 import os
@@ -24,7 +25,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from squeal_core import BrakeModel
+from squeal_core import BrakeModel, complex_modes, OperatingPoint
 from squeal_core.model.brake_model import BrakeModel as Model
 from squeal_ros.cli.main import main
 
@@ -192,3 +193,27 @@ def test_a_recording_and_a_demo_need_force(tmp_path: Path, capsys: Any) -> None:
         assert words in error
     assert (tmp_path / 'live.csv').read_text() == 'mine'
     assert [path.name for path in tmp_path.iterdir()] == ['live.csv']
+
+
+def test_a_damping_scale_and_what_contact_damping_adds(capsys: Any) -> None:
+    point = ['--rotor-speed', 20, '--friction', 0.42, '--damping-scale', 0.1]
+    code, out, _ = run(['modes', 'kang2009_damped', *point, '--json'], capsys)
+    found = json.loads(out)
+    assert (code, found['point']['damping_scale']) == (0, 0.1)
+    model = BrakeModel.load('kang2009_damped')
+    at = OperatingPoint(**{**found['point'], 'damping_scale': 1.0})
+    weaker = replace(model, damping_ratios=0.1 * model.damping_ratios,
+                     contact_retardation_time=0.1 * model.contact_retardation_time)
+    grown = [mode for mode in found['modes'] if mode['kind'] == 'flutter']
+    expected = [mode.growth_rate for mode in complex_modes(weaker, at).modes
+                if mode.kind == 'flutter']
+    assert [mode['growth_rate'] for mode in grown] == pytest.approx(expected, abs=1e-6)
+    for mode in grown:
+        assert sum(mode['contributions'].values()) == pytest.approx(mode['growth_rate'], abs=1e-4)
+        assert mode['contributions']['contact_damping'] != 0.0
+        assert mode['sensitivity']['damping_scale'] is not None
+    assert 'loss factor 0.05 at 1 kHz' in run(['info', 'kang2009_damped'], capsys)[1]
+    assert 'contact damping' not in run(['info', 'kang2009'], capsys)[1]
+    code, _, error = run(['modes', 'kang2009', *point[:-1], -1], capsys)
+    assert code == 2
+    assert '--damping-scale: is -1; give 0 to 1000' in error
