@@ -200,7 +200,7 @@ def test_only_files_with_a_stiffness_table_are_of_schema_2(path: Path) -> None:
 
 
 @pytest.mark.parametrize('schema', [
-    3, 10**30, 0, -1, '1', None, 1.0, False, True, [1]])
+    4, 10**30, 0, -1, '1', None, 1.0, False, True, [1]])
 def test_other_schemas(path: Path, schema: Any) -> None:
     assert f'has schema {schema!r}; this version' in refusal(rewrite(path, {'schema': schema}))
 

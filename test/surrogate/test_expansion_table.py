@@ -214,6 +214,22 @@ def test_a_stiffness_factor_is_that_of_a_stiffer_model(
     assert np.abs(found.mode_eigenvalues - truth.mode_eigenvalues[found.numbers - 1]).max() <= 0.1
 
 
+def test_a_table_knows_contact_damping(model: BrakeModel, table: ExpansionTable) -> None:
+    """Which moves eigenvalues by more than a table may be off."""
+    viscous = replace(model, contact_retardation_time=8e-6)
+    domain = replace(table.domain, rotor_speed=(10.0, 12.0), friction=(0.3, 0.34))
+    found = TabulatedSolver(viscous, build_table(viscous, domain, tolerances=table.tolerances))
+    assert found.table is not None
+    for place in places(found.table, 5):
+        point = domain.points(viscous, place[None])[0]
+        ours, truth = found.solve(point), complex_modes(viscous, point)
+        assert ours.source == 'table'
+        own = truth.mode_eigenvalues[ours.numbers - 1]
+        assert np.all(np.abs(ours.mode_eigenvalues - own) <= ours.errors + 1e-6)
+        dry = complex_modes(model, point).mode_eigenvalues[ours.numbers - 1]
+        assert np.abs(own - dry).max() > 10.0 * ours.errors.max()
+
+
 @pytest.mark.parametrize(('option', 'values'), [('--friction', ['0.3', '0.4']),
                                                 ('--stiffness-factor', ['1.1'])])
 def test_the_cache_keeps_only_tables_of_the_usual_envelope(
