@@ -53,6 +53,8 @@ _STATES: dict[Status, State] = {
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
 
 
+_OF_SLIDING: tuple[Signal, ...] = ('pressure', 'rotor_speed')
+
 # of each brake: its assessment, or the context of the one to be made from its stability
 PreparedTick: TypeAlias = tuple[Assessment | AssessmentContext, ...]
 
@@ -65,10 +67,10 @@ class BrakeMonitor:
         _check_model_serves(brake, model)
         self._model = model
         self._stability = stability
+        self._latest: dict[Signal, float] = {}  # by receipt, whatever their stamps
         self._adopt(brake, settings)
         self._inputs = {signal: InputChannel(signal, limits, settings, self._validated[signal])
                         for signal, limits in brake.inputs.items()}
-        self._latest: dict[Signal, float] = {}  # by receipt, whatever their stamps
         self._time: int | None = None
 
     def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
@@ -76,6 +78,7 @@ class BrakeMonitor:
         self._settings = settings
         self._place = [one.name for one in settings.brakes].index(brake.name)
         self._validated = validated_ranges(self._model, settings)
+        self._sliding = self._slides()
 
     def update_settings(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         """Take other settings of the same brake and inputs; samples stay."""
@@ -86,6 +89,7 @@ class BrakeMonitor:
     def reset(self) -> None:
         """Forget all samples."""
         self._latest.clear()
+        self._sliding = self._slides()
         for one in self._inputs.values():
             one.forget()
 
@@ -100,14 +104,20 @@ class BrakeMonitor:
         if isinstance(sample, MissingValue):
             self._inputs[signal].record_missing(sample)
             return
-        latest, own = self._latest, self._inputs[signal]
-        latest[signal] = sample.value
-        sliding = (latest.get('pressure', 0.0) >= self._settings.release_pressure
-                   and abs(latest.get('rotor_speed', 0.0)) >= self._settings.minimum_rotor_speed)
+        if signal in _OF_SLIDING:
+            self._latest[signal] = sample.value
+            self._sliding = self._slides()
+        own = self._inputs[signal]
         others = -own.changes
         for one in self._inputs.values():
             others += one.changes
-        own.receive(sample, sliding=sliding, others=others)
+        own.receive(sample, sliding=self._sliding, others=others)
+
+    def _slides(self) -> bool:
+        """Tell whether the disc slides under load by what was received last."""
+        latest, settings = self._latest, self._settings
+        return (latest.get('pressure', 0.0) >= settings.release_pressure
+                and abs(latest.get('rotor_speed', 0.0)) >= settings.minimum_rotor_speed)
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
@@ -118,9 +128,9 @@ class BrakeMonitor:
                 inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
         """Return the assessment at a time [ns], or its context where the brake slides."""
         friction, source, coefficient = self._friction(inputs)
-        context = AssessmentContext(self.brake.name, time, inputs)
-        if all(reading.status == 'good' for reading in friction.values()):
-            context = context._replace(friction=coefficient, friction_source=source)
+        known = all(reading.status == 'good' for reading in friction.values())
+        context = AssessmentContext(self.brake.name, time, inputs,
+                                    *((coefficient, source) if known else (math.nan, '')))
         needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure']}
         if not self._friction_is_idle(inputs):
             needed |= friction
@@ -130,7 +140,7 @@ class BrakeMonitor:
             return context._replace(friction=math.nan, friction_source='').result(
                 next(s for s in _STATES.values() if s in states),
                 '; '.join(r.described(name) for name, r in bad.items()))
-        return self._without_sliding(context) or context._replace(confirm=confirmation_due(
+        return self._without_sliding(context) or AssessmentContext(*context[:-1], confirmation_due(
             time, self._settings.period, round(1e9 * self._settings.margin_confirm_interval),
             self._place, len(self._settings.brakes)))
 

@@ -22,7 +22,6 @@ from types import TracebackType
 from typing import Any
 
 try:
-    from rosbags.interfaces import Connection
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.rosbag2.storage_mcap import McapWriter
 except ImportError as error:
@@ -42,14 +41,16 @@ _CHUNK = 2**20  # bytes
 class _Storage(McapWriter):  # type: ignore[misc]
     """Takes messages of one time at once; one by one rosbags needs 10 us for each."""
 
-    def write_together(self, time: int, messages: Sequence[tuple[Connection, bytes]]) -> None:
+    def write_together(self, time: int, messages: Sequence[tuple[int, bytes]]) -> None:
+        """Write messages, each after the number of its connection."""
         chunk, pack, counts = self.chunk, _MESSAGE.pack, self.channel_stats
+        places = chunk.msgs
         parts: list[bytes] = []
         position = chunk.bio.tell()
-        for connection, data in messages:
-            number, size = connection.id, _MESSAGE_FIELDS + len(data)
+        for number, data in messages:
+            size = _MESSAGE_FIELDS + len(data)
             parts += pack(_MESSAGE_OPCODE, size, number, 0, time, time), data
-            chunk.msgs[number].append((time, position))
+            places[number].append((time, position))
             counts[number] += 1
             position += _RECORD_HEADER + size
         chunk.bio.write(b''.join(parts))
@@ -90,7 +91,7 @@ class BagWriter:
         self.path = Path(path)
         self._files = files or OutputFiles()
         self._alone = files is None
-        self._connections: dict[str, Connection] = {}
+        self._connections: dict[str, int] = {}  # number of each topic, from 1
 
     def __enter__(self) -> 'BagWriter':
         with ExitStack() as stack:
@@ -122,8 +123,9 @@ class BagWriter:
             (self._connections.get(topic) or self._connect(topic, type_name), data)
             for topic, type_name, data in entries])
 
-    def _connect(self, topic: str, type_name: str) -> Connection:
-        self._connections[topic] = self._writer.add_connection(topic, type_name, typestore=JAZZY)
+    def _connect(self, topic: str, type_name: str) -> int:
+        connection = self._writer.add_connection(topic, type_name, typestore=JAZZY)
+        self._connections[topic] = connection.id
         return self._connections[topic]
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,

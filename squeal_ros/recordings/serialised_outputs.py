@@ -46,13 +46,14 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
         Of the tick.
 
     """
+    before, pack = _before_double(), _DOUBLE.pack
     for row in record.rows:
-        topics = _topics(node, row.brake)
-        for name, value in (('squeal_risk', row.squeal_risk), ('growth_rate', row.growth_rate_1_s),
-                            ('friction_margin', row.friction_margin)):
-            yield *topics[name], _before_double() + _DOUBLE.pack(value)
+        risk, growth_rate, margin, listed = _topics(node, row.brake)
+        yield *risk, before + pack(row.squeal_risk)
+        yield *growth_rate, before + pack(row.growth_rate_1_s)
+        yield *margin, before + pack(row.friction_margin)
         frequencies = row.unstable_frequencies_hz if row.is_valid else (math.nan,)
-        yield *topics['unstable_frequencies'], _before_doubles(len(frequencies)) + struct.pack(
+        yield *listed, _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
     if record.statuses:
         yield ('/diagnostics', messages.DIAGNOSTICS_TYPE,
@@ -60,8 +61,9 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
 
 
 @lru_cache(maxsize=1024)
-def _topics(node: str, brake: str) -> dict[str, tuple[str, str]]:
-    return {name: (f'{node}/{brake}/{name}', kind) for name, kind in messages.TYPES.items()}
+def _topics(node: str, brake: str) -> list[tuple[str, str]]:
+    """Return topic and type of the messages of a brake, in the order of `messages.TYPES`."""
+    return [(f'{node}/{brake}/{name}', kind) for name, kind in messages.TYPES.items()]
 
 
 @lru_cache(maxsize=1)
