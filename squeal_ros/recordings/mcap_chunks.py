@@ -15,6 +15,7 @@
 
 """Messages of MCAP files, chunk by chunk; one by one rosbags needs five times as long."""
 
+from binascii import crc32
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from operator import itemgetter
@@ -25,7 +26,7 @@ try:
     from rosbags.interfaces import Connection
     from rosbags.rosbag2 import Reader
     from rosbags.rosbag2.errors import ReaderError
-    from rosbags.rosbag2.storage_mcap import ChunkInfo, decompress, McapReader
+    from rosbags.rosbag2.storage_mcap import ChunkInfo, DECOMPRESSORS, McapReader
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
@@ -63,13 +64,19 @@ class BagStorage(Reader):  # type: ignore[misc]
 
 
 def _unpacked(chunk: ChunkInfo, file: BinaryIO) -> bytes:
+    """Return the records of a chunk, with the size and the checksum that it states."""
     file.seek(chunk.chunk_start_offset + _CRC_AT)
     crc = int.from_bytes(file.read(4), 'little')
     file.seek(chunk.chunk_start_offset + _PACKED_AT + len(chunk.compression))
     packed = file.read(chunk.compressed_size)
     if len(packed) != chunk.compressed_size:
         raise ReaderError(f'a chunk of {chunk.compressed_size} bytes is cut off')
-    return bytes(decompress(packed, chunk.compression, chunk.uncompressed_size, crc))
+    if chunk.compression not in DECOMPRESSORS:
+        raise ReaderError(f'a chunk is compressed by {chunk.compression!r}')
+    data = bytes(DECOMPRESSORS[chunk.compression](packed, chunk.uncompressed_size))
+    if len(data) != chunk.uncompressed_size or crc and crc32(data) != crc:
+        raise ReaderError('a chunk has not the size or the checksum that it states')
+    return data
 
 
 def _messages(data: bytes, chunk: ChunkInfo, channels: Mapping[int, Connection]

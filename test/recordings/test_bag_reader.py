@@ -16,6 +16,7 @@
 
 from pathlib import Path
 import sqlite3
+import struct
 from typing import Any
 
 import pytest
@@ -273,6 +274,17 @@ def test_chunks_are_read_as_rosbags_reads_them(times: list[int], tmp_path: Path)
         for count in (1, 2, 3):
             assert [message[1:] for message in reader.messages(reader.connections[:count])] == [
                 message[1:] for message in expected.messages(expected.connections[:count])]
+
+
+@pytest.mark.parametrize('size', [3, 1_000_000])
+def test_a_record_that_is_cut_off_in_a_chunk_is_one_line(size: int, tmp_path: Path) -> None:
+    file = storage_file(write_bag(tmp_path / 'bag', [
+        Entry('/fl/friction', FLOAT, START, make(FLOAT, data=0.4))]))
+    whole, cut = (struct.pack('<BQH', 5, number, 1) for number in (22 + 12, size))
+    assert file.read_bytes().count(whole) == 1
+    file.write_bytes(file.read_bytes().replace(whole, cut))
+    with pytest.raises(BagError, match='cannot be read .*a message of .* bytes is cut off'):
+        values(Bag(file))
 
 
 @pytest.mark.parametrize('storage', [MCAP, SQLITE])
