@@ -16,7 +16,6 @@
 
 from typing import NamedTuple
 
-from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.resources import config_folder
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
@@ -54,11 +53,3 @@ def braking_samples(model: BrakeModel, drive: str, *, brakes: int = 1,
                           float(signals.pressure[i, brake]), float(signals.friction[i, brake]))
             for i, time in enumerate(signals.time) for brake in range(brakes)
             if signals.pressure[i, brake] >= RELEASED and signals.rotor_speed[i, brake] >= SLIDING]
-
-
-def braking_points(model: BrakeModel, drive: str, *, brakes: int = 1,
-                   rate: float = 100.0) -> list[OperatingPoint]:
-    """Return the points at these samples."""
-    return [model.operating_point(rotor_speed=sample.rotor_speed, pressure=sample.pressure,
-                                  friction=sample.friction)
-            for sample in braking_samples(model, drive, brakes=brakes, rate=rate)]

@@ -15,112 +15,28 @@
 """
 NumPy archives (.npz) of plain arrays and a JSON header, for all files of our own.
 
-Nothing in an archive is believed: its directory is small, its members are stored or deflated, and
-each array's own header is compared with what is wanted, with the size of its member and with a
-bound on the whole before a byte of the data is read. Never a pickle.
+Header and array layouts are compared with what is wanted, and with a bound on the whole, before a
+byte of the data is read.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 import hashlib
 import json
-import math
 from pathlib import Path
-import struct
-from typing import Any, BinaryIO, TypeAlias
-import zipfile
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
-from squeal_core.common.bounded_reader import ErrorOf, open_bounded
 from squeal_core.common.errors import LocatedError, short_repr, SquealError
+from squeal_core.common.npz_reader import ArrayLayout, MAX_BYTES, npz_reader, NpzReader
 from squeal_core.common.output import output_file
 
 MAX_HEADER = 16_000_000  # bytes of the header in memory, four a character
 MAX_DEPTH = 50  # of mappings and lists in it
-MAX_BYTES = 500_000_000  # of all arrays of an archive
-_MAX_DIRECTORY = 16_384  # bytes of the archive's directory: some two hundred members
-_END = struct.Struct('<4s4H2LH')  # end of the directory: without the comment that may follow it
-_SIZE_OF_64 = 20
 _CHUNK = 1 << 20  # values that are hashed at a time
 
 Header: TypeAlias = dict[str, Any]
 Arrays: TypeAlias = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class ArrayLayout:
-    """What an array's own header says: its shape and type."""
-
-    shape: tuple[int, ...]
-    dtype: np.dtype[Any]
-
-    @property
-    def nbytes(self) -> int:
-        return math.prod(self.shape) * self.dtype.itemsize
-
-
-class NpzReader:
-    """
-    The members of an open archive; `npz_reader` opens one.
-
-    All errors but those of the file system are ValueErrors; a damaged archive makes zipfile, zlib
-    and numpy raise others, which the caller takes for damage as well.
-    """
-
-    def __init__(self, archive: zipfile.ZipFile) -> None:
-        self._archive = archive
-        self.names = {name.removesuffix('.npy') for name in archive.namelist()}
-
-    def layout(self, name: str) -> ArrayLayout:
-        """Return shape and type of an array, after its member was found large enough for it."""
-        with self._open(name) as file:
-            version = np.lib.format.read_magic(file)
-            read = (np.lib.format.read_array_header_1_0 if version == (1, 0)
-                    else np.lib.format.read_array_header_2_0)
-            shape, _, dtype = read(file)
-        return ArrayLayout(shape, dtype)
-
-    def array(self, name: str) -> NDArray[Any]:
-        """Return an array; call it for a layout that was found right only."""
-        layout = self.layout(name)
-        size = self._archive.getinfo(f'{name}.npy').file_size
-        if not layout.nbytes < size <= layout.nbytes + 10_500:  # numpy reads headers up to 10 kB
-            raise ValueError(f'{name} states {layout.nbytes} bytes in a member of {size}')
-        with self._open(name) as file:
-            return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
-
-    def _open(self, name: str) -> Any:
-        kind = self._archive.getinfo(f'{name}.npy').compress_type
-        if kind not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise ValueError(f'{name} is compressed by method {kind}')
-        return self._archive.open(f'{name}.npy')
-
-
-@contextmanager
-def npz_reader(path: str | Path, error_of: ErrorOf, most_bytes: int = MAX_BYTES
-               ) -> Iterator[NpzReader]:
-    """Open an archive after its directory was found to be a small one."""
-    with open_bounded(path, most_bytes, error_of) as file:
-        _check_directory(file)
-        with zipfile.ZipFile(file) as archive:
-            yield NpzReader(archive)
-
-
-def _check_directory(file: BinaryIO) -> None:
-    """Refuse what zipfile would read a long directory from."""
-    size = file.seek(0, 2)
-    if size < _END.size:
-        raise ValueError(f'no archive: {size} bytes')
-    file.seek(max(0, size - _END.size - _SIZE_OF_64))
-    tail = file.read()
-    mark, *_, length, _, comment = _END.unpack(tail[-_END.size:])
-    if mark != b'PK\5\6' or comment or tail.startswith(b'PK\6\7'):
-        raise ValueError('no archive, or one that is cut short')
-    if length > _MAX_DIRECTORY:
-        raise ValueError(f'a directory of {length} bytes')
-    file.seek(0)
 
 
 @dataclass(frozen=True, kw_only=True)

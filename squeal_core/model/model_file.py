@@ -115,11 +115,6 @@ def load_with_header(path: str | Path) -> tuple[Header, BrakeModel]:
         raise ModelFileError(path, f'holds no usable model ({error})', KIND.again) from None
 
 
-def read_header(path: str | Path) -> Header:
-    """Return the header of a model file, checked against its contents."""
-    return _read(resources.find('models', str(path), '.npz'))[0]
-
-
 def _read(path: Path) -> tuple[Header, Arrays]:
     return read_archive(path, KIND, lambda _: _WANTED, _check_shapes)
 

@@ -27,7 +27,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.boundaries import Crossing, NO_MODE
 from squeal_core.stability.boundary_search import BoundarySearch, linear_walk
 from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
-from squeal_core.stability.mode_tracking import between, follow, identify, moved, Tracked
+from squeal_core.stability.mode_tracking import follow, identify, Tracked
+from squeal_core.stability.parameter_paths import between, moved
 
 Ray: TypeAlias = Callable[[float], OperatingPoint]
 

@@ -29,6 +29,7 @@ from squeal_core.common.arrays import (
     repr_with_shapes,
 )
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.state_space import frequency_scale, state_matrix
 
 Kind: TypeAlias = Literal['flutter', 'stable', 'divergence', 'rigid']
 Source: TypeAlias = Literal['full', 'table']
@@ -138,9 +139,7 @@ class ComplexModes:
         What the root of each mode may be off by [1/s], beyond rounding.
     tolerances : Tolerances
     source : str
-        'full' for an eigensolution, 'table' for the series of `spectral_expansion`.
-    series : squeal_core.surrogate.spectral_expansion.SpectralExpansion or None
-        That series; of a full solve one that has these roots too, though not as closely.
+        'full' for an eigensolution, 'table' for a look-up in a table.
     mode_numbers : (n,) index array, optional
         Mode number of each root where only some of the modes are listed; None: 1 to N.
     omitted_below : float
@@ -156,7 +155,6 @@ class ComplexModes:
     errors: FloatArray
     tolerances: Tolerances
     source: Source = 'full'
-    series: Any = None
     mode_numbers: IndexArray | None = None
     omitted_below: float = -math.inf
     growing: tuple[Mode, ...] | None = None
@@ -256,24 +254,6 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
     return classify(eigenvalues(model, point), tolerances or Tolerances.of(model, point))
 
 
-def frequency_scale(model: BrakeModel, point: OperatingPoint | None = None) -> float:
-    """
-    Return the largest angular frequency without contact [rad/s], the unit of tolerances.
-
-    Of a model that has stiffness by contact alone: that at the point, or with nominal contact
-    stiffness; without any stiffness, the norm of the damping.
-    """
-    if model.largest_frequency > 0.0:
-        return model.largest_frequency
-    if point is not None:
-        stiffness = float(np.linalg.norm(model.stiffness(point), 2))
-        return math.sqrt(stiffness) or float(np.linalg.norm(model.damping(point), 2))
-    if model.contact_stiffness is None:
-        return 0.0
-    return math.sqrt(model.nominal_contact_stiffness
-                     * float(np.linalg.norm(model.contact_stiffness, 2)))
-
-
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
     """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
     state = state_matrix(model, model.damping(point), model.stiffness(point))
@@ -281,23 +261,7 @@ def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
                            np.linalg.eigvals(state)])
 
 
-def state_matrix(model: BrakeModel, damping: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """
-    Return the first-order form without the coordinates that have no stiffness.
-
-    Its states are the coordinates with stiffness, then the velocities of all.
-    """
-    moving = np.logical_not(model.free_coordinates)
-    held = int(np.count_nonzero(moving))
-    state = np.zeros((held + model.size, held + model.size))
-    state[:held, held:] = np.eye(model.size)[moving]
-    state[held:, :held] = -stiffness[:, moving]
-    state[held:, held:] = -damping
-    return state
-
-
-def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | None = None,
-             series: Any = None, source: Source = 'full') -> ComplexModes:
+def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:
     """
     Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
 
@@ -310,10 +274,9 @@ def classify(roots: ComplexArray, tolerances: Tolerances, errors: FloatArray | N
     oscillatory = oscillatory.take(np.lexsort((growth.take(oscillatory),
                                                frequency.take(oscillatory))))
     spoken = np.concatenate([nonoscillatory[:nonoscillatory.size // 2], oscillatory])
-    off = np.zeros(spoken.size) if errors is None else errors.take(spoken)
     return ComplexModes(
         _frozen(roots.take(nonoscillatory)), _frozen(roots.take(oscillatory)),
-        _frozen(roots.take(spoken)), _frozen(off), tolerances, source, series)
+        _frozen(roots.take(spoken)), _frozen(np.zeros(spoken.size)), tolerances)
 
 
 def _frozen(fresh: Any) -> Any:

@@ -24,8 +24,10 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import Mode, SQUEAL_BAND, state_matrix, Tolerances
-from squeal_core.stability.mode_tracking import matrices, moved, numbered
+from squeal_core.stability.eigensolution import Mode, SQUEAL_BAND, Tolerances
+from squeal_core.stability.mode_tracking import numbered
+from squeal_core.stability.parameter_paths import matrices, moved
+from squeal_core.stability.state_space import state_matrix
 
 AFFINE = ('friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
 """Parameters that D and K are linear in; in the rotor speed they are not."""

@@ -24,7 +24,8 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
 from squeal_core.stability.eigenvectors import mode_vectors, ModeVectors
-from squeal_core.stability.mode_tracking import follow, MatrixPath, numbered
+from squeal_core.stability.mode_tracking import follow, numbered
+from squeal_core.stability.parameter_paths import MatrixPath
 
 Label: TypeAlias = Literal['mode coupling', 'negative slope', 'gyroscopic',
                            'radial-dissipation induced', 'follower force', 'contact damping',

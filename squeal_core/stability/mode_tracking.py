@@ -20,23 +20,17 @@ It is carried along by left and right vectors in small steps. Where two modes co
 merging that the way of each cannot be told, both carry both numbers from there on, as '13/14'.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, readonly
-from squeal_core.common.errors import ModelError, OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import classify, Mode, state_matrix, Tolerances
+from squeal_core.stability.eigensolution import classify, Mode, Tolerances
+from squeal_core.stability.parameter_paths import _COORDINATES, between, matrices, MatrixPath
+from squeal_core.stability.state_space import state_matrix
 
-# damping and stiffness over the way from 0 to 1
-MatrixPath: TypeAlias = Callable[[float], tuple[FloatArray, FloatArray]]
-Law: TypeAlias = bool | Literal['slope']
-"""What follows the friction law: nothing, friction and slope, or the slope alone."""
-PARAMETERS = ('rotor_speed', 'friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
-_COORDINATES = (*PARAMETERS, 'damping_scale')
 RESOLUTION = 1e-2  # least step, as a part of the way; friction is not known any better
 LONGEST_STEP = 0.25  # of the way
 OVERLAP = 0.25  # how far the overlap of a mode with itself, a step on, may be from one
@@ -167,52 +161,6 @@ def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: fl
         yield here
 
 
-def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> MatrixPath:
-    """Return the matrices over the straight way from one point to another."""
-    speeds = start.rotor_speed, end.rotor_speed
-    if speeds[0] * speeds[1] < 0.0:
-        raise OperatingPointError(f'rotor_speed is {speeds} rad/s, of both signs; give one sign')
-
-    def family(way: float) -> tuple[FloatArray, FloatArray]:
-        return matrices(model, OperatingPoint(**{
-            name: (1.0 - way) * getattr(start, name) + way * getattr(end, name)
-            for name in _COORDINATES}))
-
-    return family
-
-
-def moved(model: BrakeModel, point: OperatingPoint, parameter: str, value: float, *,
-          friction_law: Law = False) -> OperatingPoint:
-    """
-    Return a point with one parameter set.
-
-    With friction its slope goes in proportion, as that of a law scaled to a measured friction;
-    with contact pressure the contact stiffness, in proportion to the model's table; with
-    `friction_law` friction and slope are the law's at the (new) speed, or with 'slope' the slope
-    alone, scaled to the friction.
-    """
-    if parameter not in PARAMETERS:
-        raise OperatingPointError(f'parameter is {parameter}; give one of {", ".join(PARAMETERS)}')
-    there = replace(point, **{parameter: value})
-    if parameter == 'friction' and point.friction != 0.0:
-        there = replace(there, friction_slope=point.friction_slope * value / point.friction)
-    if parameter == 'contact_pressure' and model.stiffness_table is not None:
-        before, after = map(model.contact_stiffness_at, (point.contact_pressure, value))
-        there = replace(there, contact_stiffness=point.contact_stiffness * after / before)
-    return by_law(model, there, friction_law) if friction_law else there
-
-
-def by_law(model: BrakeModel, point: OperatingPoint, law: Law = True) -> OperatingPoint:
-    """Return a point with friction and slope by the model's law at its speed; see `moved`."""
-    if model.friction_law is None:
-        raise ModelError('friction_law: this model has none; give one, or leave friction constant')
-    speed = model.contact_radius * point.rotor_speed
-    friction = (abs(point.friction) if law == 'slope'
-                else model.friction_law.coefficient(speed))
-    return replace(point, friction=float(np.copysign(friction, speed)),
-                   friction_slope=model.friction_law.slope_at(speed, friction))
-
-
 def numbered(model: BrakeModel, family: MatrixPath, *, tolerances: Tolerances) -> Tracked:
     """Return the modes where a way begins, each numbered by its index there."""
     spectrum = _spectrum(model, family(0.0), tolerances)
@@ -318,11 +266,6 @@ def _membership(units: Sequence[Identity], labels: Sequence[Identity | None]) ->
     row = {unit: i for i, unit in enumerate(units)}
     rows = np.array([-1 if label is None else row[label] for label in labels], int)
     return np.asarray(rows == np.arange(len(units))[:, None], float)
-
-
-def matrices(model: BrakeModel, point: OperatingPoint) -> tuple[FloatArray, FloatArray]:
-    """Return damping [1/s] and stiffness [1/s^2], (N, N) each."""
-    return model.damping(point), model.stiffness(point)
 
 
 def _spectrum(model: BrakeModel, of: tuple[FloatArray, FloatArray],

@@ -14,7 +14,6 @@
 
 """How a root moves with the coefficients of the affine family, and with the parameters."""
 
-import numpy as np
 from squeal_core.brake.operating_point import Coefficients, DAMPING, OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigenvectors import mode_vectors, slope_between
@@ -55,15 +54,6 @@ def root_sensitivity(model: BrakeModel, point: OperatingPoint,
             factor = eigenvalue if name in DAMPING else 1.0
             found[name] = complex(-factor * (y @ (array @ x)) / scale)
     return found
-
-
-def growth_change(sensitivity: dict[str, complex], before: Coefficients,
-                  after: Coefficients) -> float:
-    """Return the change of Re(lambda) [1/s], to first order, between two sets of coefficients."""
-    change = np.subtract(after, before)
-    return float(sum(sensitivity[name].real * step
-                     for name, step in zip(Coefficients._fields, change, strict=True)
-                     if name in sensitivity))
 
 
 def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,

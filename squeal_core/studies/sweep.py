@@ -33,8 +33,9 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, kind_of, Mode, Tolerances
 from squeal_core.stability.mechanism import without_rotation
-from squeal_core.stability.mode_tracking import by_law, Law, moved, PARAMETERS, track
-from squeal_core.studies.sweep_file import make_sweep, Sweep
+from squeal_core.stability.mode_tracking import track
+from squeal_core.stability.parameter_paths import by_law, Law, moved, PARAMETERS
+from squeal_core.studies.sweep_record import make_sweep, Sweep
 from squeal_core.surrogate.batch import BatchSolver, OperatingPoints
 
 _CHUNK = 8  # points a worker takes at a time

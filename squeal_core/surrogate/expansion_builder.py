@@ -24,7 +24,7 @@ from scipy.sparse.csgraph import connected_components
 from squeal_core.brake.operating_point import Coefficients, DAMPING, DASHPOTS, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import frequency_scale, state_matrix
+from squeal_core.stability.state_space import frequency_scale, state_matrix
 from squeal_core.surrogate.block_layout import BlockLayout
 from squeal_core.surrogate.coupling_floor import coupling_floor
 from squeal_core.surrogate.monomials import Monomials

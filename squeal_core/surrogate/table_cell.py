@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import frequency_scale, Tolerances
+from squeal_core.stability.eigensolution import Tolerances
+from squeal_core.stability.state_space import frequency_scale
 from squeal_core.surrogate.block_invariants import BlockInvariants
 from squeal_core.surrogate.monomials import Monomials
 

@@ -232,11 +232,5 @@ def find_table_file(model: BrakeModel) -> Path | None:
     return None
 
 
-def find_table(model: BrakeModel) -> ExpansionTable | None:
-    """Return the table of a model that is shipped or in the user's cache; None without one."""
-    path = find_table_file(model)
-    return None if path is None else read_table(path, model)
-
-
 def _shipped() -> list[Path]:
     return [resources.find('tables', name, '.npz') for name in resources.names('tables', '.npz')]

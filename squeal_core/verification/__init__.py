@@ -28,7 +28,7 @@ import numpy as np
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.studies.sweep import sweep
-from squeal_core.studies.sweep_file import Sweep
+from squeal_core.studies.sweep_record import Sweep
 from squeal_core.verification.case import Case
 from squeal_core.verification.claims import components, maps
 from squeal_core.verification.friction_claims import pad_pair, third_doublet

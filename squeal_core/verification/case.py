@@ -25,7 +25,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Mode
 from squeal_core.stability.eigenvectors import mode_vectors
-from squeal_core.stability.mode_tracking import identify, moved
+from squeal_core.stability.mode_tracking import identify
+from squeal_core.stability.parameter_paths import moved
 from squeal_core.verification.paper import (
     ADDED,
     FAST,

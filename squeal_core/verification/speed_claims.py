@@ -23,7 +23,7 @@ from squeal_core.model import operators
 from squeal_core.stability.eigensolution import complex_modes
 from squeal_core.stability.mechanism import mechanisms, without_rotation
 from squeal_core.stability.mode_tracking import identify
-from squeal_core.studies.sweep_file import Sweep
+from squeal_core.studies.sweep_record import Sweep
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import ADDED, FAST, FRICTION, PADS, SLOW, THIRD, TORSION
 from squeal_core.verification.parts import Parts

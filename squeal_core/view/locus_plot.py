@@ -25,7 +25,7 @@ except ImportError as error:
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray
-from squeal_core.studies.sweep_file import Sweep
+from squeal_core.studies.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.stability_map import axis_ends, axis_of, conditions, STYLE
 

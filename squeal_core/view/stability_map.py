@@ -26,7 +26,7 @@ except ImportError as error:
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import SQUEAL_BAND
-from squeal_core.studies.sweep_file import Sweep
+from squeal_core.studies.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,

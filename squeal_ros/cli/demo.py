@@ -33,7 +33,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows, SquealEvent
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.vehicle.drive_cycle import DriveCycle
-from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, Vehicle
+from squeal_core.vehicle.vehicle import Vehicle
+from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals
 from squeal_core.view.table import DriveDisplay
 from squeal_ros.cli.player import BrakePlayer, ORIGIN
 from squeal_ros.recordings.agreement import Agreement, agreement

@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 from squeal_core.stability.eigensolution import SQUEAL_BAND
-from squeal_core.studies.sweep_file import Sweep, UNITS
+from squeal_core.studies.sweep_file import UNITS
+from squeal_core.studies.sweep_record import Sweep
 
 _SHOWN = 3  # unstable modes in a line; the record holds all
 _HEADINGS = {'friction': 'friction', **{

@@ -21,16 +21,26 @@ import argparse  # noqa: I100
 from collections.abc import Callable, Sequence
 from importlib import import_module
 import os
-import re
 import sys
-from typing import Any, NoReturn
 
 from squeal_core import __version__
-from squeal_core.common.errors import did_you_mean, in_one_line, SquealError
+from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_ros.cli import point_commands as commands
+from squeal_ros.cli.command_parser import (
+    add_cycle,
+    add_force,
+    add_model,
+    add_point,
+    add_range,
+    add_sweep,
+    add_without_rotation,
+    BAD_INPUT,
+    CommandParser,
+    mode_numbers,
+)
 
-GOOD, BAD_ANSWER, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -84,37 +94,9 @@ def _remedy(error: Exception) -> str:
     return "; source the setup of ROS 2 Jazzy, or pip install -e '.[ros]' in the checkout"
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, with the nearest option or command."""
-
-    def __init__(self, **arguments: Any) -> None:
-        super().__init__(**arguments)
-        self._negative_number_matcher = re.compile(  # argparse's own takes -1e-3 for an option
-            r'^-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
-        self.set_defaults(parser=self)
-        self._given: Sequence[str] = ()
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        self._given = sys.argv[1:] if args is None else list(args)
-        return super().parse_known_args(args, namespace)
-
-    def error(self, message: str) -> NoReturn:
-        known = list(self._option_string_actions)
-        for action in self._actions:
-            known += list(action.choices or ())
-        wrong = re.findall(r"invalid choice: '([^']*)'|(--?\w[\w-]*)", message)
-        words = [a or b for a, b in wrong if (a or b) not in known]
-        if 'required' in message:  # one of those may be there, but misspelt
-            words += [word for word in self._given if word.startswith('--') and not any(
-                option.startswith(word.partition('=')[0]) for option in known)]
-        near = did_you_mean(words[0], known) if words else ''
-        text = in_one_line(message, 300)
-        self.exit(BAD_INPUT, f'{self.prog}: {text}{near}; see {self.prog} --help\n')
-
-
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command."""
-    top = _Parser(
+    top = CommandParser(
         prog='squeal', description='Squeal stability of disc brakes: models, points, drives.')
     top.add_argument('--version', action='version', version=f'squeal_ros {__version__}')
     sub = top.add_subparsers(required=True, metavar='COMMAND')
@@ -142,7 +124,7 @@ def _build(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.build)
     p.add_argument('brake', metavar='BRAKE.yaml', help='brake description, or a shipped name')
     p.add_argument('-o', '--output', required=True, metavar='MODEL.npz')
-    _force(p)
+    add_force(p)
     p.add_argument('--follower', action='store_true',
                    help='keep the in-plane follower force, which K09 leaves out')
     p.add_argument('--json', action='store_true')
@@ -150,23 +132,23 @@ def _build(p: argparse.ArgumentParser) -> None:
 
 def _info(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.info)
-    _model(p)
+    add_model(p)
     p.add_argument('--json', action='store_true')
 
 
 def _modes(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.modes)
-    _model(p)
-    _point(p, needs_speed=True)
-    _without_rotation(p)
+    add_model(p)
+    add_point(p, needs_speed=True)
+    add_without_rotation(p)
     p.add_argument('--all', action='store_true', help='list stable modes too')
     p.add_argument('--json', action='store_true')
 
 
 def _map(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('stability_map'))
-    _sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
-    _without_rotation(p)
+    add_sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
+    add_without_rotation(p)
     p.add_argument('--fast', action='store_true',
                    help='growth rates within 0.1 1/s (kang2009): many times faster where '
                    'points are dense')
@@ -174,8 +156,8 @@ def _map(p: argparse.ArgumentParser) -> None:
 
 def _locus(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('locus'))
-    _sweep(p, 'default: friction=0:0.8:81')
-    p.add_argument('--modes', type=_numbers, default=[], metavar='25,26',
+    add_sweep(p, 'default: friction=0:0.8:81')
+    p.add_argument('--modes', type=mode_numbers, default=[], metavar='25,26',
                    help="whose loci to plot (K09's numbering); default: growth rates of all")
     p.add_argument('--without-rotation', action='store_true',
                    help='the disc that does not rotate too: in the plot of --modes, and as '
@@ -186,37 +168,37 @@ def _verify(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('verify'))
     p.add_argument('model', nargs='?', default='kang2009', metavar='MODEL')
     p.add_argument('--figures', metavar='FOLDER', help='write figures 8 to 16 as PNG')
-    _force(p)
+    add_force(p)
     p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
     p.add_argument('--json', action='store_true')
 
 
 def _critical(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('critical'))
-    _model(p)
-    _point(p, needs_speed=True)
+    add_model(p)
+    add_point(p, needs_speed=True)
     p.add_argument('--parameter', default='friction', metavar='NAME', help='default friction')
     p.add_argument('--bounds', type=float, nargs=2, metavar=('LOW', 'HIGH'),
                    help='default: friction 0 to 1, else up to twice what it is')
-    p.add_argument('--modes', type=_numbers, default=[], metavar='13,14',
+    p.add_argument('--modes', type=mode_numbers, default=[], metavar='13,14',
                    help="the modes that are meant (K09's numbering); default: any in the band")
     p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
                    help='Hz, default {:g} {:g}'.format(*SQUEAL_BAND))
-    _without_rotation(p)
+    add_without_rotation(p)
     p.add_argument('--json', action='store_true')
 
 
 def _tabulate(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_from_module('table_commands', 'tabulate'))
-    _model(p)
+    add_model(p)
     p.add_argument('-o', '--output', metavar='TABLE.npz',
                    help="default: the user's cache, where the monitor finds it")
-    _force(p)
-    _range(p, '--rotor-speed', 'rad/s (default 0.5 to 120)')
+    add_force(p)
+    add_range(p, '--rotor-speed', 'rad/s (default 0.5 to 120)')
     load = p.add_mutually_exclusive_group()
-    _range(load, '--pressure', 'Pa')
-    _range(load, '--preload', 'N, of one pad (default 100 to 20000)')
-    _range(p, '--friction', 'default 0.001 to 0.65')
+    add_range(load, '--pressure', 'Pa')
+    add_range(load, '--preload', 'N, of one pad (default 100 to 20000)')
+    add_range(p, '--friction', 'default 0.001 to 0.65')
     p.add_argument('--stiffness-factor', type=float, default=1.0, metavar='X',
                    help="on the model's contact stiffness (default 1)")
     p.add_argument('--config', metavar='MONITOR.yaml', help='settings of the monitor: squeal '
@@ -234,10 +216,6 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
     p.add_argument('--json', action='store_true')
 
 
-def _range(p: argparse._ActionsContainer, option: str, what: str | None) -> None:
-    p.add_argument(option, type=float, nargs=2, metavar=('LOW', 'HIGH'), help=what)
-
-
 def _analysis(name: str) -> Callable[[argparse.Namespace], int]:
     return _from_module('sweep_commands', name)
 
@@ -249,50 +227,6 @@ def _from_module(module: str, name: str) -> Callable[[argparse.Namespace], int]:
             import_module(f'squeal_ros.cli.{module}'), name)
         return command(options)
     return run
-
-
-def _numbers(text: str) -> list[int]:
-    try:
-        return [int(number) for number in text.split(',')]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f'{text!r} are no numbers of modes; write 13,14'
-                                         ) from None
-
-
-def _without_rotation(p: argparse.ArgumentParser) -> None:
-    p.add_argument('--without-rotation', action='store_true',
-                   help='leave out the gyroscopic, radial and slope terms')
-
-
-def _sweep(p: argparse.ArgumentParser, default: str) -> None:
-    _model(p)
-    _point(p, needs_speed=False)
-    p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT', help=default)
-    p.add_argument('-o', '--output', metavar='FILE', help='record, .npz, .csv or .json')
-    p.add_argument('--plot', metavar='PNG')
-    _force(p)
-    p.add_argument('--title', default='')
-    p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
-    p.add_argument('--json', action='store_true')
-
-
-def _point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
-    """Add what says where the brake operates."""
-    p.add_argument('--rotor-speed', type=float, required=needs_speed, metavar='RAD/S',
-                   help=None if needs_speed else 'default 5')
-    p.add_argument('--friction', type=float, metavar='MU',
-                   help="default: the friction law's, at each speed")
-    slope = p.add_mutually_exclusive_group()
-    slope.add_argument('--friction-slope', type=float, metavar='S/M',
-                       help='d mu / d v (default 0 with --friction)')
-    slope.add_argument('--friction-law', action='store_true',
-                       help="the law's slope, scaled to --friction where that is given")
-    load = p.add_mutually_exclusive_group()
-    load.add_argument('--preload', type=float, metavar='N', help='of one pad (default 2000)')
-    load.add_argument('--pressure', type=float, metavar='PA')
-    p.add_argument('--contact-stiffness', type=float, metavar='N/M^3', help='default: nominal')
-    p.add_argument('--damping-scale', type=float, default=1.0, metavar='FACTOR',
-                   help="on the model's damping of components, supports and contact (default 1)")
 
 
 def _settings(p: argparse.ArgumentParser) -> None:
@@ -317,44 +251,29 @@ def _replay(p: argparse.ArgumentParser) -> None:
     p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
     p.add_argument('--types', metavar='FOLDER',
                    help='.msg files of message types that the bag does not define')
-    _force(p)
+    add_force(p)
     p.add_argument('--json', action='store_true')
 
 
 def _drive(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.drive)
-    _cycle(p)
+    add_cycle(p)
     p.add_argument('--speed-up', type=float, default=1.0, metavar='X', help='default 1')
     p.add_argument('--wall-time', action='store_true',
                    help='stamp with the system clock, publish no /clock (speed-up 1)')
     p.add_argument('--record', metavar='BAG', help='record the published signals')
-    _force(p)
+    add_force(p)
     p.add_argument('--namespace', default='')
 
 
 def _demo(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.demo)
-    _cycle(p)
+    add_cycle(p)
     p.add_argument('--speed-up', type=float, default=8.0, metavar='X', help='default 8')
     p.add_argument('--rate', type=float, default=1.0, metavar='HZ',
                    help='assessments a second of the drive (default 1)')
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--output', default='demo_output', metavar='FOLDER')
-    _force(p)
+    add_force(p)
 
 
-def _force(p: argparse.ArgumentParser) -> None:
-    p.add_argument('--force', action='store_true', help='replace existing outputs')
-
-
-def _model(p: argparse.ArgumentParser) -> None:
-    p.add_argument('model', metavar='MODEL', help='path of a model file, or a shipped name')
-
-
-def _cycle(p: argparse.ArgumentParser) -> None:
-    p.add_argument('cycle', nargs='?', default='us06', metavar='CYCLE',
-                   help='CSV of time_s,speed_m_s, or a shipped name (default us06)')
-    p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
-    p.add_argument('--model', default='kang2009', metavar='MODEL',
-                   help='whose friction table the signals follow')
-    p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')

@@ -32,9 +32,10 @@ from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value, CriticalValue
 from squeal_core.stability.mechanism import without_rotation
-from squeal_core.stability.mode_tracking import Law, moved, PARAMETERS
+from squeal_core.stability.parameter_paths import Law, moved, PARAMETERS
 from squeal_core.studies.sweep import sweep
-from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep, Sweep
+from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep
+from squeal_core.studies.sweep_record import Sweep
 from squeal_ros.cli.arguments import check_output, check_workers, operating_point
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
 from squeal_ros.cli.listing import sweep_lines, sweep_rows

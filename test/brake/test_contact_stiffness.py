@@ -25,7 +25,7 @@ from squeal_core.monitor.reading import Sample
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import BrakeMonitor
 from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.stability.mode_tracking import moved
+from squeal_core.stability.parameter_paths import moved
 from squeal_core.studies.sweep import sweep
 from squeal_ros.cli.main import main
 

@@ -25,7 +25,7 @@ from squeal_core.common.errors import OperatingPointError
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues, Tolerances
 from squeal_core.stability.exceptional_point import nearest_exceptional_point
-from squeal_core.stability.mode_tracking import moved, PARAMETERS
+from squeal_core.stability.parameter_paths import moved, PARAMETERS
 from squeal_core.stability.sensitivity import parameter_sensitivity
 from support.engine_models import dense_model
 

@@ -22,7 +22,8 @@ from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.common.errors import ModelError, OperatingPointError
 from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.stability.mode_tracking import identify, identities, Identity, moved, track
+from squeal_core.stability.mode_tracking import identify, identities, Identity, track
+from squeal_core.stability.parameter_paths import moved
 
 POINT = OperatingPoint(rotor_speed=5.0, friction=0.5, contact_pressure=1e5, contact_stiffness=1e10)
 SKEW = np.array([[0.0, 1e-3], [-1e-3, 0.0]])

@@ -31,16 +31,11 @@ from squeal_core import BrakeModel, OperatingPoint, SquealError
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.output import OutputError
 from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.stability.mode_tracking import identities, moved, PARAMETERS
+from squeal_core.stability.mode_tracking import identities
+from squeal_core.stability.parameter_paths import moved, PARAMETERS
 from squeal_core.studies.sweep import sweep
-from squeal_core.studies.sweep_file import (
-    load_sweep,
-    make_sweep,
-    RECORDS,
-    save_sweep,
-    Sweep,
-    SweepFileError,
-)
+from squeal_core.studies.sweep_file import load_sweep, RECORDS, save_sweep, SweepFileError
+from squeal_core.studies.sweep_record import make_sweep, Sweep
 from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
 from squeal_core.view.stability_map import conditions, plot_growth_map, plot_stability_map
 

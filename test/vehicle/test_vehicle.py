@@ -26,13 +26,8 @@ from scipy.integrate import solve_ivp, trapezoid
 from squeal_core.brake.friction import FrictionTable
 from squeal_core.common.arrays import FloatArray
 from squeal_core.vehicle.drive_cycle import DriveCycle, DriveCycleError, read_drive_cycle
-from squeal_core.vehicle.vehicle_model import (
-    brake_signals,
-    BrakeSignals,
-    read_vehicle,
-    Vehicle,
-    VehicleError,
-)
+from squeal_core.vehicle.vehicle import Vehicle, VehicleError
+from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, read_vehicle
 
 CONFIG = Path(__file__).parents[2] / 'config'
 MIDSIZE = CONFIG / 'vehicles' / 'midsize.yaml'

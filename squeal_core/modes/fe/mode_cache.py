@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelFileError
-from squeal_core.common.npz_archive import npz_reader
+from squeal_core.common.npz_reader import npz_reader
 from squeal_core.common.output import output_file, OutputError
 
 Solution: TypeAlias = tuple[FloatArray, FloatArray]
