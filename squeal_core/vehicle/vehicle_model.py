@@ -222,5 +222,3 @@ def _number(key: str, value: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         raise VehicleError(
             f'{key} = {short_repr(value)} is no number; write a decimal number') from None
-
-

@@ -275,5 +275,3 @@ def _demo(p: argparse.ArgumentParser) -> None:
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--output', default='demo_output', metavar='FOLDER')
     add_force(p)
-
-
