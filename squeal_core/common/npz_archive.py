@@ -65,6 +65,8 @@ class ArchiveKind:
         Of one array.
     hashed : bool
         Whether the header holds a hash over all contents.
+    earlier : tuple of str
+        What headers of earlier versions state under 'format'.
 
     """
 
@@ -78,6 +80,7 @@ class ArchiveKind:
     missing: Callable[[Path], str]
     most_bytes: int = MAX_BYTES
     hashed: bool = True
+    earlier: tuple[str, ...] = ()
 
 
 Wanted: TypeAlias = Callable[[Header], Mapping[str, str]]
@@ -153,10 +156,10 @@ def read_archive(path: str | Path, kind: ArchiveKind, wanted: Wanted,
 
 
 def is_archive(path: str | Path, kind: ArchiveKind) -> bool:
-    """Tell whether a file is an archive of a kind, by its header."""
+    """Tell whether a file is an archive of a kind, of whatever version, by its header."""
     try:
         with npz_reader(path, kind.error) as reader:
-            return bool(_header(Path(path), kind, reader))
+            return _stated(Path(path), kind, reader).get('format') in (kind.format, *kind.earlier)
     except Exception:  # noqa: BLE001 - whatever else the file is
         return False
 
@@ -184,20 +187,30 @@ def _refuse_missing(path: Path, kind: ArchiveKind) -> None:
         return  # the opener says it
 
 
-def _header(path: Path, kind: ArchiveKind, reader: NpzReader) -> Header:
+def _stated(path: Path, kind: ArchiveKind, reader: NpzReader) -> Header:
+    """Return the header of an archive, of whatever kind."""
     if 'header' not in reader.names:
-        raise kind.error(path, f'has no header, so it is no {kind.noun}', kind.again)
+        names = short_repr(', '.join(sorted(reader.names)))
+        raise kind.error(path, f'has no header, so it is no {kind.noun}; it holds {names}',
+                         kind.again)
     layout = reader.layout('header')
     if layout.dtype.kind != 'U' or layout.shape != () or layout.nbytes > MAX_HEADER:
         raise _wrong_layout(path, kind, 'header', layout)
     header = json.loads(str(reader.array('header')))
-    if not isinstance(header, dict) or header.get('format') != kind.format:
-        raise kind.error(path, f'is no {kind.noun}: its header does not say '
+    return header if isinstance(header, dict) else {}
+
+
+def _header(path: Path, kind: ArchiveKind, reader: NpzReader) -> Header:
+    header = _stated(path, kind, reader)
+    stated, schema = header.get('format'), header.get('schema')
+    if stated not in (kind.format, *kind.earlier):
+        raise kind.error(path, f'is no {kind.noun}: its header says {short_repr(stated)}, not '
                          f'{kind.format!r}', kind.again)
-    schema = header.get('schema')
-    if type(schema) is not int or schema not in kind.schemas:
-        raise kind.error(path, f'has schema {short_repr(schema)}; this version reads up to '
-                         f'{kind.schemas[-1]}', kind.renew)
+    if stated != kind.format or type(schema) is not int or schema not in kind.schemas:
+        version = ('an earlier version' if stated != kind.format or (
+            type(schema) is int and schema < kind.schemas[0]) else 'another version')
+        raise kind.error(path, f'was written by {version} (format {short_repr(schema)}; this one '
+                         f'reads {kind.schemas[-1]})', kind.renew)
     if kind.hashed and not isinstance(header.get('hash'), str):
         raise kind.error(path, 'has no hash', kind.again)
     if _depth(header) > MAX_DEPTH:

@@ -12,15 +12,25 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Worker processes for independent jobs, each with one BLAS thread."""
+"""
+Worker processes for independent jobs, each with one BLAS thread.
+
+Each worker takes one job at a time through a pipe of its own, so that it can be ended at any
+moment. It ends itself as soon as its parent is gone, however that was ended.
+"""
 
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import as_completed, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from itertools import islice
 import multiprocessing
+from multiprocessing.connection import Connection, wait
 import os
 import signal
+import threading
+import traceback
 from typing import Any, TypeVar
+
+from squeal_core.common.errors import SquealError
 
 _Result = TypeVar('_Result')
 _THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
@@ -40,26 +50,91 @@ def run_jobs(function: Callable[..., _Result], jobs: Mapping[int, tuple[Any, ...
     workers : int
         Processes; 0: this one, in order.
 
+    Raises
+    ------
+    SquealError
+        Where a worker was ended from outside.
+
     """
     if workers < 1:
         for key, job in jobs.items():
             yield key, function(*job)
         return
+    waiting, busy = iter(jobs.items()), dict[Any, int]()
+
+    def hand_out(worker: Any) -> None:
+        for busy[worker], job in islice(waiting, 1):
+            with suppress(BrokenPipeError):  # what is received then tells it
+                worker.send(job)
+
+    with _workers(function, min(workers, len(jobs))) as pipes:
+        for pipe in pipes:
+            hand_out(pipe)
+        while busy:
+            for ready in wait(busy):
+                key, result = busy.pop(ready), _received(ready)
+                hand_out(ready)
+                yield key, result
+
+
+def _received(worker: Any) -> Any:
+    try:
+        result, error = worker.recv()
+    except (EOFError, OSError):
+        raise SquealError('a worker process was ended from outside; is there enough memory? Give '
+                          'fewer workers') from None
+    if error is not None:
+        raise error
+    return result
+
+
+@contextmanager
+def _workers(function: Callable[..., Any], count: int) -> Iterator[list[Connection]]:
+    """Start processes and give the pipes to them; they are ended with the context."""
     context = multiprocessing.get_context('spawn')  # a forked process may keep locked locks
-    with _one_thread(), ProcessPoolExecutor(workers, context, _ignore_interrupts) as pool:
-        with _no_interrupts():
-            futures: dict[Future[_Result], int] = {
-                pool.submit(function, *job): key for key, job in jobs.items()}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    pipes, processes = list[Connection](), []
+    try:
+        with _one_thread(), _no_interrupts():
+            for _ in range(count):
+                ours, theirs = context.Pipe()
+                process = context.Process(target=_work, args=(function, theirs), daemon=True)
+                process.start()
+                processes.append(process)
+                theirs.close()
+                pipes.append(ours)
+        yield pipes
+    finally:
+        for process in processes:
+            process.kill()  # nothing that it has would be lost
+        for process in processes:
+            process.join()
+        for pipe in pipes:
+            pipe.close()
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C goes to every process of a terminal; it is the parent's to end its workers."""
+def _work(function: Callable[..., Any], pipe: Connection) -> None:
+    """Do jobs until the parent is gone."""
+    # Ctrl-C goes to every process of a terminal; it is the parent's to end its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError, OSError):  # the parent is gone
+        while True:
+            pipe.send(_done(function, pipe.recv()))
+
+
+def _done(function: Callable[..., Any], job: tuple[Any, ...]) -> tuple[Any, Exception | None]:
+    try:
+        return function(*job), None
+    except Exception as error:  # noqa: BLE001 - it is raised in the parent
+        error.add_note(traceback.format_exc())
+        return None, error
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager

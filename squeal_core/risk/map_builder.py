@@ -28,13 +28,10 @@ from squeal_core.risk.operating_map import MapError, OperatingMap
 from squeal_core.risk.smoothing import probability_scores
 from squeal_core.risk.uncertainty import RiskParameters
 from squeal_core.stability.eigensolution import Tolerances
+from squeal_core.surrogate.table_domain import FRICTION, PRELOAD, Range, ROTOR_SPEED
 
-Range: TypeAlias = tuple[float, float]
 Progress: TypeAlias = Callable[[int, int], None]
 
-ROTOR_SPEED: Range = (1.0, 120.0)  # rad/s
-PRELOAD: Range = (100.0, 20000.0)  # N
-FRICTION: Range = (0.0, 0.65)
 _CHECKS = 16  # points at which the map is compared with a direct integration
 _CANDIDATES = 400
 _OPEN = (0.02, 0.98)  # risks between which half of these points are chosen

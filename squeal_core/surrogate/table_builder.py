@@ -33,12 +33,12 @@ from squeal_core.common.errors import OperatingPointError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Tolerances
+from squeal_core.surrogate.build_checkpoint import BuildCheckpoint, Leaf, Triple
 from squeal_core.surrogate.cell_fit import fit_cell, Rejection
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_cell import TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import places_of, TableDomain
 
-Triple = tuple[int, int, int]
 Progress = Callable[[int, int], None]
 
 _BOX = np.array([0.8, 0.9, 0.1])  # largest edges of a cell: ln speed, ln pressure, friction
@@ -46,19 +46,11 @@ _HALVINGS = 3  # of one axis
 _DEPTH = 7  # of all axes together
 
 
-@dataclass(frozen=True)
-class _Leaf:
-    """A cell by its level and place along each axis; no contents: it was given up."""
-
-    levels: Triple
-    place: Triple
-    cell: TableCell | None
-
-
 def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
                 tolerances: TableTolerances | None = None,
                 points: Sequence[OperatingPoint] | None = None, workers: int = 0,
-                progress: Progress = lambda *_: None) -> ExpansionTable:
+                progress: Progress = lambda *_: None,
+                checkpoint: BuildCheckpoint | None = None) -> ExpansionTable:
     """
     Build the table of a model over an envelope.
 
@@ -76,6 +68,8 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
         Processes; 0: this one.
     progress : callable
         Called with the boxes that are done and their number.
+    checkpoint : BuildCheckpoint, optional
+        Has the boxes of an earlier build, and keeps each new one.
 
     Raises
     ------
@@ -91,15 +85,21 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
     if not jobs:
         raise OperatingPointError(f'no point of {len(points or ())} lies in the envelope '
                                   f'{domain}; give a wider one')
-    begun, leaves = time.monotonic(), dict[int, list[_Leaf]]()
-    for i, found in run_jobs(_leaves, jobs, workers):
-        leaves[i] = found
+    begun = time.monotonic()
+    leaves = checkpoint.read(len(jobs)) if checkpoint else {}
+    about = {'build_seconds': 0.0, 'workers': workers, 'kept_boxes': len(leaves)}
+    if leaves:
         progress(len(leaves), len(jobs))
-    about = {'build_seconds': round(time.monotonic() - begun, 1), 'workers': workers}
+    for i, found in run_jobs(_leaves, {i: jobs[i] for i in jobs if i not in leaves}, workers):
+        leaves[i] = found
+        if checkpoint:
+            checkpoint.keep(i, found)
+        progress(len(leaves), len(jobs))
+    about['build_seconds'] = round(time.monotonic() - begun, 1)
     return builder.table([leaf for i in sorted(leaves) for leaf in leaves[i]], about)
 
 
-def _leaves(builder: '_Builder', place: Triple, x: FloatArray | None) -> list[_Leaf]:
+def _leaves(builder: '_Builder', place: Triple, x: FloatArray | None) -> list[Leaf]:
     return list(builder.leaves((0, 0, 0), place, x))
 
 
@@ -131,19 +131,19 @@ class _Builder:
         centre, half = self.geometry(levels, place)
         return (np.abs(x - centre) <= half * (1.0 + 1e-9)).all(axis=1)
 
-    def leaves(self, levels: Triple, place: Triple, x: FloatArray | None) -> Iterator[_Leaf]:
+    def leaves(self, levels: Triple, place: Triple, x: FloatArray | None) -> Iterator[Leaf]:
         """Yield the cells that a box is halved into."""
         centre, half = self.geometry(levels, place)
         if not self.domain.contains(centre, half):
-            yield _Leaf(levels, place, None)
+            yield Leaf(levels, place, None)
             return
         found = fit_cell(self.model, self.domain, centre, half, self.tolerances, self.limits)
         if isinstance(found, TableCell):
-            yield _Leaf(levels, place, found)
+            yield Leaf(levels, place, found)
             return
         axis = _axis(found, levels)
         if axis is None:
-            yield _Leaf(levels, place, None)
+            yield Leaf(levels, place, None)
             return
         deeper = _with(levels, axis, levels[axis] + 1)
         for side in (0, 1):
@@ -152,7 +152,7 @@ class _Builder:
             if some is None or len(some):
                 yield from self.leaves(deeper, child, some)
 
-    def table(self, leaves: Sequence[_Leaf], about: dict[str, float]) -> ExpansionTable:
+    def table(self, leaves: Sequence[Leaf], about: dict[str, float]) -> ExpansionTable:
         """Return the table of the cells."""
         finest = np.max([leaf.levels for leaf in leaves], axis=0)
         grid = np.full(self.boxes * 2**finest, -1, np.int32)

@@ -37,24 +37,27 @@ from squeal_core.common.npz_archive import (
     write_archive,
 )
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.surrogate.cell_arrays import (
+    CELL_KINDS,
+    check_cell_shapes,
+    pack_cells,
+    unpack_cells,
+)
 from squeal_core.surrogate.expansion_table import ExpansionTable
-from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
+from squeal_core.surrogate.table_cell import DEGREE, TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
 
 FORMAT = 'squeal_ros table of eigenvalues'
 SCHEMA = 4  # 1 to 3 were tables of series, of unreleased versions
-MAX_CELLS = 100_000
-_OMITTED_DEGREE = 2
-_KINDS = {
-    'grid': '<i4', 'centres': '<f8', 'halves': '<f8', 'blocks': '<i4', 'sizes': '|u1',
-    'series': '<f4', 'bounds': '<f4', 'mirrored': '|u1', 'omitted_modes': '<i4',
-    'omitted': '<f4', 'omitted_below': '<f4'}
+_GRID_KINDS = {'grid': '<i4', 'centres': '<f8', 'halves': '<f8'}
+_KINDS = {**_GRID_KINDS, **CELL_KINDS}
 KIND = ArchiveKind(
     noun='table file', contents='table', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
     error=TableFileError,
     again='copy it again or build it with `squeal tabulate`',
-    renew='build the table again with `squeal tabulate`',
-    missing=lambda _: 'give the path of a table file, or build one with `squeal tabulate`')
+    renew='build it again with: squeal tabulate MODEL -o TABLE.npz --force',
+    missing=lambda _: 'give the path of a table file, or build one with `squeal tabulate`',
+    earlier=('squeal_ros table of anchors',))
 
 
 def write_table(table: ExpansionTable, model: BrakeModel, path: str | Path, *,
@@ -70,28 +73,13 @@ def write_table(table: ExpansionTable, model: BrakeModel, path: str | Path, *,
     """
     from squeal_core import __version__  # the package itself imports all packages
 
-    cells = table.cells
-    arrays = {
-        'grid': table.grid, 'centres': table.centres, 'halves': table.halves,
-        'blocks': [cell.sizes.size for cell in cells],
-        'sizes': _joined(cell.sizes for cell in cells),
-        'series': _joined(cell.series for cell in cells),
-        'bounds': _joined(cell.bounds for cell in cells),
-        'mirrored': _joined(cell.mirrored for cell in cells),
-        'omitted_modes': [cell.omitted.shape[1] for cell in cells],
-        'omitted': _joined(cell.omitted for cell in cells),
-        'omitted_below': [cell.omitted_below for cell in cells]}
+    arrays = {**pack_cells(table.cells), **{
+        name: np.asarray(getattr(table, name), code) for name, code in _GRID_KINDS.items()}}
     header: Header = {
         'schema': SCHEMA, 'version': __version__, 'model': model_hash(model),
         'domain': asdict(table.domain), 'tolerances': asdict(table.tolerances),
         'degree': DEGREE, 'about': dict(table.about)}
-    write_archive(path, KIND, header, {
-        name: np.asarray(values, _KINDS[name]) for name, values in arrays.items()},
-        overwrite=overwrite)
-
-
-def _joined(parts: Any) -> Any:
-    return np.concatenate([np.zeros(0), *(np.ravel(part) for part in parts)])
+    write_archive(path, KIND, header, arrays, overwrite=overwrite)
 
 
 def read_table(path: str | Path, model: BrakeModel) -> ExpansionTable:
@@ -146,15 +134,10 @@ def _read(path: str | Path) -> tuple[Header, Arrays]:
 
 def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
     """Refuse arrays that cannot be those of so many cells, before they are read."""
-    cells = shapes['blocks'][:1]
-    want = {'grid': 3, 'centres': 2, 'halves': 2}
-    for name, shape in shapes.items():
-        if len(shape) != want.get(name, 1):
-            raise SquealError(f'{name}: shape {shape}')
-    if not cells or cells[0] > MAX_CELLS or not (
-            shapes['omitted_modes'] == shapes['omitted_below'] == cells
-            and shapes['centres'] == shapes['halves'] == (*cells, 3)):
-        raise SquealError(f'blocks: shape {shapes["blocks"]}')
+    check_cell_shapes(shapes)
+    if len(shapes['grid']) != 3 or not (
+            shapes['centres'] == shapes['halves'] == (*shapes['blocks'], 3)):
+        raise SquealError(f'grid: shape {shapes["grid"]}, centres: shape {shapes["centres"]}')
 
 
 def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
@@ -164,9 +147,7 @@ def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
     if header['degree'] != DEGREE or not grid.size or not halves.min(initial=1.0) > 0.0 or not (
             grid.min() >= -1 and grid.max() < count):
         raise ValueError('the grid does not fit the cells')
-    reader = _Reader(arrays)
-    cells = [reader.cell(place) for place in range(count)]
-    reader.finish()
+    cells = unpack_cells(arrays)
     tolerances = dict(header['tolerances'])
     tolerances['band'] = tuple(tolerances['band'])
     domain: dict[str, Any] = {
@@ -175,44 +156,7 @@ def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
     return ExpansionTable(
         domain=TableDomain(**domain), tolerances=TableTolerances(**tolerances), modes=model.size,
         grid=readonly(grid, np.int32), centres=readonly(arrays['centres']),
-        halves=readonly(halves), cells=tuple(cells), about=dict(header['about']))
-
-
-class _Reader:
-    """Takes the values of cells from the arrays, one after the other."""
-
-    def __init__(self, arrays: Mapping[str, Any]) -> None:
-        self._arrays = arrays
-        self._places = dict.fromkeys(('sizes', 'series', 'bounds', 'mirrored', 'omitted'), 0)
-
-    def cell(self, place: int) -> TableCell:
-        """Return the next cell, checked."""
-        sizes = readonly(self._take('sizes', int(self._arrays['blocks'][place])), np.intp)
-        if sizes.size and (sizes.min() < 1 or np.any(np.diff(sizes) < 0)):
-            raise ValueError('sizes of blocks do not rise')
-        count, omitted = int(sizes.sum()), int(self._arrays['omitted_modes'][place])
-        return TableCell(
-            sizes, self._floats('series', fit_terms(DEGREE).count, 2 * count),
-            self._floats('bounds', count), readonly(self._take('mirrored', count), bool),
-            self._floats('omitted', fit_terms(_OMITTED_DEGREE).count, omitted),
-            float(self._arrays['omitted_below'][place]))
-
-    def _floats(self, name: str, *shape: int) -> Any:
-        return readonly(self._take(name, int(np.prod(shape))).reshape(shape))
-
-    def _take(self, name: str, count: int) -> Any:
-        start = self._places[name]
-        values = self._arrays[name][start:start + count]
-        if count < 0 or values.size != count or not np.all(np.isfinite(values)):
-            raise ValueError(f'{name} has no {count} numbers from {start} on')
-        self._places[name] = start + count
-        return values
-
-    def finish(self) -> None:
-        """Refuse numbers that no cell uses."""
-        for name, used in self._places.items():
-            if used != self._arrays[name].size:
-                raise ValueError(f'{name} has {self._arrays[name].size} numbers, {used} are used')
+        halves=readonly(halves), cells=cells, about=dict(header['about']))
 
 
 def cached_path(model: BrakeModel) -> Path:

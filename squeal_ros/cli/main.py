@@ -204,6 +204,8 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
     p.add_argument('--config', metavar='MONITOR.yaml', help='settings of the monitor: squeal '
                    'band, growth threshold and standard deviations that risks are precomputed for '
                    '(default: those of config/monitor.yaml)')
+    p.add_argument('--no-risk-map', action='store_true',
+                   help='do not precompute risks: they are of first order then')
     p.add_argument('--drive', metavar='CYCLE', help='only the cells in which the four brakes of '
                    'a vehicle operate in a drive cycle')
     p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')

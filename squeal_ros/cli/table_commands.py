@@ -15,9 +15,11 @@
 """The command that builds the table of a model before the drive."""
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 import json
 from pathlib import Path
+import sys
 import time
 from typing import Any
 
@@ -25,12 +27,14 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import SquealError
+from squeal_core.common.errors import SquealError, TableFileError
+from squeal_core.common.output import make_folder
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import load_settings, read_settings, risk_parameters
 from squeal_core.risk.map_builder import build_operating_map
 from squeal_core.risk.map_file import map_path, write_operating_map
 from squeal_core.risk.operating_map import OperatingMap
+from squeal_core.surrogate.build_checkpoint import BuildCheckpoint
 from squeal_core.surrogate.coverage_report import (
     CoverageReport,
     measure_coverage,
@@ -46,10 +50,10 @@ from squeal_core.surrogate.table_domain import (
     ROTOR_SPEED,
     TableDomain,
 )
-from squeal_core.surrogate.table_file import cached_path, write_table
+from squeal_core.surrogate.table_file import cached_path, read_table_header, write_table
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import read_vehicle
-from squeal_ros.cli.arguments import check_output, positive, shipped
+from squeal_ros.cli.arguments import check_output, check_workers, positive, shipped
 from squeal_ros.cli.console import plain, ProgressBar, warn
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.table_info import coverage_lines
@@ -63,45 +67,76 @@ def tabulate(options: argparse.Namespace) -> int:
     _check(options)
     model = BrakeModel.load(options.model)
     domain = _domain(model, options)
+    tolerances = TableTolerances.of(model, growth=options.tolerance)
     points = driven_points(model, options) if options.drive else None
-    with ProgressBar('boxes') as progress:
-        begun = time.monotonic()
-
-        def show(done: int, total: int) -> None:
-            left = (time.monotonic() - begun) / done * (total - done)
-            progress(done, total, f', {left / 60.0:.0f} min left' if left >= 60.0
-                     else f', {left:.0f} s left')
-
-        table = build_table(model, domain, points=points, workers=options.workers, progress=show,
-                            tolerances=TableTolerances.of(model, growth=options.tolerance))
     x = places_of(points) if points else None
-    report = measure_coverage(table, model, x=x)
     output = Path(options.output) if options.output else cached_path(model)
-    if not options.output:
-        output.parent.mkdir(parents=True, exist_ok=True)
+    checkpoint = BuildCheckpoint.of(output, model, domain, tolerances, x, say=_say)
+    make_folder(output.parent)
+    try:
+        table = _table(model, domain, tolerances, points, options.workers, checkpoint)
+        report = measure_coverage(table, model, x=x)
+        risks = None if options.no_risk_map else _map(model, domain, options)
+    except KeyboardInterrupt:
+        _say(f'{checkpoint.count} boxes are kept beside {output}; the same command goes on from '
+             'there')
+        raise
     overwrite = options.force or not options.output
     write_table(with_coverage(table, report), model, output, overwrite=overwrite)
-    if options.config or not _special(options):
-        write_operating_map(_map(model, domain, options), model, map_path(output),
-                            overwrite=overwrite)
+    if risks:
+        write_operating_map(risks, model, map_path(output), overwrite=overwrite)
+    checkpoint.remove()
     return _print(options, table, report, output)
+
+
+def _say(text: str) -> None:
+    print(f'squeal: {text}', file=sys.stderr)
+
+
+def _table(model: BrakeModel, domain: TableDomain, tolerances: TableTolerances,
+           points: Sequence[OperatingPoint] | None, workers: int,
+           checkpoint: BuildCheckpoint) -> ExpansionTable:
+    kept, begun = checkpoint.count, time.monotonic()
+    with ProgressBar('boxes') as progress:
+
+        def show(done: int, total: int) -> None:
+            left = (time.monotonic() - begun) / max(1, done - kept) * (total - done)
+            progress(done, total, '' if done <= kept else
+                     f', {left / 60.0:.0f} min left' if left >= 60.0 else f', {left:.0f} s left')
+
+        return build_table(model, domain, tolerances=tolerances, points=points, workers=workers,
+                           progress=show, checkpoint=checkpoint)
 
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse what would fail after the work, before it."""
     if options.output:
-        check_output('--output', options.output, ('.npz',), force=options.force,
-                     inputs=(resources.find('models', options.model, '.npz'),))
+        _check_output(options)
     for name in ('tolerance', 'duration', 'stiffness_factor'):
         if getattr(options, name) is not None:
             positive(f'--{name.replace("_", "-")}', getattr(options, name))
-    if options.workers < 0:
-        raise SquealError(f'--workers is {options.workers}; give 0 or more')
+    check_workers(options.workers)
     check_point(options)
     special = _special(options)
     if special and not options.output:
         raise SquealError(f'--{special[0].replace("_", "-")}: give an --output too; the cache '
                           'keeps the table of the usual envelope')
+    if options.config:
+        load_settings(options.config)
+
+
+def _check_output(options: argparse.Namespace) -> None:
+    path = Path(options.output)
+    if path.is_file() and path.suffix == '.npz' and not options.force:
+        try:
+            read_table_header(path)
+        except TableFileError as error:
+            raise SquealError(f'--output: {path} {error.what}; give another name, or --force to '
+                              'replace it') from None
+    check_output('--output', path, ('.npz',), force=options.force,
+                 inputs=(resources.find('models', options.model, '.npz'),))
+    if not options.no_risk_map:
+        check_output('--output', map_path(path), force=options.force)
 
 
 def _special(options: argparse.Namespace) -> list[str]:

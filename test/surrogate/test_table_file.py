@@ -136,7 +136,7 @@ def test_contents_that_do_not_match_the_hash(path: Path, header: Any, arrays: An
 
 @pytest.mark.parametrize('schema', [5, 3, 1, 0, -1, '4', None, 4.0, True])
 def test_other_schemas(path: Path, schema: Any) -> None:
-    assert f'has schema {schema!r}; this version' in refusal(rewrite(path, {'schema': schema}))
+    assert f'version (format {schema!r}; this one' in refusal(rewrite(path, {'schema': schema}))
 
 
 def _first_of(name: str, value: float) -> Callable[[dict[str, Any]], dict[str, Any]]:

@@ -1,0 +1,111 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The cells of a table as a few long arrays, which is how files keep them, and back."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from squeal_core.common.arrays import readonly
+from squeal_core.common.errors import SquealError
+from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell
+
+MAX_CELLS = 100_000
+_OMITTED_DEGREE = 2
+CELL_KINDS = {
+    'blocks': '<i4', 'sizes': '|u1', 'series': '<f4', 'bounds': '<f4', 'mirrored': '|u1',
+    'omitted_modes': '<i4', 'omitted': '<f4', 'omitted_below': '<f4'}
+
+
+def pack_cells(cells: Sequence[TableCell]) -> dict[str, Any]:
+    """Return the arrays of cells, by name."""
+    arrays = {
+        'blocks': [cell.sizes.size for cell in cells],
+        'sizes': _joined(cell.sizes for cell in cells),
+        'series': _joined(cell.series for cell in cells),
+        'bounds': _joined(cell.bounds for cell in cells),
+        'mirrored': _joined(cell.mirrored for cell in cells),
+        'omitted_modes': [cell.omitted.shape[1] for cell in cells],
+        'omitted': _joined(cell.omitted for cell in cells),
+        'omitted_below': [cell.omitted_below for cell in cells]}
+    return {name: np.asarray(values, CELL_KINDS[name]) for name, values in arrays.items()}
+
+
+def _joined(parts: Any) -> Any:
+    return np.concatenate([np.zeros(0), *(np.ravel(part) for part in parts)])
+
+
+def check_cell_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that cannot be those of cells, before they are read."""
+    cells = shapes['blocks'][:1]
+    for name in CELL_KINDS:
+        if len(shapes[name]) != 1:
+            raise SquealError(f'{name}: shape {shapes[name]}')
+    if not cells or cells[0] > MAX_CELLS or not (
+            shapes['omitted_modes'] == shapes['omitted_below'] == cells):
+        raise SquealError(f'blocks: shape {shapes["blocks"]}')
+
+
+def unpack_cells(arrays: Mapping[str, Any]) -> tuple[TableCell, ...]:
+    """
+    Return the cells that `pack_cells` made arrays of.
+
+    Raises
+    ------
+    ValueError
+        For arrays that do not fit each other.
+
+    """
+    reader = _Reader(arrays)
+    cells = tuple(reader.cell(place) for place in range(len(arrays['blocks'])))
+    reader.finish()
+    return cells
+
+
+class _Reader:
+    """Takes the values of cells from the arrays, one after the other."""
+
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
+        self._arrays = arrays
+        self._places = dict.fromkeys(('sizes', 'series', 'bounds', 'mirrored', 'omitted'), 0)
+
+    def cell(self, place: int) -> TableCell:
+        """Return the next cell, checked."""
+        sizes = readonly(self._take('sizes', int(self._arrays['blocks'][place])), np.intp)
+        if sizes.size and (sizes.min() < 1 or np.any(np.diff(sizes) < 0)):
+            raise ValueError('sizes of blocks do not rise')
+        count, omitted = int(sizes.sum()), int(self._arrays['omitted_modes'][place])
+        return TableCell(
+            sizes, self._floats('series', fit_terms(DEGREE).count, 2 * count),
+            self._floats('bounds', count), readonly(self._take('mirrored', count), bool),
+            self._floats('omitted', fit_terms(_OMITTED_DEGREE).count, omitted),
+            float(self._arrays['omitted_below'][place]))
+
+    def _floats(self, name: str, *shape: int) -> Any:
+        return readonly(self._take(name, int(np.prod(shape))).reshape(shape))
+
+    def _take(self, name: str, count: int) -> Any:
+        start = self._places[name]
+        values = self._arrays[name][start:start + count]
+        if count < 0 or values.size != count or not np.all(np.isfinite(values)):
+            raise ValueError(f'{name} has no {count} numbers from {start} on')
+        self._places[name] = start + count
+        return values
+
+    def finish(self) -> None:
+        """Refuse numbers that no cell uses."""
+        for name, used in self._places.items():
+            if used != self._arrays[name].size:
+                raise ValueError(f'{name} has {self._arrays[name].size} numbers, {used} are used')
