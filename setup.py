@@ -20,8 +20,8 @@ from setuptools import setup
 
 PACKAGE = 'squeal_ros'
 SHARE = f'share/{PACKAGE}'
-CONFIG = ('config', 'config/brakes', 'config/models', 'config/drive_cycles', 'config/vehicles',
-          'config/layouts', 'config/security')
+CONFIG = ('config', 'config/brakes', 'config/models', 'config/tables', 'config/drive_cycles',
+          'config/vehicles', 'config/layouts', 'config/security')
 
 setup(
     python_requires='>=3.11',

@@ -66,11 +66,16 @@ def pytest_make_collect_report() -> Iterator[None]:
 
 @pytest.fixture(scope='session', autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep tables and modes that the user has in a cache out of the tests, in one of theirs."""
+    """
+    Keep tables and modes of the user's cache out of the tests, and the shipped tables.
+
+    A monitor then solves in full unless a test gives it a table.
+    """
     folder = tmp_path_factory.getbasetemp()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('XDG_CACHE_HOME', str(
             (folder.parent if 'PYTEST_XDIST_WORKER' in os.environ else folder) / 'cache'))
+        patch.setenv('SQUEAL_TABLES', '')
         yield
 
 

@@ -44,6 +44,14 @@ def names(kind: str, suffix: str) -> list[str]:
     return sorted(path.stem for path in (config_folder() / kind).glob(f'*{suffix}'))
 
 
+def table_files() -> list[Path]:
+    """Return the shipped tables; where $SQUEAL_TABLES is set, those in that folder, '': none."""
+    folder = os.environ.get('SQUEAL_TABLES')
+    if folder == '':
+        return []
+    return sorted((config_folder() / 'tables' if folder is None else Path(folder)).glob('*.npz'))
+
+
 def cache_folder() -> Path:
     """Return $XDG_CACHE_HOME/squeal_ros, or ~/.cache/squeal_ros."""
     base = os.environ.get('XDG_CACHE_HOME')

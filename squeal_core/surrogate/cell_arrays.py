@@ -25,8 +25,8 @@ from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell
 MAX_CELLS = 100_000
 _OMITTED_DEGREE = 2
 CELL_KINDS = {
-    'blocks': '<i4', 'sizes': '|u1', 'series': '<f4', 'bounds': '<f4', 'mirrored': '|u1',
-    'omitted_modes': '<i4', 'omitted': '<f4', 'omitted_below': '<f4'}
+    'blocks': '<i4', 'sizes': '|u1', 'constants': '<f8', 'series': '<f4', 'bounds': '<f4',
+    'mirrored': '|u1', 'omitted_modes': '<i4', 'omitted': '<f4', 'omitted_below': '<f4'}
 
 
 def pack_cells(cells: Sequence[TableCell]) -> dict[str, Any]:
@@ -34,7 +34,8 @@ def pack_cells(cells: Sequence[TableCell]) -> dict[str, Any]:
     arrays = {
         'blocks': [cell.sizes.size for cell in cells],
         'sizes': _joined(cell.sizes for cell in cells),
-        'series': _joined(cell.series for cell in cells),
+        'constants': _joined(cell.series[:1] for cell in cells),
+        'series': _joined(cell.series[1:] for cell in cells),
         'bounds': _joined(cell.bounds for cell in cells),
         'mirrored': _joined(cell.mirrored for cell in cells),
         'omitted_modes': [cell.omitted.shape[1] for cell in cells],
@@ -79,7 +80,8 @@ class _Reader:
 
     def __init__(self, arrays: Mapping[str, Any]) -> None:
         self._arrays = arrays
-        self._places = dict.fromkeys(('sizes', 'series', 'bounds', 'mirrored', 'omitted'), 0)
+        self._places = dict.fromkeys(
+            ('sizes', 'constants', 'series', 'bounds', 'mirrored', 'omitted'), 0)
 
     def cell(self, place: int) -> TableCell:
         """Return the next cell, checked."""
@@ -87,8 +89,11 @@ class _Reader:
         if sizes.size and (sizes.min() < 1 or np.any(np.diff(sizes) < 0)):
             raise ValueError('sizes of blocks do not rise')
         count, omitted = int(sizes.sum()), int(self._arrays['omitted_modes'][place])
+        series = np.vstack([
+            self._floats('constants', 1, 2 * count),
+            self._floats('series', fit_terms(DEGREE).count - 1, 2 * count)])
         return TableCell(
-            sizes, self._floats('series', fit_terms(DEGREE).count, 2 * count),
+            sizes, readonly(series),
             self._floats('bounds', count), readonly(self._take('mirrored', count), bool),
             self._floats('omitted', fit_terms(_OMITTED_DEGREE).count, omitted),
             float(self._arrays['omitted_below'][place]))

@@ -21,7 +21,7 @@ squares to full solutions at points spread over the cell, and the residuals, at 
 and at others, bound the error.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from typing import Any
@@ -35,7 +35,13 @@ from squeal_core.stability.eigensolution import eigenvalues, Tolerances
 from squeal_core.surrogate.block_invariants import BlockInvariants
 from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.spectral_expansion import SpectralExpansion
-from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell, TableTolerances
+from squeal_core.surrogate.table_cell import (
+    DEGREE,
+    fit_terms,
+    TableCell,
+    TableTolerances,
+    verdict_within_error,
+)
 from squeal_core.surrogate.table_domain import TableDomain
 
 _CORNERS = 8
@@ -46,14 +52,23 @@ _MARGIN = 1 / 3  # of that decay rate, between omitted modes at the samples and 
 _QUIET = 1 / 5  # of that decay rate: up to it eigenvalues that do not oscillate matter
 _DAMPED = 1e4  # times that decay rate: bound where no mode is omitted
 _SAFETY = 2.0  # on the residuals, for between the samples
+_HANGING = 0.08  # fraction of a cell that may be without a verdict, and is solved in full
+_WITHIN = 256  # points at which that is counted
+_HOPELESS = 2.5  # times the tolerance, for a fit to the series alone,
+_CLOSE = 20.0  # where that is off by no more at a corner, in tolerances
 _ASTRAY = 40.0  # times the tolerance that a series is off at a corner, beyond which no fit helps
 
 
 @dataclass(frozen=True)
 class Rejection:
-    """A cell that is too large, and the axis along which to halve it."""
+    """
+    A cell that is too large, and the axis along which to halve it.
+
+    With contents where it will do if it cannot be halved.
+    """
 
     axis: int
+    cell: TableCell | None = None
 
 
 @cache
@@ -73,9 +88,19 @@ def samples() -> FloatArray:
     _, _, order = qr(values.T, mode='economic', pivoting=True)
     others = order[order >= _CORNERS][:_FITTED - _CORNERS]
     inside = every[np.concatenate([np.arange(_CORNERS), others])]
-    steps = np.array([0.8191725134, 0.6710436067, 0.5497004779])  # R3 sequence
-    held_out = 2.0 * ((0.5 + np.arange(1, _HELD_OUT + 1)[:, None] * steps) % 1.0) - 1.0
-    return np.vstack([inside, held_out])
+    return np.vstack([inside, _spread(_HELD_OUT)])
+
+
+def _spread(count: int) -> FloatArray:
+    """Return points (count, 3) that fill a cell evenly: the R3 sequence."""
+    steps = np.array([0.8191725134, 0.6710436067, 0.5497004779])
+    return np.asarray(2.0 * ((0.5 + np.arange(1, count + 1)[:, None] * steps) % 1.0) - 1.0)
+
+
+@cache
+def _within() -> FloatArray:
+    """Return the terms at points all over a cell."""
+    return fit_terms(DEGREE).at(_spread(_WITHIN))
 
 
 @cache
@@ -116,13 +141,13 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
         return Rejection(int(np.argmax(half / _SPREAD)))
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
     fit.look_inside(domain.points(model, centre + half * _inner()).coefficients().T)
-    axis = fit.axis(domain.points(model, centre + half * _lines()).coefficients().T)
+    fit.look_along(domain.points(model, centre + half * _lines()).coefficients().T)
     free = int(np.count_nonzero(model.free_coordinates))
     for place in range(len(samples())):
         fit.add(eigenvalues(model, points[1 + place])[free:])
-        if place == _CORNERS - 1 and fit.astray() > _ASTRAY:
-            return Rejection(axis)
-    return fit.cell(axis)
+        if place == _CORNERS - 1 and fit.is_hopeless():
+            return Rejection(fit.axis())
+    return fit.cell()
 
 
 @cache
@@ -151,14 +176,19 @@ class _Fit:
         top = self._expansion.eigenvalues_alone(coefficients).real.max(axis=0)
         self._flutters = top > _QUIET * self._tolerances.matters
 
-    def axis(self, coefficients: FloatArray) -> int:
-        """Return the axis to halve the cell along: that of the largest third difference."""
+    def look_along(self, coefficients: FloatArray) -> None:
+        """Note the third differences of blocks (3, blocks) along the axes."""
         roots = self._expansion.eigenvalues_alone(coefficients).reshape(3, 4, -1)
         means = np.add.reduceat(roots, np.searchsorted(
             self._own, np.arange(self._expansion.sizes.size)), axis=-1)
-        third = np.abs(means[:, 3] - 3 * means[:, 2] + 3 * means[:, 1] - means[:, 0])
-        matters = means.real.max(axis=(0, 1)) > self._tolerances.matters * self._expansion.sizes
-        return int(np.argmax((third * matters).sum(axis=-1)))
+        self._thirds = np.abs(means[:, 3] - 3 * means[:, 2] + 3 * means[:, 1] - means[:, 0])
+        self._matter = means.real.max(axis=(0, 1)) > (
+            self._tolerances.matters * self._expansion.sizes)
+
+    def axis(self, blocks: Any = None) -> int:
+        """Return the axis to halve the cell along: where blocks, or all that matter, bend most."""
+        chosen = self._matter if blocks is None else blocks
+        return int(np.argmax(self._thirds[:, chosen].sum(axis=-1)))
 
     def add(self, solution: ComplexArray) -> None:
         """Take the full solution at the next sample."""
@@ -169,51 +199,74 @@ class _Fit:
             nearest = linear_sum_assignment(away)[1]
         self._roots = np.vstack([self._roots, solution[nearest]])
 
-    def astray(self) -> float:
-        """Return by how much the series is off at the samples so far, in tolerances."""
+    def is_hopeless(self) -> bool:
+        """
+        Tell at the corners, before most solutions, whether the cell is too large.
+
+        Either the series is far off, or it is close and polynomials do not even fit it.
+        """
         off = np.abs(self._roots - self._predicted[:len(self._roots)])
         off /= self._tolerances.allowed(self._roots)
-        return float(off[:, self._needed()].max(initial=0.0))
+        astray = off[:, self._needed(self._roots)].max(initial=0.0)
+        loose = replace(self._tolerances, growth=_HOPELESS * self._tolerances.growth,
+                        decay=_HOPELESS * self._tolerances.decay)
+        return bool(astray > _ASTRAY or (
+            astray < _CLOSE and self._fails(self._fitted(self._predicted), loose)))
 
-    def _oscillating(self) -> Any:
-        return (self._roots.imag > self._limits.oscillation).any(axis=0)
+    def cell(self) -> TableCell | Rejection:
+        """Return the fit to the full solutions, or along which axis to halve the cell."""
+        cell = self._fitted(self._roots)
+        if self._fails(cell, self._tolerances):
+            return Rejection(self.axis())
+        hanging = verdict_within_error(*cell.at(_within())[:2], self._limits)
+        if hanging.any(axis=1).mean() <= _HANGING:
+            return cell
+        blocks = self._own[self._kept(self._roots)][hanging.any(axis=0)]
+        return Rejection(self.axis(np.unique(blocks)), cell)
 
-    def _needed(self) -> Any:
+    def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
+        roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
+        return bool(cell.fails(roots, errors, tolerances, self._limits).any())
+
+    def _oscillating(self, roots: ComplexArray) -> Any:
+        return (roots.imag > self._limits.oscillation).any(axis=0)
+
+    def _needed(self, roots: ComplexArray) -> Any:
         """Tell which eigenvalues (n,) matter somewhere in the cell."""
-        top = self._roots.real.max(axis=0)
-        quiet = (np.abs(self._roots.imag) <= self._limits.oscillation).any(axis=0)
-        return (self._oscillating() & (self._flutters | (top > self._below()))) | (
+        top = roots.real.max(axis=0)
+        quiet = (np.abs(roots.imag) <= self._limits.oscillation).any(axis=0)
+        return (self._oscillating(roots) & (self._flutters | (top > self._below(roots)))) | (
             quiet & (top > _QUIET * self._tolerances.matters))
 
-    def _below(self) -> float:
+    def _kept(self, roots: ComplexArray) -> Any:
+        """Tell which eigenvalues (n,) are of a block that matters."""
+        return np.isin(self._own, self._own[self._needed(roots)])
+
+    def _below(self, roots: ComplexArray) -> float:
         """Return the growth rate below which modes are omitted: the band's worst one is kept."""
         low, high = self._tolerances.band
-        hertz = self._roots.imag / (2.0 * np.pi)
+        hertz = roots.imag / (2.0 * np.pi)
         inside = (hertz >= low) & (hertz <= high)
-        worst = np.where(inside, self._roots.real, np.inf if not inside.any() else -np.inf)
+        worst = np.where(inside, roots.real, np.inf if not inside.any() else -np.inf)
         return min(self._tolerances.matters, float(worst.max(axis=1).min())
                    + 2.0 * _MARGIN * self._tolerances.matters)
 
-    def cell(self, axis: int) -> TableCell | Rejection:
-        """Fit the blocks that matter."""
-        blocks = np.unique(self._own[self._needed()])
-        kept = np.isin(self._own, blocks)
-        layout = BlockInvariants(self._expansion.sizes[blocks])
-        invariants = layout.of(self._roots[:, kept])
-        omitted, matters = ~kept & self._oscillating(), self._tolerances.matters
-        series = _single(_fitting(DEGREE) @ invariants[:-_HELD_OUT].view(float))
+    def _fitted(self, roots: ComplexArray) -> TableCell:
+        """Fit the blocks that matter to eigenvalues (S, n) at all samples."""
+        kept = self._kept(roots)
+        layout = BlockInvariants(self._expansion.sizes[np.unique(self._own[kept])])
+        invariants = layout.of(roots[:, kept])
+        omitted, matters = ~kept & self._oscillating(roots), self._tolerances.matters
+        series = _fitting(DEGREE) @ invariants[:-_HELD_OUT].view(float)
+        series[1:] = _single(series[1:])  # the frequency itself has more digits
         fitted = (fit_terms(DEGREE).at(samples()) @ series).view(complex)
-        cell = TableCell(
+        return TableCell(
             layout.sizes, series,
             _single(_SAFETY * np.abs(fitted - invariants).max(axis=0, initial=0.0)),
             self._expansion.mirrored[kept],
-            _single(_fitting(2) @ self._roots.imag[:-_HELD_OUT, omitted]),
-            float(np.float32(self._roots.real[:, omitted].max(initial=_DAMPED * matters)
+            _single(_fitting(2) @ roots.imag[:-_HELD_OUT, omitted]),
+            float(np.float32(roots.real[:, omitted].max(initial=_DAMPED * matters)
                              - _MARGIN * matters)))
-        roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
-        if cell.fails(roots, errors, self._tolerances, self._limits).any():
-            return Rejection(axis)
-        return cell
 
 
 def _single(values: FloatArray) -> FloatArray:

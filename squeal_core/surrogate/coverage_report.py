@@ -81,6 +81,7 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
     generator = np.random.default_rng(seed)
     if x is None:
         x = table.domain.low + table.domain.width * generator.random((points, 3))
+        x = x[table.domain.covers(x)]
     limits = Tolerances.of(model)
     found = table.evaluate(np.exp(x[:, 0]), np.exp(x[:, 1]), x[:, 2], limits)
     chosen = generator.permutation(np.flatnonzero(found.answered))[:solved]
@@ -92,9 +93,17 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
     filled = float((table.grid >= 0).mean())
     volume = float((2.0 * table.halves).prod(axis=1).sum() / table.domain.width.prod())
     return CoverageReport(
-        points=len(x), answered=float(found.answered.mean()), gaps=1.0 - filled,
-        overlap=max(0.0, round(volume - filled, 9)), solved=len(chosen), worst_error=worst,
-        wrong_verdicts=wrong)
+        points=len(x), answered=float(found.answered.mean()) if len(x) else 0.0,
+        gaps=_gaps(table), overlap=max(0.0, round(volume - filled, 9)), solved=len(chosen),
+        worst_error=worst, wrong_verdicts=wrong)
+
+
+def _gaps(table: ExpansionTable) -> float:
+    """Return the fraction without a cell of the boxes whose centre is in the envelope."""
+    steps = [(np.arange(count) + 0.5) / count for count in table.grid.shape]
+    shares = np.stack(np.meshgrid(*steps, indexing='ij'), axis=-1).reshape(-1, 3)
+    inside = table.domain.covers(table.domain.low + table.domain.width * shares)
+    return float((table.grid.ravel()[inside] < 0).mean()) if inside.any() else 1.0
 
 
 def with_coverage(table: ExpansionTable, report: CoverageReport) -> ExpansionTable:

@@ -143,7 +143,7 @@ class _Builder:
             return
         axis = _axis(found, levels)
         if axis is None:
-            yield Leaf(levels, place, None)
+            yield Leaf(levels, place, found.cell)
             return
         deeper = _with(levels, axis, levels[axis] + 1)
         for side in (0, 1):
@@ -171,12 +171,12 @@ class _Builder:
 
 
 def _axis(rejection: Rejection, levels: Triple) -> int | None:
-    """Return the axis to halve; None where a cell is given up."""
+    """Return the axis to halve; None where a cell is not halved any further."""
     if sum(levels) >= _DEPTH:
         return None
     if levels[rejection.axis] < _HALVINGS:
         return rejection.axis
-    return int(np.argmin(levels)) if min(levels) < _HALVINGS else None
+    return int(np.argmin(levels)) if min(levels) < _HALVINGS and not rejection.cell else None
 
 
 def _with(values: Triple, axis: int, value: int) -> Triple:

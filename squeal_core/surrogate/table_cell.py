@@ -84,7 +84,7 @@ class TableCell:
     sizes : (blocks,) index array
         Sizes of the blocks, ascending.
     series : (terms, 2 n) array
-        Real and imaginary part of the blocks' invariants.
+        Real and imaginary part of the blocks' invariants; the first row in double precision.
     bounds : (n,) array
         Of the errors of the invariants.
     mirrored : (n,) bool array

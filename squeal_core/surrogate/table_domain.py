@@ -104,6 +104,10 @@ class TableDomain:
         speed, pressure, friction = centre + half * (1.0, -1.0, -1.0)
         return bool(math.exp(pressure - speed) * friction < self.steepest)
 
+    def covers(self, x: FloatArray) -> Any:
+        """Tell which places x (P, 3) of the box are less steep than the limit."""
+        return np.exp(x[:, 1] - x[:, 0]) * x[:, 2] < self.steepest
+
     def points(self, model: BrakeModel, x: FloatArray) -> OperatingPoints:
         """Return the operating points at places x (P, 3)."""
         speed, pressure = np.exp(x[:, 0]), np.exp(x[:, 1])

@@ -48,7 +48,7 @@ from squeal_core.surrogate.table_cell import DEGREE, TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
 
 FORMAT = 'squeal_ros table of eigenvalues'
-SCHEMA = 4  # 1 to 3 were tables of series, of unreleased versions
+SCHEMA = 5  # 1 to 4 were of unreleased versions
 _GRID_KINDS = {'grid': '<i4', 'centres': '<f8', 'halves': '<f8'}
 _KINDS = {**_GRID_KINDS, **CELL_KINDS}
 KIND = ArchiveKind(
@@ -165,16 +165,12 @@ def cached_path(model: BrakeModel) -> Path:
 
 
 def find_table_file(model: BrakeModel) -> Path | None:
-    """Return the table file of a model that is shipped or in the user's cache, or None."""
+    """Return the table file of a model in the user's cache, else that is shipped, or None."""
     wanted = model_hash(model)
-    for path in (*_shipped(), cached_path(model)):
+    for path in (cached_path(model), *resources.table_files()):
         try:
             if read_table_header(path).get('model') == wanted:
                 return path
         except TableFileError:  # none is there, or one of an earlier version
             continue
     return None
-
-
-def _shipped() -> list[Path]:
-    return [resources.find('tables', name, '.npz') for name in resources.names('tables', '.npz')]

@@ -146,7 +146,7 @@ def test_what_is_not_replaced_unasked_is_named(
     assert 'exists; give --force' in refusal()
     for header in ({'schema': 3}, {'format': 'squeal_ros table of anchors', 'schema': 1}):
         rewrite(path, header)
-        earlier = r'was written by an earlier version \(format \d; this one reads 4\); '
+        earlier = r'was written by an earlier version \(format \d; this one reads 5\); '
         assert re.search(f'{earlier}give another name, or --force', refusal())
         assert main(['info', str(path)]) == 2
         assert re.search(f'{earlier}build it again with: squeal tabulate MODEL',

@@ -78,7 +78,7 @@ def test_a_table_comes_back_bit_for_bit(path: Path) -> None:
 
 def test_header(path: Path) -> None:
     header = read_table_header(path)
-    assert (header['schema'], header['degree']) == (4, 4)
+    assert (header['schema'], header['degree']) == (5, 4)
     assert header['about'] == dict(TABLE.about)
     assert header['model'] == model_hash(MODEL)
 
@@ -134,7 +134,7 @@ def test_contents_that_do_not_match_the_hash(path: Path, header: Any, arrays: An
     assert 'do not match its hash' in refusal(path)
 
 
-@pytest.mark.parametrize('schema', [5, 3, 1, 0, -1, '4', None, 4.0, True])
+@pytest.mark.parametrize('schema', [6, 4, 1, 0, -1, '5', None, 5.0, True])
 def test_other_schemas(path: Path, schema: Any) -> None:
     assert f'version (format {schema!r}; this one' in refusal(rewrite(path, {'schema': schema}))
 
