@@ -102,12 +102,12 @@ class BuildCheckpoint:
 
     @property
     def folder(self) -> Path:
-        """Folder of the boxes."""
+        """Return the folder of the boxes."""
         return self.table.with_name(f'{self.table.name}.{self.key[:12]}{_SUFFIX}')
 
     @property
     def count(self) -> int:
-        """Number of boxes that are kept."""
+        """Return the number of boxes that are kept."""
         return sum(1 for _ in self.folder.glob('*.npz'))
 
     def read(self, boxes: int) -> dict[int, list[Leaf]]:
