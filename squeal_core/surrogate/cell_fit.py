@@ -49,7 +49,7 @@ _FITTED = 56  # points of the fit, for 35 terms
 _HELD_OUT = 8  # points that are not fitted
 _SPREAD = np.array([0.2, 0.25, 0.03])  # ln speed, ln pressure, friction: the usual reach
 _MARGIN = 1 / 3  # of that decay rate, between omitted modes at the samples and their bound
-_QUIET = 1 / 5  # of that decay rate: up to it eigenvalues that do not oscillate matter
+_QUIET = 1 / 5  # of that decay rate: up to it the series has modes flutter
 _DAMPED = 1e4  # times that decay rate: bound where no mode is omitted
 _SAFETY = 2.0  # on the residuals, for between the samples
 _HANGING = 0.08  # fraction of a cell that may be without a verdict, and is solved in full
@@ -57,17 +57,18 @@ _WITHIN = 256  # points at which that is counted
 _HOPELESS = 2.5  # times the tolerance, for a fit to the series alone,
 _CLOSE = 20.0  # where that is off by no more at a corner, in tolerances
 _ASTRAY = 40.0  # times the tolerance that a series is off at a corner, beyond which no fit helps
+_FAR = 8.0  # times that, from which half the cell would be too large as well
 
 
 @dataclass(frozen=True)
 class Rejection:
     """
-    A cell that is too large, and the axis along which to halve it.
+    A cell that is too large, and the axes along which to halve it, one after the other.
 
     With contents where it will do if it cannot be halved.
     """
 
-    axis: int
+    axes: tuple[int, ...]
     cell: TableCell | None = None
 
 
@@ -79,7 +80,8 @@ def samples() -> FloatArray:
     Those of the fit are the first approximate Fekete points of the polynomials of one degree
     more (Sommariva and Vianello, Comput. Math. Appl. 57 (2009) 1324-1336).
     """
-    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    # the steepest first, as series go astray there: slow, under high pressure and friction
+    corners = np.array(sorted(product((-1.0, 1.0), repeat=3), key=lambda u: u[0] - u[1] - u[2]))
     lines = np.cos(np.pi * np.arange(7) / 6)
     grid = np.array([p for p in product(lines, repeat=3) if np.abs(p).min() < 0.999])
     every = np.vstack([corners, grid])
@@ -118,7 +120,7 @@ def _fitting(degree: int) -> FloatArray:
 def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: FloatArray,
              tolerances: TableTolerances, limits: Tolerances) -> TableCell | Rejection:
     """
-    Return the modes that matter in a cell, or along which axis to halve it.
+    Return the modes that matter in a cell, or along which axes to halve it.
 
     Parameters
     ----------
@@ -138,15 +140,18 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     try:
         expansion = expand_spectrum(model, points[0])
     except np.linalg.LinAlgError:
-        return Rejection(int(np.argmax(half / _SPREAD)))
+        return Rejection((int(np.argmax(half / _SPREAD)),))
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
     fit.look_inside(domain.points(model, centre + half * _inner()).coefficients().T)
     fit.look_along(domain.points(model, centre + half * _lines()).coefficients().T)
     free = int(np.count_nonzero(model.free_coordinates))
     for place in range(len(samples())):
         fit.add(eigenvalues(model, points[1 + place])[free:])
-        if place == _CORNERS - 1 and fit.is_hopeless():
-            return Rejection(fit.axis())
+        astray = fit.astray() if place < _CORNERS else 0.0
+        if astray > _ASTRAY:
+            return Rejection(fit.axes(2 if astray > _FAR * _ASTRAY else 1))
+        if place == _CORNERS - 1 and astray < _CLOSE and fit.is_hopeless():
+            return Rejection(fit.axes())
     return fit.cell()
 
 
@@ -185,10 +190,14 @@ class _Fit:
         self._matter = means.real.max(axis=(0, 1)) > (
             self._tolerances.matters * self._expansion.sizes)
 
-    def axis(self, blocks: Any = None) -> int:
-        """Return the axis to halve the cell along: where blocks, or all that matter, bend most."""
-        chosen = self._matter if blocks is None else blocks
-        return int(np.argmax(self._thirds[:, chosen].sum(axis=-1)))
+    def axes(self, count: int = 1, blocks: Any = None) -> tuple[int, ...]:
+        """Return axes to halve the cell along: where blocks, or all that matter, bend most."""
+        bends = self._thirds[:, self._matter if blocks is None else blocks].sum(axis=-1)
+        found = []
+        for _ in range(count):
+            found.append(int(np.argmax(bends)))
+            bends[found[-1]] /= 8.0  # what halving leaves of a third difference
+        return tuple(found)
 
     def add(self, solution: ComplexArray) -> None:
         """Take the full solution at the next sample."""
@@ -199,30 +208,28 @@ class _Fit:
             nearest = linear_sum_assignment(away)[1]
         self._roots = np.vstack([self._roots, solution[nearest]])
 
-    def is_hopeless(self) -> bool:
-        """
-        Tell at the corners, before most solutions, whether the cell is too large.
-
-        Either the series is far off, or it is close and polynomials do not even fit it.
-        """
+    def astray(self) -> float:
+        """Return by how much the series is off at the samples so far, in tolerances."""
         off = np.abs(self._roots - self._predicted[:len(self._roots)])
         off /= self._tolerances.allowed(self._roots)
-        astray = off[:, self._needed(self._roots)].max(initial=0.0)
+        return float(off[:, self._needed(self._roots)].max(initial=0.0))
+
+    def is_hopeless(self) -> bool:
+        """Tell before most solutions whether polynomials do not even fit a close series."""
         loose = replace(self._tolerances, growth=_HOPELESS * self._tolerances.growth,
                         decay=_HOPELESS * self._tolerances.decay)
-        return bool(astray > _ASTRAY or (
-            astray < _CLOSE and self._fails(self._fitted(self._predicted), loose)))
+        return self._fails(self._fitted(self._predicted), loose)
 
     def cell(self) -> TableCell | Rejection:
-        """Return the fit to the full solutions, or along which axis to halve the cell."""
+        """Return the fit to the full solutions, or along which axes to halve the cell."""
         cell = self._fitted(self._roots)
         if self._fails(cell, self._tolerances):
-            return Rejection(self.axis())
+            return Rejection(self.axes())
         hanging = verdict_within_error(*cell.at(_within())[:2], self._limits)
         if hanging.any(axis=1).mean() <= _HANGING:
             return cell
         blocks = self._own[self._kept(self._roots)][hanging.any(axis=0)]
-        return Rejection(self.axis(np.unique(blocks)), cell)
+        return Rejection(self.axes(blocks=np.unique(blocks)), cell)
 
     def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
         roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
@@ -236,7 +243,7 @@ class _Fit:
         top = roots.real.max(axis=0)
         quiet = (np.abs(roots.imag) <= self._limits.oscillation).any(axis=0)
         return (self._oscillating(roots) & (self._flutters | (top > self._below(roots)))) | (
-            quiet & (top > _QUIET * self._tolerances.matters))
+            quiet & (top > -self._tolerances.growth))
 
     def _kept(self, roots: ComplexArray) -> Any:
         """Tell which eigenvalues (n,) are of a block that matters."""

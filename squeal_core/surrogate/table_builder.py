@@ -34,7 +34,7 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.build_checkpoint import BuildCheckpoint, Leaf, Triple
-from squeal_core.surrogate.cell_fit import fit_cell, Rejection
+from squeal_core.surrogate.cell_fit import fit_cell
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_cell import TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import places_of, TableDomain
@@ -131,26 +131,27 @@ class _Builder:
         centre, half = self.geometry(levels, place)
         return (np.abs(x - centre) <= half * (1.0 + 1e-9)).all(axis=1)
 
-    def leaves(self, levels: Triple, place: Triple, x: FloatArray | None) -> Iterator[Leaf]:
-        """Yield the cells that a box is halved into."""
+    def leaves(self, levels: Triple, place: Triple, x: FloatArray | None,
+               axes: tuple[int, ...] = ()) -> Iterator[Leaf]:
+        """Yield the cells that a box is halved into; along given axes without trying it first."""
         centre, half = self.geometry(levels, place)
         if not self.domain.contains(centre, half):
             yield Leaf(levels, place, None)
             return
-        found = fit_cell(self.model, self.domain, centre, half, self.tolerances, self.limits)
-        if isinstance(found, TableCell):
-            yield Leaf(levels, place, found)
-            return
-        axis = _axis(found, levels)
+        kept = None
+        if not axes:
+            found = fit_cell(self.model, self.domain, centre, half, self.tolerances, self.limits)
+            kept, axes = (found, ()) if isinstance(found, TableCell) else (found.cell, found.axes)
+        axis = _axis(axes, levels)
         if axis is None:
-            yield Leaf(levels, place, found.cell)
+            yield Leaf(levels, place, kept)
             return
         deeper = _with(levels, axis, levels[axis] + 1)
         for side in (0, 1):
             child = _with(place, axis, 2 * place[axis] + side)
             some = None if x is None else x[self.inside(child, deeper, x)]
             if some is None or len(some):
-                yield from self.leaves(deeper, child, some)
+                yield from self.leaves(deeper, child, some, axes[1:])
 
     def table(self, leaves: Sequence[Leaf], about: dict[str, float]) -> ExpansionTable:
         """Return the table of the cells."""
@@ -170,13 +171,13 @@ class _Builder:
             about={**about, 'given_up': len(leaves) - len(kept)})
 
 
-def _axis(rejection: Rejection, levels: Triple) -> int | None:
+def _axis(axes: tuple[int, ...], levels: Triple) -> int | None:
     """Return the axis to halve; None where a cell is not halved any further."""
-    if sum(levels) >= _DEPTH:
+    if not axes or sum(levels) >= _DEPTH:
         return None
-    if levels[rejection.axis] < _HALVINGS:
-        return rejection.axis
-    return int(np.argmin(levels)) if min(levels) < _HALVINGS and not rejection.cell else None
+    if levels[axes[0]] < _HALVINGS:
+        return axes[0]
+    return int(np.argmin(levels)) if min(levels) < _HALVINGS else None
 
 
 def _with(values: Triple, axis: int, value: int) -> Triple:

@@ -140,8 +140,5 @@ class TableCell:
 
 
 def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
-    """Tell which verdicts hang on the errors: growth, or oscillation of what grows."""
-    close = np.abs(roots.real - tolerances.growth) <= errors
-    # real eigenvalues near zero are rigid, whatever the error
-    oscillates = np.abs(roots.imag) > tolerances.oscillation
-    return close & (oscillates | (errors > tolerances.growth))
+    """Tell which verdicts hang on the errors."""
+    return np.abs(roots.real - tolerances.growth) <= errors
