@@ -1,0 +1,73 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The table that is shipped: it belongs to the shipped model, and answers as it promises."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from squeal_core import BrakeModel
+from squeal_core.common.resources import config_folder
+from squeal_core.stability.eigensolution import complex_modes, Tolerances
+from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_domain import TableDomain
+from squeal_core.surrogate.table_file import find_table_file, read_table
+from squeal_core.surrogate.tabulated_solver import deviation
+from squeal_ros.cli.main import main
+
+SHIPPED = config_folder() / 'tables' / 'kang2009.npz'
+
+
+@pytest.fixture(autouse=True)
+def _as_shipped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv('SQUEAL_TABLES')
+
+
+@pytest.fixture(scope='module')
+def table(kang: BrakeModel) -> ExpansionTable:
+    return read_table(SHIPPED, kang)
+
+
+def test_it_is_found_for_the_shipped_model_and_small(
+        kang: BrakeModel, table: ExpansionTable, capsys: pytest.CaptureFixture[str]) -> None:
+    assert find_table_file(kang) == SHIPPED
+    assert SHIPPED.stat().st_size < 10e6
+    assert table.domain == TableDomain.usual(kang)
+    assert main(['info', 'kang2009']) == 0
+    assert f'table            {SHIPPED}' in capsys.readouterr().out
+
+
+def test_random_points_are_answered_within_the_tolerance(
+        kang: BrakeModel, table: ExpansionTable) -> None:
+    domain, limits = table.domain, Tolerances.of(kang)
+    x = domain.low + domain.width * np.random.default_rng(11).random((2000, 3))
+    x = x[domain.covers(x)]
+    found = table.evaluate(np.exp(x[:, 0]), np.exp(x[:, 1]), x[:, 2], limits)
+    assert found.answered.mean() > 0.98
+    chosen = np.flatnonzero(found.answered)[:200]
+    points = domain.points(kang, x[chosen])
+    for i, place in enumerate(chosen.tolist()):
+        ours, truth = found.modes(place), complex_modes(kang, points[i], tolerances=limits)
+        assert deviation(ours, truth, table.tolerances) <= 1.0
+        assert len(ours.unstable) == len(truth.unstable)
+
+
+def test_another_folder_of_tables_or_none(
+        kang: BrakeModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in ('', str(tmp_path)):
+        monkeypatch.setenv('SQUEAL_TABLES', folder)
+        assert find_table_file(kang) is None
+    (tmp_path / 'one.npz').symlink_to(SHIPPED)
+    assert find_table_file(kang) == tmp_path / 'one.npz'
