@@ -57,8 +57,8 @@ def serialised_state(assessment: Assessment) -> bytes:
             assessment.growth_rate, worst.damping_ratio if worst else math.nan,
             assessment.friction_margin,
             count, *[mode.index for mode in modes],
-            count, *assessment.unstable_frequencies_hz,
-            count, *assessment.unstable_growth_rates,
+            count, *[mode.frequency_hz for mode in modes],
+            count, *[mode.growth_rate for mode in modes],
             count, *[mode.damping_ratio for mode in modes],
             count, *[math.nan] * count)))
 

@@ -15,7 +15,7 @@
 """
 CDR bytes of the output messages, the same that the type store makes of message objects.
 
-A replay writes 17 messages a tick, and objects of rosbags take it longer than the assessments.
+A replay writes 21 messages a tick, and objects of rosbags take it longer than the assessments.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ import math
 import struct
 from typing import Any
 
-from squeal_ros.node import messages
+from squeal_ros.node import messages, state_message
 from squeal_ros.recordings.tick_record import TickRecord
 from squeal_ros.recordings.typestore import BagMessages, JAZZY
 
@@ -47,14 +47,15 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
 
     """
     before, pack = _before_double(), _DOUBLE.pack
-    for row in record.rows:
-        risk, growth_rate, margin, listed = _topics(node, row.brake)
+    for row, state in zip(record.rows, record.states, strict=True):
+        risk, growth_rate, margin, listed, whole = _topics(node, row.brake)
         yield *risk, before + pack(row.squeal_risk)
         yield *growth_rate, before + pack(row.growth_rate_1_s)
         yield *margin, before + pack(row.friction_margin)
         frequencies = row.unstable_frequencies_hz if row.is_valid else (math.nan,)
         yield *listed, _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
+        yield *whole, state
     if record.statuses:
         yield ('/diagnostics', messages.DIAGNOSTICS_TYPE,
                _diagnostics(record.time, record.statuses))
@@ -62,8 +63,9 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
 
 @lru_cache(maxsize=1024)
 def _topics(node: str, brake: str) -> list[tuple[str, str]]:
-    """Return topic and type of the messages of a brake, in the order of `messages.TYPES`."""
-    return [(f'{node}/{brake}/{name}', kind) for name, kind in messages.TYPES.items()]
+    """Return topic and type of the messages of a brake: those of `messages.TYPES`, the state."""
+    types = {**messages.TYPES, state_message.NAME: state_message.TYPE}
+    return [(f'{node}/{brake}/{name}', kind) for name, kind in types.items()]
 
 
 @lru_cache(maxsize=1)

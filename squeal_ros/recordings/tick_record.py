@@ -23,6 +23,7 @@ from squeal_core.monitor.margins import confirmation_due as is_due
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
+from squeal_ros.node.state_message import serialised_state
 
 _SECOND = 1_000_000_000
 
@@ -37,6 +38,8 @@ class TickRecord(NamedTuple):
         [ns].
     rows : list of AssessmentRecord
         One a brake.
+    states : list of bytes
+        Likewise, as squeal_msgs/BrakeSqueal.
     statuses : list of StatusTexts
         Of the diagnostics, those that are due at this tick.
 
@@ -44,6 +47,7 @@ class TickRecord(NamedTuple):
 
     time: int
     rows: list[AssessmentRecord]
+    states: list[bytes]
     statuses: list[messages.StatusTexts]
 
 
@@ -74,7 +78,7 @@ class Recorder:
         for assessment in assessments:
             self.detector.add(assessment)
         return TickRecord(assessments[0].time, [*map(row_of, assessments)],
-                          [*self._statuses(assessments)])
+                          [*map(serialised_state, assessments)], [*self._statuses(assessments)])
 
     def _statuses(self, assessments: Sequence[Assessment]) -> Iterator[messages.StatusTexts]:
         """

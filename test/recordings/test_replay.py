@@ -24,6 +24,7 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
+from rosbags.highlevel import AnyReader  # noqa: E402
 from rosbags.interfaces import (  # noqa: E402
     Qos,
     QosDurability,
@@ -104,14 +105,19 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
     outputs = Outputs(tmp_path / 'out.mcap', settings)
     ticks = replay(bag, settings, kang)
     outputs.write(iter(ticks))
-    with Reader(tmp_path / 'out.mcap') as reader:
+    with AnyReader([tmp_path / 'out.mcap']) as reader:  # by the definitions in the bag
         counts = {c.topic: c.msgcount for c in reader.connections}
+        states = [reader.deserialize(data, connection.msgtype) for connection, _, data
+                  in reader.messages() if connection.topic.endswith('/state')]
     assert counts == {**dict.fromkeys([f'/squeal_monitor/fl/{name}' for name in (
-        'squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')], 9),
+        'squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin', 'state')], 9),
         '/diagnostics': 9}
     # text, so that NaN equals NaN
     rows = list(read_rows(outputs.csv_path))
     assert repr(rows) == repr([row_of(a) for tick in ticks for a in tick])
+    assert repr([(s.squeal_risk, s.growth_rate, tuple(s.frequencies_hz.tolist())) for s in states]
+                ) == repr([(r.squeal_risk, r.growth_rate_1_s, r.unstable_frequencies_hz)
+                           for r in rows])
     assert [(e.start, e.end) for e in outputs.events] == [(101.0, 102.5)]
     assert squeal_events(rows, settings) == outputs.events
     assert not [p for p in tmp_path.iterdir() if p.name.startswith('.') or p.suffix == '.part']

@@ -27,6 +27,7 @@ from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
 from squeal_core.stability.eigensolution import Mode  # noqa: E402
 from squeal_ros.node import messages  # noqa: E402
+from squeal_ros.node.state_message import serialised_state, TYPE  # noqa: E402
 from squeal_ros.recordings.serialised_outputs import serialised_outputs  # noqa: E402
 from squeal_ros.recordings.tick_record import TickRecord  # noqa: E402
 from squeal_ros.recordings.typestore import BagMessages, JAZZY  # noqa: E402
@@ -53,9 +54,12 @@ def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> N
     for assessment in assessments:
         for name, message in messages.brake_messages(library, assessment):
             expected[f'{NODE}/{assessment.brake}/{name}'] = messages.TYPES[name], message
+        expected[f'{NODE}/{assessment.brake}/state'] = TYPE, JAZZY.deserialize_cdr(
+            serialised_state(assessment), TYPE)  # what it holds: test/node/test_state_message.py
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
         library, time, statuses)
-    record = TickRecord(time, [*map(row_of, assessments)], statuses)
+    record = TickRecord(time, [*map(row_of, assessments)],
+                        [*map(serialised_state, assessments)], statuses)
     seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(NODE, record)}
     assert list(seen) == list(expected)  # in order
     for topic, (kind, message) in expected.items():
