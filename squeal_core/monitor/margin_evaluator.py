@@ -208,17 +208,17 @@ class MarginEvaluator:
         other &= np.where(down, frictions < start, frictions > start)
         count = frictions.size
         far = np.where(unstable, count - 1 - other[:, ::-1].argmax(axis=1), other.argmax(axis=1))
-        near = np.clip(far + np.where(unstable, 1, -1), 0, count - 1)
+        near = np.minimum(np.maximum(far + np.where(unstable, 1, -1), 0), count - 1)
         each = np.arange(len(rows))
-        rates = growth[each, near] - self.tolerances.growth, (
-            growth[each, far] - self.tolerances.growth)
+        rate, change = growth[each, near], growth[each, far] - growth[each, near]
         with np.errstate(divide='ignore', invalid='ignore'):
-            fraction = np.clip(np.nan_to_num(rates[0] / (rates[0] - rates[1]), nan=0.5), 0.0, 1.0)
+            fraction = (self.tolerances.growth - rate) / change
+        fraction = np.where((fraction >= 0.0) & (fraction <= 1.0), fraction, 0.5)
         span = frictions[far] - frictions[near]
         zero = frictions[near] + fraction * span
-        trials = zero[:, None] + span[:, None] * _ABOUT
-        bounded = np.where(down, np.clip(trials, walks[:, -1:], start),
-                           np.clip(trials, start, walks[:, -1:]))
+        trials, end = zero[:, None] + span[:, None] * _ABOUT, walks[:, -1:]
+        bounded = np.minimum(np.maximum(trials, np.where(down, end, start)),
+                             np.where(down, start, end))
         return np.where(other.any(axis=1)[:, None], bounded, start)
 
 

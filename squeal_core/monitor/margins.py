@@ -169,10 +169,15 @@ def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],
         What counts as oscillation.
 
     """
-    low, high = 2.0 * np.pi * np.array(band_hz)
-    oscillates = roots.imag > tolerances.oscillation
-    meant = {'squeal': oscillates & (roots.imag >= low) & (roots.imag <= high),
-             'groan': oscillates & (roots.imag < low), 'divergence': ~oscillates}[kind]
+    low, high = (2.0 * math.pi * end for end in band_hz)
+    frequency = roots.imag
+    meant = frequency > tolerances.oscillation
+    if kind == 'squeal':
+        meant &= (frequency >= low) & (frequency <= high)
+    elif kind == 'groan':
+        meant &= frequency < low
+    else:
+        meant = frequency <= tolerances.oscillation
     growth = np.where(meant & ~np.isnan(roots.real), roots.real, -np.inf)
     places = growth.argmax(axis=1)
     each = np.arange(len(roots))

@@ -114,11 +114,14 @@ class OperatingMap:
         first, steps, intervals = (values[:2, None] for values in self._axes)
         places = (places - first) / steps
         inside = ((places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=0)
-        cells = np.clip(np.where(inside, places, 0.0).astype(np.intp), 0, intervals - 1)
-        (i, j), (a, b) = cells, np.where(inside, places - cells, np.nan)[..., None]
-        values = self._growth
-        return np.asarray((1.0 - a) * ((1.0 - b) * values[i, j] + b * values[i, j + 1])
-                          + a * ((1.0 - b) * values[i + 1, j] + b * values[i + 1, j + 1]))
+        cells = np.where(inside, places, 0.0).astype(np.intp)
+        cells = np.minimum(np.maximum(cells, 0), intervals - 1)
+        a, b = np.where(inside, places - cells, np.nan)[..., None]
+        rows, pressures = self._growth.reshape(-1, self.friction.size), self.contact_pressure.size
+        corner = pressures * cells[0] + cells[1]
+        near, far = ((1.0 - b) * rows.take(place, axis=0) + b * rows.take(place + 1, axis=0)
+                     for place in (corner, corner + pressures))
+        return np.asarray((1.0 - a) * near + a * far)
 
     @cached_property
     def _score(self) -> FloatArray:
@@ -147,7 +150,7 @@ class OperatingMap:
             places = (places - first) / steps
         inside: Any = ((places >= -_ROUNDING) & (places <= intervals + _ROUNDING)).all(axis=0)
         places = np.where(inside, places, 0.0)
-        cells = np.clip(places.astype(np.intp), 0, intervals - 1)
+        cells = np.minimum(np.maximum(places.astype(np.intp), 0), intervals - 1)
         strides = np.array([values[0].size, values.shape[2], 1])
         corners = (strides @ cells) + (_CORNERS @ strides)[:, None]
         parts = places - cells

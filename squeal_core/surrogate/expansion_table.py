@@ -212,7 +212,7 @@ class _Evaluated:
                 np.abs(roots.imag) <= tolerances.oscillation)
             key = np.where(oscillating, key, np.where(divergent, -roots.real, np.inf))
         order = key.argsort(axis=1)
-        flat = order + order.shape[1] * np.arange(len(x))[:, None]
+        flat = order if len(x) == 1 else order + order.shape[1] * np.arange(len(x))[:, None]
         self.roots, self.errors = roots.take(flat), errors.take(flat)
         self.counts = np.full(len(x), order.shape[1])
         self._number(oscillating, omitted, table.modes)
@@ -223,15 +223,14 @@ class _Evaluated:
         """Count from the highest frequency down, as the non-oscillating modes come first."""
         size = self.roots.shape[1]
         above = (omitted[:, None, :] > self.roots.imag[:, :, None]).sum(axis=2)
-        count = oscillating.sum(axis=1, keepdims=True) if self.quiet else size
-        first = np.arange(size)
-        if self.quiet:
-            growing = ((self.roots.imag <= self.tolerances.oscillation)
-                       & (self.roots.real > self.tolerances.growth)).sum(axis=1, keepdims=True)
-            numbers = modes - above - (count - 1 - (first - growing))
-            self.numbers = np.where(first < growing, first + 1, numbers)
-        else:
-            self.numbers = modes - above - (count - 1 - first)
+        if not self.quiet:
+            self.numbers = np.arange(modes - size + 1, modes + 1) - above
+            return
+        count, first = oscillating.sum(axis=1, keepdims=True), np.arange(size)
+        growing = ((self.roots.imag <= self.tolerances.oscillation)
+                   & (self.roots.real > self.tolerances.growth)).sum(axis=1, keepdims=True)
+        numbers = modes - above - (count - 1 - (first - growing))
+        self.numbers = np.where(first < growing, first + 1, numbers)
 
     def _clear(self, unlisted: Any) -> None:
         """Leave out what neither oscillates nor grows, and conjugates."""

@@ -34,6 +34,7 @@ PRELOAD: Range = (100.0, 20000.0)  # N
 FRICTION: Range = (0.001, 0.65)  # linings have 0.15 and more; critical values lie below
 STEEPEST = 6000.0  # N s, preload times friction over rotor speed: creeping under full brakes
 AXES = ('rotor_speed', 'contact_pressure', 'friction')
+_FEW = 16  # points
 _LAW = 1e-9  # relative difference up to which slope and stiffness are those of the model
 
 
@@ -119,8 +120,19 @@ class TableDomain:
             rotor_speed=speed, friction=x[:, 2], contact_pressure=pressure, friction_slope=slope,
             contact_stiffness=self.stiffness_factor * np.asarray(stiffness))
 
-    def follows(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
-        """Tell which points (P,) have slope, stiffness and damping the table was built with."""
+    def follows(self, model: BrakeModel, point: OperatingPoint) -> bool:
+        """Tell whether a point has the slope, stiffness and damping the table was built with."""
+        slope = 0.0 if model.friction_law is None else model.friction_law.slope_at(
+            model.contact_radius * point.rotor_speed, friction_of(point))
+        stiffness = self.stiffness_factor * model.contact_stiffness_at(point.contact_pressure)
+        return (abs(point.friction_slope - slope) <= _LAW * abs(slope)
+                and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness
+                and point.damping_scale == 1.0)
+
+    def all_follow(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
+        """Tell which points (P,) do what `follows` tells of one."""
+        if len(points) <= _FEW:  # one by one they cost less than arrays
+            return np.array([self.follows(model, point) for point in points])
         built = self.points(model, places_of(points))
         slopes, stiffnesses, scales = np.array([
             (point.friction_slope, point.contact_stiffness, point.damping_scale)

@@ -73,7 +73,7 @@ class TabulatedSolver:
 
     def solve(self, point: OperatingPoint) -> ComplexModes:
         """Return the complex modes at a point."""
-        if self.table is None or not self.table.domain.follows(self.model, [point])[0]:
+        if self.table is None or not self.table.domain.follows(self.model, point):
             return self._full(point)
         found = self.table.modes_at(abs(point.rotor_speed), point.contact_pressure,
                                     friction_of(point), self.limits)
@@ -94,7 +94,7 @@ class TabulatedSolver:
             np.abs([point.rotor_speed for point in points]),
             [point.contact_pressure for point in points],
             [friction_of(point) for point in points], self.limits)
-        known = tabulated.answered & self.table.domain.follows(self.model, points)
+        known = tabulated.answered & self.table.domain.all_follow(self.model, points)
         if self.band is not None:  # no omitted mode may be the least stable of the band
             known = known & ~np.isnan(tabulated.growth_rates(*self.band))
         return [self._attempted(point, (tabulated.modes(i), cell))
