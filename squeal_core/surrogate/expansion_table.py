@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.stability.eigensolution import ComplexModes, Kind, Mode, Tolerances
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
@@ -242,11 +242,16 @@ class _Evaluated:
     def modes(self) -> ComplexModes:
         """Return the modes at the only point."""
         roots, errors, numbers = self.roots[0], self.errors[0], self.numbers[0]
-        quiet, upper = roots[:0], roots
+        first = 0  # of those that oscillate
         if self.quiet:
             count = int(self.counts[0])
             roots, errors, numbers = roots[:count], errors[:count], numbers[:count]
-            oscillating = roots.imag > self.tolerances.oscillation
-            quiet, upper = roots[~oscillating], roots[oscillating]
-        return ComplexModes(quiet, upper, roots, errors, self.tolerances, 'table',
-                            mode_numbers=numbers, omitted_below=self.below)
+            first = int((roots.imag <= self.tolerances.oscillation).sum())
+        growing = (roots.real > self.tolerances.growth).nonzero()[0]
+        growing = growing[(-roots.real[growing]).argsort(kind='stable')]
+        kinds: list[Kind] = ['divergence' if place < first else 'flutter'
+                             for place in growing.tolist()]
+        return ComplexModes(
+            roots[:first], roots[first:], roots, errors, self.tolerances, 'table',
+            mode_numbers=numbers, omitted_below=self.below, growing=tuple(map(
+                Mode, numbers[growing].tolist(), roots[growing].tolist(), kinds)))
