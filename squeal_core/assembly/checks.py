@@ -157,7 +157,7 @@ def _truncation(model: BrakeModel) -> Iterable[Check]:
 
 
 def _contact_damping(model: BrakeModel) -> Iterable[Check]:
-    """A dashpot's loss factor grows with frequency: at the band's end it may be no lining's."""
+    """Yield the loss factor of the layer's dashpots at the band's end: no lining's may be > 1."""
     if model.contact_retardation_time:
         end = SQUEAL_BAND[1]
         yield Check(f'contact loss factor at {end:.0f} Hz',

@@ -167,7 +167,7 @@ def drive(ticks: int) -> Iterator[AssessmentRecord]:
         one = row(0.5 * tick, float(tick % 7 == 3) if tick % 2 else NAN)
         mode = ((2503.0,), (7.0,)) if tick == 5 else ((), ())
         yield one._replace(pressure_pa=1e5 * tick, unstable_frequencies_hz=mode[0],
-                      unstable_growth_rates_1_s=mode[1])
+                           unstable_growth_rates_1_s=mode[1])
 
 
 def test_a_short_drive_is_its_own_envelope() -> None:
