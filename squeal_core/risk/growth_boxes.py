@@ -22,93 +22,23 @@ otherwise the box is halved. Where a mode grows throughout, or all modes decay, 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 import math
 from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
-from squeal_core.risk.growth_grid import GrowthGrid
+from squeal_core.common.arrays import FloatArray, IndexArray
+from squeal_core.risk.expansion_check import BandGrowth, ExpansionCheck, NONE
+from squeal_core.risk.growth_grid import GridBox, GrowthGrid
 from squeal_core.stability.eigensolution import eigenvalues
-from squeal_core.surrogate.expansion_builder import expand_spectrum
-from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.expansion_builder import expand_blocks
+from squeal_core.surrogate.spectral_expansion import BlockSeries
 
 _LARGEST = np.array([1.2, 2.7, 0.25, 0.12])  # width of a box, of ln speed, ln pressure, mu, ln k_c
 _SMALLEST = np.array([0.3, 0.4, 0.05, 0.04])  # below which its expansion serves whatever its error
-_TOLERANCE = 0.2  # 1/s, where the sign of a growth rate is open
-_FRACTION = 0.5  # of a growth rate, by which it may be off
-_SHARE = 0.5  # of the change by the last degree: what is left out, measured at a third of it
-_FAR = 300.0  # 1/s below zero, from which on a mode is not looked at
-_LISTED = 30.0  # 1/s below zero, from which on a mode is evaluated
-_NEAR_BAND = (0.7, 1.4)  # times the ends of the band: frequencies that may come into it
-_FEW = 4  # points of a box that are solved in full where an expansion fails
+_LEFT = 0.5  # of a box, up to which one box around what is left of it is enough
+_FEW = 8  # points of a box that are solved in full, for less than an expansion
 _CHUNK = 2048  # points evaluated at once
-_CHECKED = (3, 3, 5, 5)  # points along the axes of a box at which its expansion is checked
-_EDGE = 0.2  # of a distance to the band: it then changes about as much as growth over ln k_c
-_NONE = -1e3  # 1/s, where no mode is near growth
-
-
-@dataclass(frozen=True)
-class BandGrowth:
-    """
-    Growth in a frequency band: how far a mode is above the threshold within the band.
-
-    Parameters
-    ----------
-    band : (2,) floats
-        Ends of the band [rad/s].
-    threshold : float
-        Growth rate that counts as unstable [1/s].
-
-    """
-
-    band: tuple[float, float]
-    threshold: float
-
-    def excess(self, values: ComplexArray) -> FloatArray:
-        """
-        Return the growth rate above the threshold, or a scaled distance to the band if less.
-
-        It is above zero just where a mode grows within the band, and continuous at its ends.
-        """
-        low, high = self.band
-        return np.minimum(values.real - self.threshold,
-                          _EDGE * np.minimum(values.imag - low, high - values.imag))
-
-
-@dataclass(frozen=True)
-class GridBox:
-    """Part of a grid: index of its first point along each axis, and of the one after its last."""
-
-    low: tuple[int, ...]
-    high: tuple[int, ...]
-
-    @property
-    def size(self) -> IndexArray:
-        """Return the number of points along each axis."""
-        return np.subtract(self.high, self.low)
-
-    @property
-    def slices(self) -> tuple[slice, ...]:
-        return tuple(map(slice, self.low, self.high))
-
-    @property
-    def places(self) -> IndexArray:
-        """Index (P, 4) of all points."""
-        return np.stack(np.meshgrid(*map(np.arange, self.low, self.high), indexing='ij'),
-                        axis=-1).reshape(-1, 4)
-
-    @property
-    def checked(self) -> IndexArray:
-        """Index (P, 4) of a lattice of points, both ends of each axis among them."""
-        axes = [np.linspace(low, high - 1, count).round().astype(np.intp)
-                for low, high, count in zip(self.low, self.high, _CHECKED, strict=True)]
-        return np.stack(np.meshgrid(*axes, indexing='ij'), axis=-1).reshape(-1, 4)
-
-    def halves(self, axis: int) -> tuple['GridBox', 'GridBox']:
-        middle = (self.low[axis] + self.high[axis]) // 2
-        return (GridBox(self.low, (*self.high[:axis], middle, *self.high[axis + 1:])),
-                GridBox((*self.low[:axis], middle, *self.low[axis + 1:]), self.high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,115 +77,68 @@ def box_growth(grid: GrowthGrid, criterion: BandGrowth, box: GridBox) -> BoxGrow
         Part of the grid.
 
     """
-    excess = np.empty(box.size, np.float32)
+    excess = np.full(box.size, np.nan, np.float32)
     expansions = 0
     waiting = [box]
     while waiting:
         part = waiting.pop()
+        if part.size.prod() <= _FEW:
+            _write(excess, box, part, _by_full_solutions(grid, criterion, part))
+            continue
         expansions += 1
-        values, axis = _by_expansion(grid, criterion, part)
-        if values is None and part.size.prod() <= _FEW:
-            values = _by_full_solutions(grid, criterion, part)
-        if values is None:
-            waiting.extend(part.halves(axis))
-        else:
-            inner = tuple(slice(low - first, high - first) for low, high, first in zip(
-                part.low, part.high, box.low, strict=True))
-            excess[inner] = values.reshape(part.size)
+        answered, left = _by_expansion(grid, criterion, part)
+        for piece, values in answered:
+            _write(excess, box, piece, values)
+        waiting.extend(left)
     return BoxGrowth(box, excess, expansions)
 
 
-def _by_expansion(grid: GrowthGrid, criterion: BandGrowth,
-                  box: GridBox) -> tuple[FloatArray | None, int]:
-    """Return the excess growth at a box's points, or None and the axis along which to halve it."""
+def _write(excess: Any, box: GridBox, part: GridBox, values: FloatArray) -> None:
+    """Write the values of a part of a box where there are none yet."""
+    inner = tuple(slice(low - first, high - first)
+                  for low, high, first in zip(part.low, part.high, box.low, strict=True))
+    there = excess[inner]
+    excess[inner] = np.where(np.isnan(there), values.reshape(part.size), there)
+
+
+def _by_expansion(grid: GrowthGrid, criterion: BandGrowth, box: GridBox
+                  ) -> tuple[list[tuple[GridBox, FloatArray]], list[GridBox]]:
+    """Return the pieces of a box that one expansion answers, and boxes around the others."""
     smallest = np.maximum(np.round(_SMALLEST / grid.steps), 1.0)
-    longest = int(np.argmax(box.size / smallest))
     try:
-        expansion = expand_spectrum(
+        expansion = expand_blocks(
             grid.model, grid.between(np.array(box.low), np.subtract(box.high, 1)),
             stiffness_step=0.5 * float(_SMALLEST[3]))
     except np.linalg.LinAlgError:
-        return None, longest
-    check = _ExpansionCheck.of(grid, criterion, box, expansion)
-    divisible = box.size > smallest
-    if not check.suffices and divisible.any():
-        return None, check.worst_axis(divisible)
-    return np.concatenate(list(_evaluated(grid, criterion, box, expansion, check.blocks))), 0
+        return [], list(box.halves(int(np.argmax(box.size / smallest))))
+    check = ExpansionCheck.of(grid, criterion, box, expansion)
+    pieces = [(box, True)] if (box.size <= smallest).all() else list(check.pieces())
+    answered = [
+        (part, np.concatenate(list(_evaluated(grid, criterion, part, expansion, check.listed))))
+        for part, serves in pieces if serves]
+    return answered, _around([part for part, serves in pieces if not serves], box, smallest)
 
 
-@dataclass(frozen=True, eq=False)
-class _ExpansionCheck:
-    """
-    Check of an expansion at a lattice of points of a box.
-
-    Parameters
-    ----------
-    suffices : bool
-        Whether the expansion serves the whole box.
-    errors : (P,) array
-        Largest error where the sign of growth is open, over what it may be.
-    blocks : index array
-        Blocks that are evaluated in the box.
-
-    """
-
-    suffices: bool
-    errors: FloatArray
-    blocks: IndexArray
-
-    @classmethod
-    def of(cls, grid: GrowthGrid, criterion: BandGrowth, box: GridBox,
-           expansion: SpectralExpansion) -> '_ExpansionCheck':
-        sums = expansion.partial_sums(grid.coefficients(box.checked))
-        values = sums[-1]
-        excess = criterion.excess(values)
-        low, high = _NEAR_BAND[0] * criterion.band[0], _NEAR_BAND[1] * criterion.band[1]
-        excess[:, ((values.imag < low) | (values.imag > high)).all(axis=0)] = _NONE
-        owner = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
-        errors = _truncation_errors(sums, owner, (excess > -_FAR).any(axis=0))
-        grows = (excess > errors).all(axis=0)
-        if grows.any():
-            return cls(True, np.zeros(len(values)), np.unique(owner[grows]))
-        open_ = (excess > -errors).any(axis=0)
-        allowed = np.maximum(_TOLERANCE, _FRACTION * np.abs(excess))
-        off = np.where(open_, errors / allowed, 0.0).max(axis=1)
-        listed = (excess > -_LISTED).any(axis=0)
-        return cls(bool(off.max() <= 1.0), off, np.unique(owner[listed]))
-
-    def worst_axis(self, divisible: Any) -> int:
-        """Return the axis with the largest error at its ends, of those that can be divided."""
-        errors = self.errors.reshape(_CHECKED)
-        centre = tuple(count // 2 for count in _CHECKED)
-        along = [max(errors[(*centre[:axis], end, *centre[axis + 1:])] for end in (0, -1))
-                 for axis in range(len(_CHECKED))]
-        return int(np.argmax(np.where(divisible, along, -1.0)))
+def _around(parts: Sequence[GridBox], box: GridBox, smallest: FloatArray) -> list[GridBox]:
+    """Return boxes around parts of a box: one if it is small enough, else the two least ones."""
+    whole = box.around(parts)
+    if whole is None:
+        return []
+    if whole.size.prod() <= _LEFT * box.size.prod():
+        return [whole]
+    divided = [[half for side in whole.halves(axis) if (half := side.around(parts)) is not None]
+               for axis in np.flatnonzero(whole.size > 1).tolist()]
+    longest = (whole.size / smallest)[whole.size > 1]
+    sizes = [sum(int(half.size.prod()) for half in halves) for halves in divided]
+    return divided[int(np.lexsort((-longest, sizes))[0])]
 
 
-def _truncation_errors(sums: Sequence[ComplexArray], owner: IndexArray,
-                       wanted: Any) -> FloatArray:
-    """
-    Return estimates of the errors (P, n) of some eigenvalues, zero of the others.
-
-    The change by the last degree, and of the one before, whose successor may vanish: as two modes
-    alone repel, lambda = mean +- sqrt(gap^2 / 4 + c^2), c^2 / gap is followed by 4 c^2 / gap^2
-    times itself.
-    """
-    before, last = (np.abs(b - a)[:, wanted] for a, b in pairwise(sums[-3:]))
-    places = np.flatnonzero(wanted)
-    gaps = np.abs(sums[-1][:, places, None] - sums[-1][:, None])
-    gaps[:, owner[places][:, None] == owner] = np.inf
-    ratio = 4.0 * before / np.maximum(gaps.min(axis=-1, initial=np.inf), 1e-30)
-    errors = np.zeros(sums[-1].shape)
-    errors[:, wanted] = _SHARE * (last + before * np.minimum(ratio, 1.0))
-    return errors
-
-
-def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: SpectralExpansion,
+def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: BlockSeries,
                blocks: IndexArray) -> Iterator[FloatArray]:
     """Yield the largest excess growth of some blocks at the points of a box, in chunks."""
     places = box.places
     if not blocks.size:
-        yield np.full(len(places), _NONE)
+        yield np.full(len(places), NONE)
         return
     for start in range(0, len(places), _CHUNK):
         values = expansion.eigenvalues_of_blocks(

@@ -100,6 +100,45 @@ class GrowthGrid:
             contact_stiffness=factor * stiffness)
 
 
+@dataclass(frozen=True)
+class GridBox:
+    """Part of a grid: index of its first point along each axis, and of the one after its last."""
+
+    low: tuple[int, ...]
+    high: tuple[int, ...]
+
+    @property
+    def size(self) -> IndexArray:
+        """Return the number of points along each axis."""
+        return np.subtract(self.high, self.low)
+
+    @property
+    def slices(self) -> tuple[slice, ...]:
+        return tuple(map(slice, self.low, self.high))
+
+    @property
+    def places(self) -> IndexArray:
+        """Index (P, 4) of all points."""
+        return np.stack(np.meshgrid(*map(np.arange, self.low, self.high), indexing='ij'),
+                        axis=-1).reshape(-1, 4)
+
+    def halves(self, axis: int) -> tuple['GridBox', 'GridBox']:
+        middle = (self.low[axis] + self.high[axis]) // 2
+        return (GridBox(self.low, (*self.high[:axis], middle, *self.high[axis + 1:])),
+                GridBox((*self.low[:axis], middle, *self.low[axis + 1:]), self.high))
+
+    def around(self, parts: Sequence['GridBox']) -> 'GridBox | None':
+        """Return the smallest box with all of this one that lies in some parts."""
+        low, high = (np.array([getattr(part, end) for part in parts]).reshape(-1, 4)
+                     for end in ('low', 'high'))
+        low, high = np.maximum(low, self.low), np.minimum(high, self.high)
+        meets = (low < high).all(axis=1)
+        if not meets.any():
+            return None
+        return GridBox(tuple(low[meets].min(axis=0).tolist()),
+                       tuple(high[meets].max(axis=0).tolist()))
+
+
 def grid_over(model: BrakeModel, uncertainty: InputUncertainty, *,
               rotor_speed: tuple[float, float], contact_pressure: tuple[float, float],
               friction: tuple[float, float]) -> tuple[GrowthGrid, slice]:

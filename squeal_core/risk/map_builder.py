@@ -22,7 +22,8 @@ import numpy as np
 from scipy.special import ndtr
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.growth_boxes import BandGrowth, box_growth, first_boxes
+from squeal_core.risk.expansion_check import BandGrowth
+from squeal_core.risk.growth_boxes import box_growth, first_boxes
 from squeal_core.risk.growth_grid import grid_around, grid_over, GrowthGrid
 from squeal_core.risk.operating_map import MapError, OperatingMap
 from squeal_core.risk.smoothing import probability_scores

@@ -51,9 +51,9 @@ _SAFETY = 6.0  # on the remainder of a series; docs/online.md has the errors it 
 
 
 @dataclass(frozen=True, eq=False)
-class SpectralExpansion:
+class BlockSeries:
     """
-    Power series of the blocks of a spectrum around an operating point.
+    Power series of the blocks of a spectrum around an operating point, without error bounds.
 
     Parameters
     ----------
@@ -68,16 +68,6 @@ class SpectralExpansion:
         Sizes of the blocks, ascending.
     series : (terms, entries) complex array
         Of the blocks' entries, laid out as `BlockLayout` has them.
-    majorants : three arrays (blocks, terms of a degree)
-        Frobenius norms of the terms of the last three degrees.
-    nearness : (blocks, terms of degree 2) array
-        Square of the step over that at which a block meets another, were these two alone.
-    encounters : PairRemainder
-        Pairs of roots that the ratio of a block's terms does not show.
-    floor : CouplingFloor
-        Least remainder by couplings over gaps, whatever the terms.
-    rounding : (blocks,) array
-        Error of the eigensolution at the expansion point [1/s].
     mirrored : (n,) bool array
         Roots whose conjugates are roots too and are not among the n.
 
@@ -90,12 +80,70 @@ class SpectralExpansion:
     monomials: Monomials
     sizes: IndexArray
     series: ComplexArray
+    mirrored: Any
+
+    @cached_property
+    def layout(self) -> BlockLayout:
+        """Where in `series` the entries of each block are."""
+        return BlockLayout(self.sizes)
+
+    def eigenvalues_alone(self, coefficients: FloatArray) -> ComplexArray:
+        """Return the eigenvalues alone, for less than `eigenvalues_at` with its errors."""
+        _, terms = self._steps_and_terms(coefficients)
+        return self.layout.eigenvalues_of((terms @ self._parts).view(complex))
+
+    def partial_sums(self, coefficients: FloatArray) -> list[ComplexArray]:
+        """Return the eigenvalues (..., n) of the series up to each degree from 1 on."""
+        _, terms = self._steps_and_terms(coefficients)
+        ends = np.cumsum([len(of_degree) for of_degree in self.monomials.terms])
+        return [self.layout.eigenvalues_of((terms[..., :end] @ self._parts[:end]).view(complex))
+                for end in ends[1:].tolist()]
+
+    def eigenvalues_of_blocks(self, blocks: IndexArray, coefficients: FloatArray) -> ComplexArray:
+        """Return the eigenvalues (..., m) of some blocks, by ascending index, at coefficients."""
+        layout = BlockLayout(self.sizes[blocks])
+        rows = np.concatenate([self.layout.block(self.series, block)
+                               for block in blocks.tolist()], axis=-1)
+        _, terms = self._steps_and_terms(coefficients)
+        parts = np.ascontiguousarray(layout.laid_out(rows)).view(float)
+        return layout.eigenvalues_of((terms @ parts).view(complex))
+
+    def _steps_and_terms(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the scaled steps z (..., v) and their products (..., terms)."""
+        steps = (coefficients[..., self.rows] - self.centre) / self.scales
+        return steps, self.monomials.at(steps)
+
+    @cached_property
+    def _parts(self) -> FloatArray:
+        """Return the series as real and imaginary parts in turn (terms, 2 entries)."""
+        return self.series.view(float)
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralExpansion(BlockSeries):
+    """
+    Power series of the blocks of a spectrum with bounds of their errors; `BlockSeries` has more.
+
+    Parameters
+    ----------
+    term_norms : three arrays (blocks, terms of a degree)
+        Frobenius norms of the terms of the last three degrees.
+    coupling_ratio : (blocks, terms of degree 2) array
+        Square of the step over that at which a block meets another, were these two alone.
+    pair_remainder : PairRemainder
+        Pairs of roots that the ratio of a block's terms does not show.
+    floor : CouplingFloor
+        Least remainder by couplings over gaps, whatever the terms.
+    rounding : (blocks,) array
+        Error of the eigensolution at the expansion point [1/s].
+
+    """
+
     term_norms: tuple[FloatArray, ...]
     coupling_ratio: FloatArray
     pair_remainder: PairRemainder
     floor: CouplingFloor
     rounding: FloatArray
-    mirrored: Any
 
     @property
     def nbytes(self) -> int:
@@ -104,11 +152,6 @@ class SpectralExpansion:
         return int(self.series.nbytes + sum(m.nbytes for m in self.term_norms)
                    + self.coupling_ratio.nbytes + self.pair_remainder.nbytes + self.floor.nbytes
                    + bounds)
-
-    @cached_property
-    def layout(self) -> BlockLayout:
-        """Where in `series` the entries of each block are."""
-        return BlockLayout(self.sizes)
 
     @cached_property
     def trust_radius(self) -> FloatArray:
@@ -144,37 +187,6 @@ class SpectralExpansion:
         np.maximum(remainder, self.floor.bound(steps), out=remainder)
         remainder += self.rounding
         return self.layout.solved(entries, remainder)
-
-    def eigenvalues_alone(self, coefficients: FloatArray) -> ComplexArray:
-        """Return the eigenvalues alone, for less than `eigenvalues_at` with its errors."""
-        _, terms = self._steps_and_terms(coefficients)
-        return self.layout.eigenvalues_of((terms @ self._parts).view(complex))
-
-    def partial_sums(self, coefficients: FloatArray) -> list[ComplexArray]:
-        """Return the eigenvalues (..., n) of the series up to each degree from 1 on."""
-        _, terms = self._steps_and_terms(coefficients)
-        ends = np.cumsum([len(of_degree) for of_degree in self.monomials.terms])
-        return [self.layout.eigenvalues_of((terms[..., :end] @ self._parts[:end]).view(complex))
-                for end in ends[1:].tolist()]
-
-    def eigenvalues_of_blocks(self, blocks: IndexArray, coefficients: FloatArray) -> ComplexArray:
-        """Return the eigenvalues (..., m) of some blocks, by ascending index, at coefficients."""
-        layout = BlockLayout(self.sizes[blocks])
-        rows = np.concatenate([self.layout.block(self.series, block)
-                               for block in blocks.tolist()], axis=-1)
-        _, terms = self._steps_and_terms(coefficients)
-        parts = np.ascontiguousarray(layout.laid_out(rows)).view(float)
-        return layout.eigenvalues_of((terms @ parts).view(complex))
-
-    def _steps_and_terms(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the scaled steps z (..., v) and their products (..., terms)."""
-        steps = (coefficients[..., self.rows] - self.centre) / self.scales
-        return steps, self.monomials.at(steps)
-
-    @cached_property
-    def _parts(self) -> FloatArray:
-        """Return the series as real and imaginary parts in turn (terms, 2 entries)."""
-        return self.series.view(float)
 
     def _remainder(self, sizes: Any) -> FloatArray:
         """Return the norm of what the series leaves out (..., blocks), from terms' sizes."""
