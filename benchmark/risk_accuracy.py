@@ -15,7 +15,8 @@
 """
 The precomputed risk against full solutions of samples, at random points of the usual envelope.
 
-Run: python benchmark/risk_accuracy.py [--points 40] [--samples 512] [--seed 0] [--json]
+Run: python benchmark/risk_accuracy.py [--points 40] [--samples 512] [--friction 0.15 0.65]
+         [--seed 0] [--json]
 
 In the whole squeal band K09's brake is unstable nearly everywhere, so the band is cut into nine
 parts. At each point the samples, drawn once for all parts, are solved in full. Where at least one
@@ -26,7 +27,8 @@ Exits with 1 where one is off by more than 0.02 and two standard errors of the s
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from itertools import pairwise  # noqa: I100
+from collections.abc import Sequence  # noqa: I100
+from itertools import pairwise
 import json
 import math
 import sys
@@ -47,7 +49,8 @@ UNCERTAINTY = InputUncertainty(
     friction=0.02, pressure=0.03, rotor_speed=0.01, contact_stiffness=0.1)
 PARTS = tuple(RiskParameters(band_hz=band, growth_threshold=0.01, uncertainty=UNCERTAINTY)
               for band in pairwise(ENDS_HZ))
-LOW, HIGH = (1.0, 100.0, 0.15), (120.0, 2e4, 0.65)  # rotor speed, preload, friction
+LOW, HIGH = (1.0, 100.0), (120.0, 2e4)  # rotor speed, preload
+LEAST = 0.001  # friction at which maps begin
 OPEN = (0.03, 0.97)
 WITHIN = 0.02
 
@@ -59,12 +62,13 @@ def sampled(model: BrakeModel, place: FloatArray, samples: int, seed: int) -> Fl
     pressure = preload / model.caliper.preload(1.0)
     criteria = [criterion_of(model, part) for part in PARTS]
     grows = np.zeros(len(PARTS))
+    deviation = min(UNCERTAINTY.friction, 0.5 * friction)
     for z in norm.ppf(qmc.Sobol(4, seed=seed).random(samples)).tolist():
         there = pressure * (1.0 + UNCERTAINTY.pressure * z[0])
         nominal = model.contact_stiffness_at(model.contact_pressure(there))
         found = eigenvalues(model, model.operating_point(
             rotor_speed=speed * (1.0 + UNCERTAINTY.rotor_speed * z[1]), pressure=there,
-            friction=friction + UNCERTAINTY.friction * z[2],
+            friction=max(friction + deviation * z[2], 0.0),
             contact_stiffness=nominal * math.exp(UNCERTAINTY.contact_stiffness * z[3])))
         grows += [criterion.excess(found).max() > 0.0 for criterion in criteria]
     return np.asarray(grows / samples)
@@ -77,23 +81,23 @@ def mapped(model: BrakeModel, place: FloatArray, part: RiskParameters, shift: Fl
     high = low + 0.999 * steps  # one cell
     speed, preload = (tuple(np.exp(ends).tolist()) for ends in zip(low[:2], high[:2], strict=True))
     found = build_operating_map(model, part, rotor_speed=speed, preload=preload,
-                                friction=(max(float(low[2]), 0.0), float(high[2])), checks=0)
+                                friction=(max(float(low[2]), LEAST), float(high[2])), checks=0)
     return float(found.risk_at(place[0], place[1] / model.contact_area, place[2]))
 
 
-def compared(model: BrakeModel, points: int, samples: int, seed: int) -> FloatArray:
+def compared(model: BrakeModel, points: int, samples: int, seed: int,
+             frictions: Sequence[float]) -> FloatArray:
     """Return the risks by the map and by the samples (n, 2), one row for each open point."""
     rng, found = np.random.default_rng(seed), []
     for number in range(points):
-        place = np.array([rng.uniform(*np.log([low, high])) if low >= 1.0 else
-                          rng.uniform(low, high) for low, high in zip(LOW, HIGH, strict=True)])
-        place[:2] = np.exp(place[:2])
+        place = np.array([*np.exp(rng.uniform(np.log(LOW), np.log(HIGH))),
+                          rng.uniform(*frictions)])
         risks = sampled(model, place, samples, number)
         open_ = np.flatnonzero((risks > OPEN[0]) & (risks < OPEN[1]))
         if open_.size:
             part = int(rng.choice(open_))
             found.append((mapped(model, place, PARTS[part], rng.random(3)), risks[part]))
-        said(f'{number + 1} of {points} points')
+        said(f'{number + 1} of {points} points, open: {len(found)}')
     return np.array(found).reshape(-1, 2)
 
 
@@ -110,10 +114,11 @@ def figures(risks: FloatArray, samples: int) -> dict[str, float]:
 def main() -> int:
     parser = check_options(__doc__.strip().splitlines()[0], points=40)
     parser.add_argument('--samples', type=int, default=512)
+    parser.add_argument('--friction', type=float, nargs=2, default=(0.15, 0.65))
     options = parser.parse_args()
     model = BrakeModel.load(options.model)
-    found = figures(compared(model, options.points, options.samples, options.seed),
-                    options.samples)
+    risks = compared(model, options.points, options.samples, options.seed, options.friction)
+    found = figures(risks, options.samples)
     if options.json:
         print(json.dumps({**found, 'model': options.model, 'seed': options.seed}))
     else:
