@@ -31,6 +31,7 @@ _FAR = 300.0  # 1/s below zero, from which on a mode is not looked at
 _LISTED = 30.0  # 1/s below zero, from which on a mode is evaluated
 _NEAR_BAND = (0.7, 1.4)  # times the ends of the band: frequencies that may come into it
 _CHECKED = (3, 3, 5, 5)  # points along the axes of a box at which its expansion is checked
+_LAST = tuple(count - 1 for count in _CHECKED)
 _EDGE = 0.2  # of a distance to the band: it then changes about as much as growth over ln k_c
 NONE = -1e3  # 1/s, where no mode is near growth
 
@@ -105,16 +106,22 @@ class ExpansionCheck:
         off = errors / np.maximum(_TOLERANCE, _FRACTION * np.abs(excess))
         off[(excess <= -errors) | grows[:, owner]] = 0.0
         listed = np.logical_or.reduceat((excess > -_LISTED).any(axis=0), starts)
-        return cls(lattice, *(found.reshape(*_CHECKED, -1) for found in (
-            np.maximum.reduceat(off, starts, axis=1), grows,
-            np.logical_or.reduceat(excess > -errors, starts, axis=1))), np.flatnonzero(listed))
 
-    def pieces(self, low: Sequence[int] = (0, 0, 0, 0), high: Sequence[int] = tuple(
-            count - 1 for count in _CHECKED)) -> Iterator[tuple[GridBox, bool]]:
+        def on_lattice(values: Any) -> Any:
+            return values.reshape(*_CHECKED, -1)
+
+        return cls(
+            lattice, on_lattice(np.maximum.reduceat(off, starts, axis=1)), on_lattice(grows),
+            on_lattice(np.logical_or.reduceat(excess > -errors, starts, axis=1)),
+            np.flatnonzero(listed))
+
+    def pieces(self, low: Sequence[int] = (0, 0, 0, 0),
+               high: Sequence[int] = _LAST) -> Iterator[tuple[GridBox, bool]]:
         """Yield pieces of the box and whether the expansion serves them."""
         there = tuple(slice(a, b + 1) for a, b in zip(low, high, strict=True))
-        off, grows, open_ = (found[there].reshape(-1, found.shape[-1])
-                             for found in (self.off, self.grows, self.open))
+        blocks = self.off.shape[-1]
+        off = self.off[there].reshape(-1, blocks)
+        grows, open_ = (found[there].reshape(-1, blocks) for found in (self.grows, self.open))
         accurate = (off <= 1.0).all(axis=0)
         decided = (grows & accurate).any(axis=1)
         serves = not bool(open_[~decided][:, ~accurate].any())

@@ -129,7 +129,7 @@ def _around(parts: Sequence[GridBox], box: GridBox, smallest: FloatArray) -> lis
     divided = [[half for side in whole.halves(axis) if (half := side.around(parts)) is not None]
                for axis in np.flatnonzero(whole.size > 1).tolist()]
     longest = (whole.size / smallest)[whole.size > 1]
-    sizes = [sum(int(half.size.prod()) for half in halves) for halves in divided]
+    sizes = np.array([sum(int(half.size.prod()) for half in halves) for halves in divided])
     return divided[int(np.lexsort((-longest, sizes))[0])]
 
 
