@@ -183,6 +183,20 @@ def contact_faces(brake: Brake, disc: ModalBasis, pads: tuple[ModalBasis, ModalB
             operators.bottom_face(second.sample(bottom), disc.sample(bottom), len(first.names)))
 
 
+def sample_contact(brake: Brake, *, panels: tuple[int, int], points: int, disc_order: int = 4,
+                   pad_elements: tuple[int, int, int] = (9, 18, 3)
+                   ) -> tuple[tuple[operators.ContactFace, operators.ContactFace], SurfaceShapes]:
+    """
+    Return both contact faces at quadrature points, and the surface shapes to tell modes by.
+
+    `panels` and `points` are those of the quadrature, the others those of `build_model`.
+    """
+    pads = _pads(brake, pad_elements)
+    disc, bases = _disc(brake, disc_order), (pads[0].basis, pads[1].basis)
+    faces = contact_faces(brake, disc.basis, bases, panels, points)
+    return (faces[0], faces[1]), _surface(brake, disc.basis, bases)
+
+
 def rotor_thickness(brake: Brake) -> float:
     """Return h [m]: the contact faces lie at z = +-h/2."""
     disc = brake.disc
