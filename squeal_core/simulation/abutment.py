@@ -58,14 +58,17 @@ class Abutment:
         return cls(free, 0.0 if slope is None else
                    float(np.linalg.norm(slope[np.ix_(free, free)], 2)))
 
-    def rest(self, brakes: int) -> FloatArray:
-        """Return the rates of the relaxed dashpots at rest, (M, B)."""
-        return np.zeros((self.coordinates.size, brakes))
-
-    def force(self, a: FloatArray, rate: FloatArray, relaxed: FloatArray, state: SlidingState,
-              step: float) -> FloatArray:
-        """Return the forces (M, B) on the coordinates; advances `relaxed` by a step."""
+    def damping(self, state: SlidingState) -> FloatArray:
+        """Return c = w [1/s] at the operating points of B brakes, (B,)."""
         divergence = np.maximum(-state.contact_pressure * state.friction_slope, 0.0) * self.slope
-        damping = 2.0 * divergence + _CALM
-        relaxed += step * damping * (rate[self.coordinates] - relaxed)
-        return np.asarray(-damping * relaxed - _SPRING**2 * a[self.coordinates])
+        return np.asarray(2.0 * divergence + _CALM)
+
+    def force(self, a: FloatArray, rate: FloatArray, relaxed: FloatArray, damping: FloatArray,
+              step: float) -> FloatArray:
+        """
+        Return the forces (M, B) on the coordinates.
+
+        `relaxed` (M, B), the rates of the relaxing dashpots, is advanced by a step.
+        """
+        relaxed += (step * damping) * (rate - relaxed)
+        return np.asarray(-damping * relaxed - _SPRING**2 * a)

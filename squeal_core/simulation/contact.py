@@ -24,6 +24,7 @@ approach of the surfaces and tau k_c a dashpot beside the springs; friction on t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -82,7 +83,7 @@ class ContactForces(NamedTuple):
 
 class NonlinearContact:
     """
-    Contact of both pads at its quadrature points, for B brakes at once.
+    Contact of both pads at its Q quadrature points.
 
     Parameters
     ----------
@@ -100,16 +101,18 @@ class NonlinearContact:
     One point, 1 m^2 at r = 0.1 m; a pad (first mode) that lifts off by 1 mm bears nothing:
 
     >>> import numpy as np
+    >>> from squeal_core import OperatingPoint
     >>> from squeal_core.model.operators import ContactFace
+    >>> from squeal_core.simulation.contact import NonlinearContact, SlidingState
     >>> face = ContactFace(normal=np.array([[-1.0], [1.0]]), tangential=np.zeros((2, 1)),
     ...                    radial=np.zeros((2, 1)), spin=np.zeros((2, 1)),
     ...                    radius=np.array([0.1]), weight=np.array([1.0]))
-    >>> contact = NonlinearContact([face])
     >>> state = SlidingState.of([OperatingPoint(rotor_speed=5.0, friction=0.4,
     ...                                         contact_pressure=1e6, contact_stiffness=1e10)])
-    >>> contact.normal_stress(np.array([[1e-3], [0.0]]), np.zeros((2, 1)), state)
+    >>> contact = NonlinearContact([face]).at(state, closed_stiffness=1e10)
+    >>> contact.normal_stress(np.array([[1e-3], [0.0]]), np.zeros((2, 1)))
     array([[0.]])
-    >>> contact.normal_stress(np.array([[0.0], [1e-5]]), np.zeros((2, 1)), state)
+    >>> contact.normal_stress(np.array([[0.0], [1e-5]]), np.zeros((2, 1)))
     array([[1100000.]])
 
     """
@@ -125,97 +128,115 @@ class NonlinearContact:
         self.radius = np.concatenate([face.radius for face in faces])[:, None]
         self.weight = np.concatenate([face.weight for face in faces])[:, None]
         self.retardation_time, self.decay = retardation_time, decay
-        self._pull = np.ascontiguousarray(-(self.weight * self.normal).T)
-        self._drag = np.ascontiguousarray(-(np.vstack([self.weight] * 2) * self.in_plane).T)
+        self.pull = np.ascontiguousarray(-(self.weight * self.normal).T)
+        self.drag = np.ascontiguousarray(-(np.vstack([self.weight] * 2) * self.in_plane).T)
 
     @property
     def stiffness(self) -> FloatArray:
         """A0 of the points [m^2/kg], (N, N)."""
-        return np.asarray(-self._pull @ self.normal)
+        return np.asarray(-self.pull @ self.normal)
 
-    def normal_stress(self, a: FloatArray, rate: FloatArray, state: SlidingState) -> FloatArray:
-        """Return p [Pa], (Q, B), of coordinates and their rates (N, B); zero where it is open."""
-        return np.maximum(state.contact_pressure + self._spring(a, rate, state), 0.0)
+    @cached_property
+    def mobility(self) -> float:
+        """Largest eigenvalue of the points' in-plane sums int t^T t + r^T r dA [m^2/kg]."""
+        return float(np.linalg.norm(self.drag @ self.in_plane, 2))
 
-    def _spring(self, a: FloatArray, rate: FloatArray, state: SlidingState) -> FloatArray:
-        approach = a + self.retardation_time * rate if self.retardation_time else a
-        return np.asarray(state.contact_stiffness * (self.normal @ approach))
-
-    def forces(self, a: FloatArray, rate: FloatArray, state: SlidingState, *,
-               closed_stiffness: float) -> ContactForces:
+    def at(self, state: SlidingState, *, closed_stiffness: float) -> 'LoadedContact':
         """
-        Return the contact forces on top of steady sliding.
+        Return the contact of B brakes that operate at a state.
 
         Parameters
         ----------
-        a, rate : (N, B) arrays
-            Modal coordinates and their rates.
         state : SlidingState
         closed_stiffness : float
             k_c [N/m^3] of the closed contact whose springs and dashpots the caller has already.
 
         """
-        spring = self._spring(a, rate, state)
-        stress = state.contact_pressure + spring
-        least = stress.min()
-        if least < 0.0:
-            stress = np.maximum(stress, 0.0)
-        if least < 0.0 or np.any(state.contact_stiffness != closed_stiffness):
-            closed = spring * (closed_stiffness / state.contact_stiffness)
-            normal = self._pull @ (stress - state.contact_pressure - closed)
-        else:
-            normal = np.zeros_like(a)
-        return ContactForces(normal, self._friction(a, rate, stress, state))
+        return LoadedContact(self, state, closed_stiffness)
 
-    def _friction(self, a: FloatArray, rate: FloatArray, stress: FloatArray,
-                  state: SlidingState) -> FloatArray:
-        velocity = self.in_plane @ rate
-        along, across = velocity[:self.radius.size], velocity[self.radius.size:]
-        along += state.rotor_speed * self.radius
-        if self.spin is not None:
-            across += state.rotor_speed * (self.spin @ a)
-        speed = np.sqrt(along * along + across * across)
-        drag = self._coefficient(speed, state) * stress / np.maximum(speed, SLOWEST_SLIDING)
-        along *= drag
-        along -= np.sign(state.rotor_speed) * state.friction * state.contact_pressure
-        across *= drag
-        return np.asarray(self._drag @ velocity)
 
-    def _coefficient(self, speed: FloatArray, state: SlidingState) -> FloatArray:
+class LoadedContact:
+    """Contact of B brakes at one operating point each; `NonlinearContact.at` returns it."""
+
+    def __init__(self, contact: NonlinearContact, state: SlidingState,
+                 closed_stiffness: float) -> None:
+        self._c, self._state, self._closed = contact, state, closed_stiffness
+        self._preload = state.contact_pressure
+        self._slip = state.rotor_speed * contact.radius
+        self._steady = np.sign(state.rotor_speed) * state.friction * state.contact_pressure
+        self._sloped = bool(np.any(state.friction_slope))
+        self._as_closed = bool(np.all(state.contact_stiffness == closed_stiffness))
+        self._none = np.zeros((len(contact.pull), len(state.friction)))
+
+    def normal_stress(self, a: FloatArray, rate: FloatArray) -> FloatArray:
+        """Return p [Pa], (Q, B), of coordinates and their rates (N, B); zero where it is open."""
+        return np.maximum(self._spring(a, rate) + self._preload, 0.0)
+
+    def _spring(self, a: FloatArray, rate: FloatArray) -> FloatArray:
+        tau = self._c.retardation_time
+        spring = self._c.normal @ (a + tau * rate if tau else a)
+        spring *= self._state.contact_stiffness
+        return np.asarray(spring)
+
+    def forces(self, a: FloatArray, rate: FloatArray) -> ContactForces:
+        """Return the forces on top of steady sliding at coordinates and their rates (N, B)."""
+        stress = self._spring(a, rate)
+        stress += self._preload
+        normal = self._none
+        if not self._as_closed or stress.min() < 0.0:
+            closed = (stress - self._preload) * (self._closed / self._state.contact_stiffness)
+            np.maximum(stress, 0.0, out=stress)
+            normal = self._c.pull @ (stress - self._preload - closed)
+        return ContactForces(normal, self._friction(a, rate, stress))
+
+    def _friction(self, a: FloatArray, rate: FloatArray, stress: FloatArray) -> FloatArray:
+        """Return the force of friction; `stress` is overwritten."""
+        velocity = self._c.in_plane @ rate
+        along, across = velocity[:len(stress)], velocity[len(stress):]
+        along += self._slip
+        if self._c.spin is not None:
+            across += self._state.rotor_speed * (self._c.spin @ a)
+        speed = along * along
+        speed += across * across
+        np.sqrt(speed, out=speed)
+        stress *= self._coefficient(speed) if self._sloped else self._state.friction
+        np.maximum(speed, SLOWEST_SLIDING, out=speed)
+        stress /= speed
+        along *= stress
+        along -= self._steady
+        across *= stress
+        return np.asarray(self._c.drag @ velocity)
+
+    def _coefficient(self, speed: FloatArray) -> FloatArray:
         """Return mu(|V|) [-]: the exponential law through mu and its slope at steady sliding."""
-        if not np.any(state.friction_slope):
-            return state.friction
-        faster = speed - np.abs(state.rotor_speed) * self.radius
-        if self.decay == 0.0:
-            return np.asarray(state.friction + state.friction_slope * faster)
-        return np.asarray(state.friction - state.friction_slope / self.decay
-                          * np.expm1(-self.decay * faster))
+        state, decay = self._state, self._c.decay
+        faster = speed - np.abs(self._slip)
+        bent = np.expm1(-decay * faster) / -decay if decay else faster
+        return np.asarray(state.friction + state.friction_slope * bent)
 
-    def spring_energy(self, a: FloatArray, state: SlidingState, *,
-                      closed_stiffness: float) -> FloatArray:
+    def spring_energy(self, a: FloatArray) -> FloatArray:
         """
-        Return what the springs hold beyond those of a closed contact [J], (B,).
+        Return what the springs hold beyond those of the closed contact [J], (B,).
 
         The work of the preload is in it: p^2 / 2 k_c - p0 g - p0^2 / 2 k_c less k g^2 / 2.
         """
-        k, p0, g = state.contact_stiffness, state.contact_pressure, self.normal @ a
+        k, p0, g = self._state.contact_stiffness, self._preload, self._c.normal @ a
         p = np.maximum(p0 + k * g, 0.0)
-        density = (p**2 - p0**2) / (2.0 * k) - p0 * g - 0.5 * closed_stiffness * g**2
-        return np.asarray((self.weight * density).sum(axis=0))
+        density = (p**2 - p0**2) / (2.0 * k) - p0 * g - 0.5 * self._closed * g**2
+        return np.asarray((self._c.weight * density).sum(axis=0))
 
-    def check_step(self, step: float, state: SlidingState) -> None:
+    def check_step(self, step: float) -> None:
         """
-        Refuse a step that friction across the slowest sliding would make unstable.
+        Refuse a step in which friction across the slowest sliding would not be stable.
 
         Raises
         ------
         SquealError
-            With the speed and the step that are needed.
+            With the step and the speed.
 
         """
-        mobility = np.linalg.norm(self._drag @ self.in_plane, 2)
-        slowest = np.maximum(np.abs(state.rotor_speed) * self.radius.min(), SLOWEST_SLIDING)
-        ratio = float(np.max(step * state.friction * state.contact_pressure * mobility / slowest))
+        slowest = np.maximum(np.abs(self._slip).min(axis=0), SLOWEST_SLIDING)
+        ratio = float(np.max(step * np.abs(self._steady) * self._c.mobility / slowest))
         if ratio > 1.0:
             raise SquealError(f'step: {step:.3g} s is {ratio:.2g} times what friction allows at '
                               f'{slowest.min():.3g} m/s of sliding; give a shorter step')

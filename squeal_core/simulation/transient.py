@@ -31,7 +31,7 @@ from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.operators import ContactFace
 from squeal_core.simulation.abutment import Abutment
-from squeal_core.simulation.contact import NonlinearContact, SlidingState
+from squeal_core.simulation.contact import LoadedContact, NonlinearContact, SlidingState
 from squeal_core.simulation.history import OperatingHistory
 from squeal_core.simulation.modal_noise import ClosedContactModes, noise_intensity
 
@@ -129,7 +129,7 @@ class Transient:
         self.closed_stiffness = history.mean_stiffness
         self.stiffness, self.damping = self._closed(model)
         self.modes = ClosedContactModes.of(self.stiffness, self.damping, self.contact)
-        self._gyroscopic = np.zeros_like(self.damping) if model.gyroscopic is None \
+        self.gyroscopic = np.zeros_like(self.damping) if model.gyroscopic is None \
             else model.gyroscopic
         self._noise = noise_intensity(self.modes, floor) * np.sqrt(self.step)
         self._random = np.random.default_rng(seed)
@@ -148,16 +148,19 @@ class Transient:
 
     def acceleration(self, a: FloatArray, rate: FloatArray, state: SlidingState) -> FloatArray:
         """Return the whole acceleration of modal coordinates (N, B), noise and abutment aside."""
-        force = self.contact.forces(a, rate, state, closed_stiffness=self.closed_stiffness)
+        force = self.loaded(state).forces(a, rate)
         return np.asarray(force.normal + force.friction
-                          - state.rotor_speed * (self._gyroscopic @ rate)
+                          - state.rotor_speed * (self.gyroscopic @ rate)
                           - self.stiffness @ a - self.damping @ rate)
 
     def energy(self, a: FloatArray, rate: FloatArray, state: SlidingState) -> FloatArray:
         """Return kinetic energy and that of bodies and contact springs [J], (B,)."""
         linear = 0.5 * (rate**2).sum(axis=0) + 0.5 * (a * (self.stiffness @ a)).sum(axis=0)
-        return np.asarray(linear + self.contact.spring_energy(
-            a, state, closed_stiffness=self.closed_stiffness))
+        return np.asarray(linear + self.loaded(state).spring_energy(a))
+
+    def loaded(self, state: SlidingState) -> LoadedContact:
+        """Return the contact at a state, on top of the springs of the linear system."""
+        return self.contact.at(state, closed_stiffness=self.closed_stiffness)
 
     def run(self, start: FloatArray | None = None, *,
             progress: Callable[[float], None] = lambda _: None) -> Iterator[TransientBlock]:
@@ -211,7 +214,8 @@ class _Run:
         self._y = np.zeros((2 * self._size, self._brakes)) if start is None \
             else np.array(start, dtype=float)
         self._kick = np.zeros((2, self._size, self._brakes))  # the last two, by forces alone
-        self._slack = transient.abutment.rest(self._brakes) if transient.abutment else None
+        self._relaxed = np.zeros((
+            transient.abutment.coordinates.size if transient.abutment else 0, self._brakes))
         self._energy = np.zeros(self._brakes)
 
     def block(self, first: int, steps: int) -> TransientBlock:
@@ -232,7 +236,6 @@ class _Run:
         for i in range(0, steps, _HELD):
             upto = min(i + _HELD, steps)
             state = self._state(begin + 0.5 * (i + upto) * t.step, sliding)
-            t.contact.check_step(t.step, state)
             abutment += self._held(state, noise[i:upto], record[i:upto])
         self._rest(~sliding)
         balance = self._balance(record, noise, abutment, state)
@@ -252,28 +255,32 @@ class _Run:
     def _rest(self, still: FloatArray) -> None:
         self._y[:, still] = 0.0
         self._kick[:, :, still] = 0.0
-        if self._slack is not None:
-            self._slack[:, still] = 0.0
+        self._relaxed[:, still] = 0.0
 
     def _held(self, state: SlidingState, noise: FloatArray, record: FloatArray) -> FloatArray:
         """Integrate steps of one operating point; returns the work of the abutment."""
-        t, n, h = self._t, self._size, self._t.step
-        work = np.zeros(self._brakes)
-        gyroscopic = t._gyroscopic  # noqa: SLF001 - of the integration it is the state of
+        t, n, h, hold = self._t, self._size, self._t.step, self._t.abutment
+        contact, work = t.loaded(state), np.zeros(self._brakes)
+        contact.check_step(h)
+        held = hold.damping(state) if hold else 0.0
         for i in range(len(noise)):
             self._y = self._propagator @ self._y
             a, rate = self._y[:n], self._y[n:]
             mid = rate + self._kick[1] - 0.5 * self._kick[0]  # half of 2 last - last but one
-            force = t.contact.forces(a, mid, state, closed_stiffness=t.closed_stiffness)
-            total = force.normal + force.friction - state.rotor_speed * (gyroscopic @ mid)
-            if t.abutment is not None and self._slack is not None:
-                hold = t.abutment.force(a, mid, self._slack, state, h)
-                work += h * (hold * mid[t.abutment.coordinates]).sum(axis=0)
-                total[t.abutment.coordinates] += hold
+            normal, friction = contact.forces(a, mid)
+            total = normal + friction
+            total -= state.rotor_speed * (t.gyroscopic @ mid)
+            if hold:
+                at = hold.coordinates
+                there = mid.take(at, axis=0)
+                force = hold.force(a.take(at, axis=0), there, self._relaxed, held, h)
+                work += h * (force * there).sum(axis=0)
+                total[at] += force
             self._kick[0], self._kick[1] = self._kick[1], h * total
             change = self._kick[1] + noise[i]
-            record[i, 0], record[i, 2] = a, force.friction
-            record[i, 1] = rate + 0.5 * change
+            record[i, 0], record[i, 2] = a, friction
+            np.multiply(change, 0.5, out=record[i, 1])
+            record[i, 1] += rate
             rate += change
         return work
 
