@@ -35,6 +35,7 @@ PACKAGES = (
     'squeal_core.model',
     'squeal_core.stability',
     'squeal_core.assembly',
+    'squeal_core.simulation',
     'squeal_core.surrogate',
     'squeal_core.risk',
     'squeal_core.studies',

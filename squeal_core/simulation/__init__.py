@@ -13,4 +13,28 @@
 # limitations under the License.
 
 
-"""Nonlinear transients of a brake: unilateral contact, exact friction direction, noise."""
+"""
+Nonlinear transients of brakes: contact that opens, exact friction direction, noise, sound.
+
+    contact_points    relative mode shapes under the model's integrals over the contact
+    contact           contact and friction forces, not linearised
+    history           where brakes operate over time
+    transient         the integrator: exact modal oscillators between kicks of the contact
+    modal_noise       modes of the closed contact, and noise that holds each at its floor
+    abutment          what keeps pads without stiffness in plane where they are
+    microphone        sound pressure beside the disc
+    levels            levels and pitches of modes, squeal events
+    listening         all together: `simulate`
+    simulation_files  WAV, events, levels
+"""
+
+from squeal_core.simulation.contact import NonlinearContact, SlidingState
+from squeal_core.simulation.contact_points import contact_points
+from squeal_core.simulation.history import OperatingHistory
+from squeal_core.simulation.levels import ModalLevels, SimulatedEvent
+from squeal_core.simulation.listening import simulate, SimulationResult
+from squeal_core.simulation.transient import Transient, TransientBlock
+
+__all__ = ['contact_points', 'ModalLevels', 'NonlinearContact', 'OperatingHistory',
+           'SimulatedEvent', 'simulate', 'SimulationResult', 'SlidingState', 'Transient',
+           'TransientBlock']

@@ -32,9 +32,8 @@ class Abutment:
     Spring and Maxwell element on each coordinate without stiffness, a pad's rigid motion in plane.
 
     Such a pad drifts off by the mean force of a limit cycle, and diverges by a negative slope
-    (K09 section 4). The dashpot c, the relaxation rate w and the spring follow the rate of
-    divergence s: c = w = 2 s + 500 1/s. In the squeal band it is a spring of c w, far softer than
-    the contact, and moves growth rates of kang2009 by less than 1 % of what holding the pads would.
+    (K09 section 4). Dashpot c and relaxation rate w follow the rate of divergence s: c = w =
+    2 s + 500 1/s. In the squeal band the abutment is a spring of c w, far softer than the contact.
 
     Parameters
     ----------
@@ -63,8 +62,8 @@ class Abutment:
         divergence = np.maximum(-state.contact_pressure * state.friction_slope, 0.0) * self.slope
         return np.asarray(2.0 * divergence + _CALM)
 
-    def force(self, a: FloatArray, rate: FloatArray, relaxed: FloatArray, damping: FloatArray,
-              step: float) -> FloatArray:
+    def force(self, a: FloatArray, rate: FloatArray, relaxed: FloatArray,
+              damping: FloatArray | float, step: float) -> FloatArray:
         """
         Return the forces (M, B) on the coordinates.
 

@@ -148,6 +148,7 @@ class NonlinearContact:
         Parameters
         ----------
         state : SlidingState
+            Where they operate.
         closed_stiffness : float
             k_c [N/m^3] of the closed contact whose springs and dashpots the caller has already.
 

@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import ModelError, SquealError
@@ -86,10 +87,10 @@ class OperatingHistory:
               duration: float, brakes: tuple[str, ...] = ()) -> 'OperatingHistory':
         """Return ramps from one operating point to another, of each brake; or constant inputs."""
         first, last = SlidingState.of(start), SlidingState.of(end)
+        values = {item.name: np.array([getattr(first, item.name), getattr(last, item.name)])
+                  for item in fields(SlidingState)}
         return cls(brakes=brakes or tuple(f'brake_{i + 1}' for i in range(len(start))),
-                   time=np.array([0.0, duration]),
-                   **{item.name: np.array([getattr(first, item.name), getattr(last, item.name)])
-                      for item in fields(SlidingState)})
+                   time=np.array([0.0, duration]), least_pressure=0.0, **values)
 
     @classmethod
     def of_signals(cls, model: BrakeModel, brakes: tuple[str, ...], *, time: FloatArray,
@@ -101,6 +102,7 @@ class OperatingHistory:
         Parameters
         ----------
         model : BrakeModel
+            Its caliper, contact stiffness and friction law.
         brakes : tuple of str
             Names of the columns.
         time : (T,) array
@@ -138,11 +140,11 @@ class OperatingHistory:
             item.name: (1.0 - share) * getattr(self, item.name)[before]
             + share * getattr(self, item.name)[after] for item in fields(SlidingState)})
 
-    def sliding(self, time: float) -> FloatArray:
+    def sliding(self, time: float) -> NDArray[np.bool_]:
         """Return a mask (B,) of the brakes that slide under load at a time [s]."""
         state = self.at(time)
-        return ((state.contact_pressure > 0.0) & (state.contact_pressure >= self.least_pressure)
-                & (np.abs(state.rotor_speed) >= SLOWEST))
+        loaded = (state.contact_pressure > 0.0) & (state.contact_pressure >= self.least_pressure)
+        return np.asarray(loaded & (np.abs(state.rotor_speed) >= SLOWEST))
 
     @property
     def mean_stiffness(self) -> float:

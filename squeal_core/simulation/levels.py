@@ -19,15 +19,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, repr_with_shapes
+from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
 from squeal_core.simulation.microphone import Microphone, REFERENCE
 from squeal_core.simulation.modal_noise import ClosedContactModes
-from squeal_core.simulation.transient import TransientBlock
+from squeal_core.simulation.transient import SAMPLE_RATE, TransientBlock
 
 THRESHOLD = 70.0  # dB, of an event's start
 _FALL = 6.0  # dB below the threshold at which it ends
 _GAP = 0.1  # s it may be below that for
 _PITCH = 0.05  # relative change of frequency by which another event starts
+_MEAN = 5  # blocks of 10 ms over which levels and pitches are means
+_LEAST = 0.05  # s, of an event
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,7 @@ class LevelMeter:
 
     def add(self, block: TransientBlock) -> None:
         """Take the next block."""
-        w, step = self._frequency[:, None], block.time[1] - block.time[0]
+        w = self._frequency[:, None]
         q, rate = (np.einsum('nm,fnb->fmb', self._modes.shapes, part, optimize=True)
                    for part in (block.displacement, block.velocity))
         turning = rate + 1j * np.where(np.isfinite(w), w, 0.0) * q
@@ -90,7 +92,7 @@ class LevelMeter:
         level = 20.0 * np.log10(np.maximum(self._gain[:, None] * speed, 1e-9) / REFERENCE)
         self._rows.append((float(block.time.mean()),
                            speed / w * self._modes.contact_motion[:, None],
-                           np.abs(angle) / (2.0 * np.pi * step), level))
+                           np.abs(angle) * SAMPLE_RATE / (2.0 * np.pi), level))
 
     def levels(self) -> ModalLevels:
         """Return what was collected."""
@@ -108,6 +110,7 @@ def squeal_events(levels: ModalLevels, brakes: tuple[str, ...], *,
     Parameters
     ----------
     levels : ModalLevels
+        Of all brakes.
     brakes : tuple of str
         Names of the columns.
     threshold : float
@@ -121,29 +124,34 @@ def squeal_events(levels: ModalLevels, brakes: tuple[str, ...], *,
 
 def _events_of(levels: ModalLevels, brake: int, name: str,
                threshold: float) -> Iterator[SimulatedEvent]:
-    loudest = levels.level[:, :, brake].argmax(axis=1)
-    rows = np.arange(loudest.size)
-    level, pitch = levels.level[rows, loudest, brake], levels.frequency[rows, loudest, brake]
-    half = 0.5 * (levels.time[1] - levels.time[0]) if rows.size > 1 else 0.0
+    level, pitch, loudest = _heard(levels, brake)
+    half = 0.5 * (levels.time[1] - levels.time[0]) if level.size > 1 else 0.0
     heard: list[int] = []  # blocks of the event that goes on
-    for i in rows:
-        over = level[i] >= (threshold - _FALL if heard else threshold)
-        other = heard and abs(pitch[i] / pitch[heard[0]] - 1.0) > _PITCH
-        silent = heard and levels.time[i] - levels.time[heard[-1]] > _GAP
-        if heard and ((over and other) or silent):
-            yield _event(levels, heard, level, pitch, loudest, half, name)
-            heard = []
-            over = level[i] >= threshold
+    for i in range(level.size + 1):
+        over = i < level.size and level[i] >= (threshold - _FALL if heard else threshold)
+        ends = heard and (i == level.size or levels.time[i] - levels.time[heard[-1]] > _GAP
+                          or (over and abs(pitch[i] / pitch[heard[-1]] - 1.0) > _PITCH))
+        if ends:
+            peak = heard[int(np.argmax(level[heard]))]
+            start, end = levels.time[heard[0]] - half, levels.time[heard[-1]] + half
+            if end - start >= _LEAST:
+                yield SimulatedEvent(float(start), float(end), name, int(loudest[peak]) + 1,
+                                     float(pitch[peak]), float(level[peak]))
+            heard, over = [], i < level.size and level[i] >= threshold
         if over:
-            heard.append(int(i))
-    if heard:
-        yield _event(levels, heard, level, pitch, loudest, half, name)
+            heard.append(i)
 
 
-def _event(levels: ModalLevels, heard: list[int], level: FloatArray, pitch: FloatArray,
-           loudest: FloatArray, half: float, name: str) -> SimulatedEvent:
-    peak = heard[int(np.argmax(level[heard]))]
-    return SimulatedEvent(
-        start=float(levels.time[heard[0]] - half), end=float(levels.time[heard[-1]] + half),
-        brake=name, mode=int(loudest[peak]) + 1, frequency_hz=float(pitch[peak]),
-        level_db=float(level[peak]))
+def _heard(levels: ModalLevels, brake: int) -> tuple[FloatArray, FloatArray, IndexArray]:
+    """Return level, pitch and number of the loudest mode over time, means over some blocks."""
+    from scipy.ndimage import uniform_filter1d
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(uniform_filter1d(values, _MEAN, axis=0, mode='nearest'))
+
+    power = 10.0 ** (0.1 * levels.level[:, :, brake])
+    smooth = mean(power)
+    loudest = smooth.argmax(axis=1)
+    rows = np.arange(loudest.size)
+    pitch = mean(power * levels.frequency[:, :, brake])[rows, loudest] / smooth[rows, loudest]
+    return 10.0 * np.log10(smooth[rows, loudest]), pitch, loudest

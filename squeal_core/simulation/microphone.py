@@ -16,9 +16,9 @@
 """
 A microphone beside the disc: sound pressure from the normal velocity of the ring under the pads.
 
-Rayleigh's integral over the ring as in a rigid baffle, p(t) = rho / (2 pi) sum A dv/dt(t - R/c) / R:
-each mode has a response in frequency, so a mode's level is known beside the signal. Air does not
-act back on the disc, nor do pads, caliper and room: levels are those of a free disc within some dB.
+Rayleigh's integral over the ring as in a rigid baffle, p(t) = rho / 2 pi sum A dv/dt(t - R/c) / R.
+Each mode has a response in frequency, so a mode's level is known beside the signal. The air does
+not act on the disc, and pads, caliper and room do not on the sound: levels hold within some dB.
 """
 
 from dataclasses import dataclass
@@ -110,7 +110,7 @@ class Microphone:
     def _filter(self) -> ComplexArray:
         """Responses in frequency of taps at twice the audio rate, padded for a block."""
         rate = 2.0 * AUDIO_RATE
-        f = np.fft.rfftfreq(_TAPS, 1.0 / rate)
+        f = np.asarray(np.fft.rfftfreq(_TAPS, 1.0 / rate), dtype=float)
         fall = 0.5 + 0.5 * np.cos(np.pi * np.clip((f - _PASS) / (_STOP - _PASS), 0.0, 1.0))
         lead = np.exp(-2j * np.pi * f * _LEAD / rate)
         taps = np.fft.irfft(self.response(f) * (fall * lead)[:, None], axis=0)

@@ -18,6 +18,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
 from squeal_core.simulation.contact import NonlinearContact
 
@@ -64,9 +65,9 @@ class ClosedContactModes:
                    np.sqrt(motion))
 
     @property
-    def vibrating(self) -> FloatArray:
+    def vibrating(self) -> NDArray[np.bool_]:
         """Mask (N,) of those that have stiffness."""
-        return self.angular_frequencies > 1e-4 * self.angular_frequencies.max()
+        return np.asarray(self.angular_frequencies > 1e-4 * self.angular_frequencies.max())
 
 
 def noise_intensity(modes: ClosedContactModes, floor: float) -> FloatArray:
@@ -78,6 +79,7 @@ def noise_intensity(modes: ClosedContactModes, floor: float) -> FloatArray:
     Parameters
     ----------
     modes : ClosedContactModes
+        To which the forces act.
     floor : float
         Root mean square displacement at the contact at which each mode is held [m].
 

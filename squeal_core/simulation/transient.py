@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
@@ -35,10 +36,10 @@ from squeal_core.simulation.contact import LoadedContact, NonlinearContact, Slid
 from squeal_core.simulation.history import OperatingHistory
 from squeal_core.simulation.modal_noise import ClosedContactModes, noise_intensity
 
-RATE = 192_000  # steps a second: 5.2 us
-STRIDE = 2  # steps a recorded sample: the modes of kang2009 end at 32 kHz, samples carry 48
-BLOCK = 1920  # steps: 10 ms
-_HELD = 96  # steps in which the operating point is constant: 0.5 ms
+SAMPLE_RATE = 96_000  # recorded samples a second: modes of kang2009 end at 32 kHz
+STEPS = 2  # steps a sample: 5.2 us
+_BLOCK = 960  # samples: 10 ms
+_HELD = 48  # samples in which the operating point is constant: 0.5 ms
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ class TransientBlock:
     time: FloatArray
     displacement: FloatArray
     velocity: FloatArray
-    sliding: FloatArray
+    sliding: NDArray[np.bool_]
     balance: EnergyBalance
 
     __repr__ = repr_with_shapes
@@ -102,8 +103,8 @@ class Transient:
     abutment : bool
         Whether the caliper's abutment carries what drives the pads away in plane; without it the
         linear part is exactly the model's.
-    rate : float
-        Steps a second [1/s].
+    steps : int
+        Steps of integration in a sample of 10.4 us.
 
     Examples
     --------
@@ -121,9 +122,9 @@ class Transient:
 
     def __init__(self, model: BrakeModel, faces: Sequence[ContactFace], history: OperatingHistory,
                  *, floor: float = 1e-9, seed: int = 0, abutment: bool = True,
-                 rate: float = RATE) -> None:
+                 steps: int = STEPS) -> None:
         law = model.friction_law
-        self.history, self.step = history, 1.0 / rate
+        self.history, self.steps, self.step = history, steps, 1.0 / (SAMPLE_RATE * steps)
         self.contact = NonlinearContact(faces, decay=1.0 if law is None else law.decay,
                                         follower=model.follower is not None)
         self.closed_stiffness = history.mean_stiffness
@@ -165,7 +166,7 @@ class Transient:
     def run(self, start: FloatArray | None = None, *,
             progress: Callable[[float], None] = lambda _: None) -> Iterator[TransientBlock]:
         """
-        Integrate the history and yield it in blocks of 10 ms (at the default rate).
+        Integrate the history and yield it in blocks of 10 ms.
 
         Parameters
         ----------
@@ -181,9 +182,11 @@ class Transient:
 
         """
         run = _Run(self, start, self._random)
-        total = round((self.history.time[-1] - self.history.time[0]) / self.step)
-        for first in range(0, total, BLOCK):
-            block = run.block(first, min(BLOCK, total - first))
+        samples = round((self.history.time[-1] - self.history.time[0]) * SAMPLE_RATE)
+        total = max(samples, 2) * self.steps
+        size = _BLOCK * self.steps
+        for first in range(0, total, size):
+            block = run.block(first, min(size, total - first))
             if not np.isfinite(block.velocity).all():
                 raise SquealError(f'the motion did not stay finite at {block.time[-1]:.4g} s; '
                                   'give a shorter step, or brakes with supports')
@@ -224,7 +227,7 @@ class _Run:
         begin = t.history.time[0] + first * t.step
         middle = begin + 0.5 * steps * t.step
         sliding = t.history.sliding(middle)
-        time = begin + t.step * np.arange(1, steps + 1)[::STRIDE]
+        time = begin + t.step * np.arange(t.steps, steps + 1, t.steps)
         if not sliding.any():
             self._rest(~sliding)
             still = np.zeros((time.size, n, b))
@@ -233,16 +236,16 @@ class _Run:
         self._rest(~sliding)
         record = np.empty((steps, 3, n, b))  # displacement, velocity at mid kick, friction
         noise, abutment = t.noise(steps) * sliding, np.zeros(b)
-        for i in range(0, steps, _HELD):
-            upto = min(i + _HELD, steps)
+        for i in range(0, steps, _HELD * t.steps):
+            upto = min(i + _HELD * t.steps, steps)
             state = self._state(begin + 0.5 * (i + upto) * t.step, sliding)
             abutment += self._held(state, noise[i:upto], record[i:upto])
         self._rest(~sliding)
         balance = self._balance(record, noise, abutment, state)
-        return TransientBlock(time, record[::STRIDE, 0].copy(), record[::STRIDE, 1].copy(),
-                              sliding, balance)
+        samples = record[t.steps - 1::t.steps]
+        return TransientBlock(time, samples[:, 0].copy(), samples[:, 1].copy(), sliding, balance)
 
-    def _state(self, time: float, sliding: FloatArray) -> SlidingState:
+    def _state(self, time: float, sliding: NDArray[np.bool_]) -> SlidingState:
         """Return the state at a time; brakes that do not slide are calm somewhere."""
         state = self._t.history.at(time)
         return SlidingState(
@@ -252,7 +255,7 @@ class _Run:
             friction_slope=np.where(sliding, state.friction_slope, 0.0),
             contact_stiffness=state.contact_stiffness)
 
-    def _rest(self, still: FloatArray) -> None:
+    def _rest(self, still: NDArray[np.bool_]) -> None:
         self._y[:, still] = 0.0
         self._kick[:, :, still] = 0.0
         self._relaxed[:, still] = 0.0

@@ -88,15 +88,23 @@ def add_point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
                    help=None if needs_speed else 'default 5')
     p.add_argument('--friction', type=float, metavar='MU',
                    help="default: the friction law's, at each speed")
+    add_slope(p)
+    load = p.add_mutually_exclusive_group()
+    load.add_argument('--preload', type=float, metavar='N', help='of one pad (default 2000)')
+    load.add_argument('--pressure', type=float, metavar='PA')
+    p.add_argument('--contact-stiffness', type=float, metavar='N/M^3', help='default: nominal')
+    add_damping_scale(p)
+
+
+def add_slope(p: argparse.ArgumentParser) -> None:
     slope = p.add_mutually_exclusive_group()
     slope.add_argument('--friction-slope', type=float, metavar='S/M',
                        help='d mu / d v (default 0 with --friction)')
     slope.add_argument('--friction-law', action='store_true',
                        help="the law's slope, scaled to --friction where that is given")
-    load = p.add_mutually_exclusive_group()
-    load.add_argument('--preload', type=float, metavar='N', help='of one pad (default 2000)')
-    load.add_argument('--pressure', type=float, metavar='PA')
-    p.add_argument('--contact-stiffness', type=float, metavar='N/M^3', help='default: nominal')
+
+
+def add_damping_scale(p: argparse.ArgumentParser) -> None:
     p.add_argument('--damping-scale', type=float, default=1.0, metavar='FACTOR',
                    help="on the model's damping of components, supports and contact (default 1)")
 

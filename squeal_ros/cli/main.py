@@ -39,6 +39,7 @@ from squeal_ros.cli.command_parser import (
     CommandParser,
     mode_numbers,
 )
+from squeal_ros.cli.simulate_options import add_simulate, DESCRIPTION
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
 
@@ -107,6 +108,10 @@ def parser() -> argparse.ArgumentParser:
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
     _tabulate(sub.add_parser('tabulate', help='precompute the look-up table of a model'))
+    simulated = sub.add_parser('simulate', help='squeal in the time domain: sound and events',
+                               description=DESCRIPTION)
+    simulated.set_defaults(run=_from_module('simulate_commands', 'simulate'))
+    add_simulate(simulated)
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
