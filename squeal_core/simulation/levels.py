@@ -19,7 +19,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
+from numpy.typing import NDArray
+from squeal_core.common.arrays import FloatArray, repr_with_shapes
 from squeal_core.simulation.microphone import Microphone, REFERENCE
 from squeal_core.simulation.modal_noise import ClosedContactModes
 from squeal_core.simulation.transient import SAMPLE_RATE, TransientBlock
@@ -27,7 +28,8 @@ from squeal_core.simulation.transient import SAMPLE_RATE, TransientBlock
 THRESHOLD = 70.0  # dB, of an event's start
 _FALL = 6.0  # dB below the threshold at which it ends
 _GAP = 0.1  # s it may be below that for
-_PITCH = 0.05  # relative change of frequency by which another event starts
+_PITCH = 0.05  # relative difference of frequency at which two modes are one tone
+_HIDDEN = 15.0  # dB below the loudest mode at which others are no events
 _MEAN = 5  # blocks of 10 ms over which levels and pitches are means
 _LEAST = 0.05  # s, of an event
 
@@ -105,7 +107,8 @@ def squeal_events(levels: ModalLevels, brakes: tuple[str, ...], *,
     """
     Return the events of all brakes in the order of their starts.
 
-    An event is a time in which the loudest mode stays above the threshold, at one pitch.
+    An event is a time in which a mode is louder than the threshold and no louder mode of that
+    pitch, nor one 15 dB louder, hides it. Shorter than 50 ms is none.
 
     Parameters
     ----------
@@ -124,26 +127,31 @@ def squeal_events(levels: ModalLevels, brakes: tuple[str, ...], *,
 
 def _events_of(levels: ModalLevels, brake: int, name: str,
                threshold: float) -> Iterator[SimulatedEvent]:
-    level, pitch, loudest = _heard(levels, brake)
-    half = 0.5 * (levels.time[1] - levels.time[0]) if level.size > 1 else 0.0
-    heard: list[int] = []  # blocks of the event that goes on
-    for i in range(level.size + 1):
-        over = i < level.size and level[i] >= (threshold - _FALL if heard else threshold)
-        ends = heard and (i == level.size or levels.time[i] - levels.time[heard[-1]] > _GAP
-                          or (over and abs(pitch[i] / pitch[heard[-1]] - 1.0) > _PITCH))
-        if ends:
-            peak = heard[int(np.argmax(level[heard]))]
-            start, end = levels.time[heard[0]] - half, levels.time[heard[-1]] + half
-            if end - start >= _LEAST:
-                yield SimulatedEvent(float(start), float(end), name, int(loudest[peak]) + 1,
-                                     float(pitch[peak]), float(level[peak]))
-            heard, over = [], i < level.size and level[i] >= threshold
-        if over:
-            heard.append(i)
+    level, pitch = _means(levels, brake)
+    heard = np.array([_heard(*row, threshold - _FALL) for row in zip(level, pitch, strict=True)])
+    half = 0.5 * (levels.time[1] - levels.time[0]) if len(level) > 1 else 0.0
+    for mode in np.flatnonzero(heard.any(axis=0)):
+        blocks = np.flatnonzero(heard[:, mode])
+        for run in np.split(blocks, np.flatnonzero(np.diff(levels.time[blocks]) > _GAP) + 1):
+            peak = run[level[run, mode].argmax()]
+            start, end = levels.time[run[0]] - half, levels.time[run[-1]] + half
+            if level[peak, mode] >= threshold and end - start >= _LEAST:
+                yield SimulatedEvent(float(start), float(end), name, int(mode) + 1,
+                                     float(pitch[peak, mode]), float(level[peak, mode]))
 
 
-def _heard(levels: ModalLevels, brake: int) -> tuple[FloatArray, FloatArray, IndexArray]:
-    """Return level, pitch and number of the loudest mode over time, means over some blocks."""
+def _heard(level: FloatArray, pitch: FloatArray, least: float) -> NDArray[np.bool_]:
+    """Return a mask of the modes that none hides, of one block."""
+    heard = np.zeros(level.size, dtype=bool)
+    for mode in np.argsort(-level):
+        if level[mode] < max(least, level.max() - _HIDDEN):
+            break
+        heard[mode] = not np.any(np.abs(pitch[heard] / pitch[mode] - 1.0) < _PITCH)
+    return heard
+
+
+def _means(levels: ModalLevels, brake: int) -> tuple[FloatArray, FloatArray]:
+    """Return levels and pitches (T, N) as means over some blocks."""
     from scipy.ndimage import uniform_filter1d
 
     def mean(values: FloatArray) -> FloatArray:
@@ -151,7 +159,5 @@ def _heard(levels: ModalLevels, brake: int) -> tuple[FloatArray, FloatArray, Ind
 
     power = 10.0 ** (0.1 * levels.level[:, :, brake])
     smooth = mean(power)
-    loudest = smooth.argmax(axis=1)
-    rows = np.arange(loudest.size)
-    pitch = mean(power * levels.frequency[:, :, brake])[rows, loudest] / smooth[rows, loudest]
-    return 10.0 * np.log10(smooth[rows, loudest]), pitch, loudest
+    return (10.0 * np.log10(smooth), np.maximum(
+        mean(power * levels.frequency[:, :, brake]) / smooth, 1e-3))

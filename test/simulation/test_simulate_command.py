@@ -22,7 +22,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import wavfile
-from squeal_core.model.operators import ContactFace
 from squeal_ros.cli.main import main
 from support.rows import each
 
@@ -43,8 +42,8 @@ def test_a_ramp_from_a_high_floor_squeals(
         capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     folder = tmp_path / 'out'
     command = ('kang2009', '--rotor-speed', '20', '--pressure', '8e5:1e6', '--friction',
-               '0.5:0.55', '--duration', '0.06', '--floor', '1e-6', '--levels', '--json',
-               '-o', str(folder))
+               '0.5:0.55', '--duration', '0.06', '--floor', '1e-7', '--threshold-db', '80',
+               '--levels', '--json', '-o', str(folder))
     code, out, _ = squeal(capsys, *command)
     summary = json.loads(out)
     assert code == 0
@@ -57,7 +56,8 @@ def test_a_ramp_from_a_high_floor_squeals(
         rows = list(csv.DictReader(file))
     assert len(rows) == len(summary['events']) > 0
     loud = 20.0 * np.log10(np.sqrt(np.mean((20.0 * sound) ** 2)) / 20e-6)
-    assert float(rows[0]['level_db']) == pytest.approx(loud, abs=12.0)  # of one mode, and of all
+    loudest = max(float(row['level_db']) for row in rows)  # of one mode; loud is of all
+    assert loud - 12.0 < loudest < loud + 3.0
     with np.load(folder / 'levels.npz') as levels:
         assert levels['level'].shape == (6, 92, 1)
         assert levels['sliding'].all()

@@ -27,7 +27,6 @@ from squeal_core.simulation.microphone import AUDIO_RATE, Microphone, SOUND_SPEE
 from squeal_core.simulation.transient import SAMPLE_RATE
 
 
-
 @pytest.fixture(scope='module')
 def microphone(kang: BrakeModel) -> Microphone:
     return Microphone.of(kang)
@@ -85,11 +84,16 @@ def test_models_without_a_surface_are_not_heard(kang: BrakeModel) -> None:
         Microphone.of(replace(kang, surface=None))
 
 
-def test_events_are_times_above_the_threshold_at_one_pitch() -> None:
-    """70 dB and more from 0.2 s on; another pitch from 0.5 s; a dip of 50 ms; a click of 10 ms."""
+def test_events_are_times_above_the_threshold_that_no_louder_tone_hides() -> None:
+    """
+    A tone from 0.2 s, another from 0.5 s with a dip of 50 ms.
+
+    No events: a click of 10 ms, the partner of a doublet, a tone 20 dB below the loudest.
+    """
     time = 0.005 + 0.01 * np.arange(150)
-    level, hertz = np.full((150, 3, 1), 40.0), np.full((150, 3, 1), 900.0)
-    hertz[:, 1], hertz[:, 2] = 2500.0, 3200.0
+    level, hertz = np.full((150, 5, 1), 40.0), np.full((150, 5, 1), 900.0)
+    hertz[:, 1], hertz[:, 2], hertz[:, 3], hertz[:, 4] = 2500.0, 3200.0, 2510.0, 5000.0
+    level[20:50, 3], level[20:50, 4] = 93.0, 75.0
     level[20:50, 1], level[50:100, 2] = 95.0, 90.0
     level[70:75, 2] = 45.0
     level[130, 1] = 72.0
