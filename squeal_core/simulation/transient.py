@@ -125,8 +125,10 @@ class Transient:
                  steps: int = STEPS) -> None:
         law = model.friction_law
         self.history, self.steps, self.step = history, steps, 1.0 / (SAMPLE_RATE * steps)
-        self.contact = NonlinearContact(faces, decay=1.0 if law is None else law.decay,
-                                        follower=model.follower is not None)
+        self.contact = NonlinearContact(
+            faces, decay=1.0 if law is None else law.decay, follower=model.follower is not None,
+            # of models whose contact layer has dashpots
+            retardation_time=getattr(model, 'contact_retardation_time', 0.0))
         self.closed_stiffness = history.mean_stiffness
         self.stiffness, self.damping = self._closed(model)
         self.modes = ClosedContactModes.of(self.stiffness, self.damping, self.contact)

@@ -70,6 +70,23 @@ def test_the_derivatives_of_the_force_are_the_matrices_of_the_model(
     assert np.abs(contact - shipped).max() < 5e-3 * np.abs(shipped).max()
 
 
+def test_dashpots_of_the_contact_rub_too(kang: BrakeModel, faces: Faces) -> None:
+    """Their force is normal: D gains c_c (A0 + mu B0)."""
+    tau, n = 3e-6, kang.size
+    state, rest = SlidingState.of([POINT] * n), np.zeros((n, n))
+
+    def damping(retardation: float) -> FloatArray:
+        contact = NonlinearContact(faces, retardation_time=retardation).at(
+            state, closed_stiffness=0.0)
+        return -jacobian(lambda v: sum(contact.forces(rest, v), rest), n, 1e-5)
+
+    arrays = contact_arrays(faces)
+    wanted = tau * POINT.contact_stiffness * (
+        arrays['contact_stiffness'] + POINT.friction * arrays['friction_couple'])
+    gained = damping(tau) - damping(0.0)
+    assert np.abs(gained - wanted).max() < 1e-7 * np.abs(wanted).max()
+
+
 def test_an_open_contact_bears_nothing_and_rubs_nowhere(kang: BrakeModel, faces: Faces) -> None:
     """A pad 1 mm off leaves the preload of its back alone, and no friction at its face."""
     state = SlidingState.of([POINT])
