@@ -64,7 +64,8 @@ class SimulationResult:
 
 def simulate(model: BrakeModel, faces: Sequence[ContactFace], history: OperatingHistory, *,
              floor: float = 1e-9, seed: int = 0, abutment: bool = True, steps: int = STEPS,
-             threshold: float = THRESHOLD, start: FloatArray | None = None,
+             damping_scale: float = 1.0, threshold: float = THRESHOLD,
+             start: FloatArray | None = None,
              progress: Callable[[float], None] = lambda _: None) -> SimulationResult:
     """
     Integrate the nonlinear contact of brakes over a history and listen to it.
@@ -77,7 +78,7 @@ def simulate(model: BrakeModel, faces: Sequence[ContactFace], history: Operating
         `contact_points` of the model.
     history : OperatingHistory
         Where the brakes operate.
-    floor, seed, abutment, steps
+    floor, seed, abutment, steps, damping_scale
         As of `Transient`.
     threshold : float
         Sound pressure level at which an event starts [dB re 20 uPa].
@@ -106,7 +107,7 @@ def simulate(model: BrakeModel, faces: Sequence[ContactFace], history: Operating
 
     """
     transient = Transient(model, faces, history, floor=floor, seed=seed, abutment=abutment,
-                          steps=steps)
+                          steps=steps, damping_scale=damping_scale)
     microphone = Microphone.of(model)
     meter = LevelMeter(transient.modes, microphone)
     recorders = [microphone.listen() for _ in history.brakes]

@@ -105,6 +105,8 @@ class Transient:
         linear part is exactly the model's.
     steps : int
         Steps of integration in a sample of 10.4 us.
+    damping_scale : float
+        Factor on the damping of components, supports and contact layer.
 
     Examples
     --------
@@ -122,15 +124,14 @@ class Transient:
 
     def __init__(self, model: BrakeModel, faces: Sequence[ContactFace], history: OperatingHistory,
                  *, floor: float = 1e-9, seed: int = 0, abutment: bool = True,
-                 steps: int = STEPS) -> None:
+                 steps: int = STEPS, damping_scale: float = 1.0) -> None:
         law = model.friction_law
         self.history, self.steps, self.step = history, steps, 1.0 / (SAMPLE_RATE * steps)
         self.contact = NonlinearContact(
             faces, decay=1.0 if law is None else law.decay, follower=model.follower is not None,
-            # of models whose contact layer has dashpots
-            retardation_time=getattr(model, 'contact_retardation_time', 0.0))
+            retardation_time=damping_scale * model.contact_retardation_time)
         self.closed_stiffness = history.mean_stiffness
-        self.stiffness, self.damping = self._closed(model)
+        self.stiffness, self.damping = self._closed(model, damping_scale)
         self.modes = ClosedContactModes.of(self.stiffness, self.damping, self.contact)
         self.gyroscopic = np.zeros_like(self.damping) if model.gyroscopic is None \
             else model.gyroscopic
@@ -138,14 +139,12 @@ class Transient:
         self._random = np.random.default_rng(seed)
         self.abutment = Abutment.of(model) if abutment else None
 
-    def _closed(self, model: BrakeModel) -> tuple[FloatArray, FloatArray]:
+    def _closed(self, model: BrakeModel, scale: float) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping of the linear system of the closed contact."""
         stiffness = np.diag(model.angular_frequencies**2)
-        damping = np.diag(model.structural_damping)
+        damping = scale * model.material_damping
         if model.support_stiffness is not None:
             stiffness += model.support_stiffness
-        if model.support_damping is not None:
-            damping += model.support_damping
         contact = self.closed_stiffness * self.contact.stiffness
         return stiffness + contact, damping + self.contact.retardation_time * contact
 

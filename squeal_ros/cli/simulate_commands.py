@@ -58,12 +58,14 @@ def simulate(options: argparse.Namespace) -> int:
         result = run_simulation(
             model, faces, history, floor=options.floor, seed=options.seed,
             abutment=not options.free_pads, steps=options.steps, threshold=options.threshold_db,
+            damping_scale=options.damping_scale,
             progress=lambda now: progress(round(1e3 * (now - first)), round(1e3 * duration)))
     about: dict[str, Any] = {
         'model': options.model, 'brakes': list(history.brakes), 'start_s': first,
         'duration_s': duration, 'seed': options.seed, 'floor_m': options.floor,
         'threshold_db': options.threshold_db, 'free_pads': options.free_pads,
-        'steps': options.steps, 'drive': options.drive,
+        'steps': options.steps, 'damping_scale': options.damping_scale,
+        'drive': options.drive,
         'sliding_s': (0.01 * result.sliding.sum(axis=0)).round(2).tolist()}
     files.write(result, about, overwrite=options.force)
     events = [_event_json(event) for event in result.events]
@@ -106,7 +108,7 @@ def _check(options: argparse.Namespace) -> None:
     for name in _RAMPED:
         for value in getattr(options, name) or ():
             check_value(f'--{name.replace("_", "-")}', name, value)
-    for name in ('friction_slope', 'contact_stiffness'):
+    for name in ('friction_slope', 'contact_stiffness', 'damping_scale'):
         check_value(f'--{name.replace("_", "-")}', name, getattr(options, name))
     if not (0.0 <= options.floor <= 1e-3):
         raise SquealError(f'--floor: is {options.floor:g} m; give 0 to 1e-3 m, usual is 1e-9')

@@ -52,7 +52,7 @@ def jacobian(function: Callable[[FloatArray], FloatArray], size: int, step: floa
 @pytest.mark.parametrize('follower', [False, True])
 def test_the_derivatives_of_the_force_are_the_matrices_of_the_model(
         kang: BrakeModel, faces: Faces, point: OperatingPoint, follower: bool) -> None:
-    own = replace(kang, **contact_arrays(faces),  # type: ignore[arg-type]
+    own = replace(kang, contact_retardation_time=3e-6, **contact_arrays(faces),  # type: ignore
                   follower=operators.follower(faces) if follower else None)
     n = kang.size
     state = SlidingState.of([point] * n)
