@@ -185,4 +185,4 @@ def _columns(brakes: tuple[str, ...], wanted: str | None) -> list[int]:
 def _check_duration(option: str, duration: float) -> None:
     if duration > _LONGEST:
         raise SquealError(f'{option}: {duration:g} s are to be simulated, of which each takes '
-                          f'some 20 s; give at most {_LONGEST:g} s')
+                          f'some 30 s; give at most {_LONGEST:g} s')
