@@ -48,7 +48,7 @@ def eigenvectors(model: BrakeModel, point: OperatingPoint, least: float
 
 
 def states(blocks: list[TransientBlock]) -> tuple[FloatArray, FloatArray]:
-    """Return the times (F,) of blocks and their states (F, 2N, B)."""
+    """Return times of shape (F,) and states of shape (F, 2N, B)."""
     return (np.concatenate([block.time for block in blocks]), np.concatenate([
         np.concatenate([block.displacement, block.velocity], axis=1) for block in blocks]))
 
