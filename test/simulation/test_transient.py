@@ -106,12 +106,12 @@ def test_squeal_saturates_near_the_loss_of_contact_and_energy_is_balanced(
 def test_noise_holds_modes_at_their_floor(kang: BrakeModel, faces: Faces) -> None:
     """Without friction, modes above 10 kHz, which settle within a few ms."""
     point = operating(kang, 20.0, 7.84e5, 1e-9)
-    history = OperatingHistory.ramps([point] * 4, [point] * 4, 0.04)
+    history = OperatingHistory.ramps([point] * 4, [point] * 4, 0.025)
     transient = Transient(kang, faces, history, floor=2e-9)
     modes = transient.modes
     fast = modes.angular_frequencies > 2.0 * np.pi * 10e3
     _, found = states(list(transient.run()))
-    q = np.einsum('fnb,nm->fmb', found[1920:, :kang.size], modes.shapes[:, fast], optimize=True)
+    q = np.einsum('fnb,nm->fmb', found[960:, :kang.size], modes.shapes[:, fast], optimize=True)
     size = np.sqrt((q**2).mean(axis=(0, 2))) * modes.contact_motion[fast]
     assert fast.sum() > 20
     assert np.sqrt((size**2).mean()) == pytest.approx(2e-9, rel=0.15)
@@ -122,17 +122,17 @@ def test_noise_holds_modes_at_their_floor(kang: BrakeModel, faces: Faces) -> Non
 
 
 def test_the_abutment_holds_pads_that_diverge(kang: BrakeModel, faces: Faces) -> None:
-    """At 416 1/s a pad would be 4,000 times as fast after 20 ms; squeal hardly notices."""
+    """At 416 1/s a pad is 64 times as fast after 10 ms, unless it is held."""
     point = kang.operating_point(rotor_speed=5.0, pressure=7.84e5, friction=0.42)
     assert max(mode.growth_rate for mode in complex_modes(kang, point).modes
                if mode.kind == 'divergence') > 400.0
     free = kang.free_coordinates
     start = np.zeros((2 * kang.size, 1))
     start[kang.size:][free] = 1e-6
-    history = OperatingHistory.ramps([point], [point], 0.02)
+    history = OperatingHistory.ramps([point], [point], 0.01)
     rates = {held: states(list(Transient(kang, faces, history, floor=0.0, abutment=held).run(
         start)))[1][-1, kang.size:, 0][free] for held in (False, True)}
-    assert np.abs(rates[False]).max() > 1e-3
+    assert np.abs(rates[False]).max() > 5e-5
     assert np.abs(rates[True]).max() < 1e-6
 
 
