@@ -75,7 +75,7 @@ class ExpansionCheck:
         Grid indices of the lattice along each axis.
     off : (l1, l2, l3, l4, blocks) array
         Error of a block over what it may be, zero where its sign of growth is certain.
-    grows, open : (l1, l2, l3, l4, blocks) bool arrays
+    grows, may_grow : (l1, l2, l3, l4, blocks) bool arrays
         Whether it surely grows and may grow.
     listed : index array
         Blocks that come near growth somewhere.
@@ -85,7 +85,7 @@ class ExpansionCheck:
     lattice: Sequence[IndexArray]
     off: FloatArray
     grows: Any
-    open: Any
+    may_grow: Any
     listed: IndexArray
 
     @classmethod
@@ -121,10 +121,11 @@ class ExpansionCheck:
         there = tuple(slice(a, b + 1) for a, b in zip(low, high, strict=True))
         blocks = self.off.shape[-1]
         off = self.off[there].reshape(-1, blocks)
-        grows, open_ = (found[there].reshape(-1, blocks) for found in (self.grows, self.open))
+        grows, may_grow = (
+            found[there].reshape(-1, blocks) for found in (self.grows, self.may_grow))
         accurate = (off <= 1.0).all(axis=0)
         decided = (grows & accurate).any(axis=1)
-        serves = not bool(open_[~decided][:, ~accurate].any())
+        serves = not bool(may_grow[~decided][:, ~accurate].any())
         axis = int(np.argmax(np.subtract(high, low)))
         if serves or high[axis] - low[axis] == 1:
             yield GridBox(
