@@ -55,7 +55,13 @@ class ProgressBar:
 
 
 def plain(value: Any) -> Any:
-    """Return what JSON can hold: complex numbers as [re, im], what is not finite as null."""
+    """
+    Return what JSON can hold.
+
+    Named tuples as objects, complex numbers as [re, im], what is not finite as null.
+    """
+    if hasattr(value, '_asdict'):
+        value = value._asdict()
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
