@@ -12,11 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Bags as they are: schemas, definitions from elsewhere, damage, storage against metadata."""
+"""Bags as they are: schemas, definitions from elsewhere, storage against metadata."""
 
 from pathlib import Path
 import sqlite3
-import struct
 from typing import Any
 
 import pytest
@@ -26,7 +25,7 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 from rosbags.rosbag2 import CompressionMode, Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
 from squeal_core.common.errors import SquealError  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
 from squeal_ros.recordings.mcap_chunks import BagStorage  # noqa: E402
 from squeal_ros.recordings.message_definitions import (  # noqa: E402
     DefinitionError,
@@ -37,17 +36,16 @@ from support.bags import (  # noqa: E402, I100
     Entry,
     FLOAT,
     HEADER_MSG,
-    make,
     reports,
     START,
     storage_file,
+    values,
     WHEELS,
     WHEELS_MSG,
     write_bag,
 )
 
 MCAP, SQLITE = StoragePlugin.MCAP, StoragePlugin.SQLITE3
-WANTED = {'/wheels': WHEELS, '/fl/friction': FLOAT}
 LINE = '=' * 80 + '\n'
 # as rosbag2 writes them: blocks with headers; with what ROS's generator puts into such files
 IDL = f"""{LINE}IDL: {WHEELS}
@@ -80,13 +78,6 @@ module std_msgs {{ module msg {{
 {LINE}IDL: builtin_interfaces/msg/Time
 module builtin_interfaces {{ module msg {{ struct Time {{ int32 sec; uint32 nanosec; }}; }}; }};
 """
-
-
-def values(bag: Bag) -> list[tuple[Any, ...]]:
-    """Return topic, time and number of all messages."""
-    return sorted((topic, time, float(message.data) if topic == '/fl/friction'
-                   else (float(message.speed), float(message.pressures[0])))
-                  for topic, time, message, _ in bag.messages(WANTED))
 
 
 @pytest.fixture(scope='module')
@@ -229,34 +220,6 @@ def test_storage_is_read_whatever_the_metadata_says(tmp_path: Path, expected: li
         assert 'metadata.yaml is missing or cannot be read' in bag.notes[0]
 
 
-def test_parts_of_a_split_bag_in_order_and_one_of_them_lost(tmp_path: Path) -> None:
-    folder = tmp_path / 'bag'
-    folder.mkdir()
-    for number in (0, 1, 2, 10):
-        part = write_bag(tmp_path / f'part_{number}', [Entry('/fl/friction', FLOAT, START + number,
-                                                             make(FLOAT, data=float(number)))])
-        storage_file(part).rename(folder / f'bag_{number}.mcap')
-    bag = Bag(folder)
-    assert [m.data for _, _, m, _ in bag.messages(WANTED)] == [0.0, 1.0, 2.0, 10.0]
-
-
-def test_messages_that_are_damaged_are_counted_and_the_others_read(tmp_path: Path) -> None:
-    """As the node does: one bad message ends nothing."""
-    folder = write_bag(tmp_path / 'bag', reports(), storage=SQLITE)
-    with sqlite3.connect(storage_file(folder)) as database:
-        database.execute('UPDATE messages SET data = ? WHERE id = 5', (b'\0\1\0\0\1',))
-        database.execute('UPDATE messages SET data = ? WHERE id = 6', (b'\x28\xb5\x2f\xfd1234',))
-    bag = Bag(folder)
-    assert len(values(bag)) == 78
-    assert sum(count for count, _ in bag.undecodable.values()) == 2
-
-
-def test_a_log_that_was_not_merged_is_told(tmp_path: Path) -> None:
-    file = storage_file(write_bag(tmp_path / 'bag', reports(), storage=SQLITE))
-    file.with_name(f'{file.name}-wal').write_bytes(b'1')
-    assert 'wal are not read' in Bag(file).notes[0]
-
-
 @pytest.mark.parametrize('times', [range(12), [3, 1, 2, 1, *range(4, 12)],
                                    [*range(8, 12), *range(8)], [0, 1, 2, 3, 3, 3, 3, 3, 3, 4]],
                          ids=['ordered', 'shuffled', 'overlapping', 'equal'])
@@ -274,41 +237,6 @@ def test_chunks_are_read_as_rosbags_reads_them(times: list[int], tmp_path: Path)
         for count in (1, 2, 3):
             assert [message[1:] for message in reader.messages(reader.connections[:count])] == [
                 message[1:] for message in expected.messages(expected.connections[:count])]
-
-
-@pytest.mark.parametrize('size', [3, 1_000_000])
-def test_a_record_that_is_cut_off_in_a_chunk_is_one_line(size: int, tmp_path: Path) -> None:
-    file = storage_file(write_bag(tmp_path / 'bag', [
-        Entry('/fl/friction', FLOAT, START, make(FLOAT, data=0.4))]))
-    whole, cut = (struct.pack('<BQH', 5, number, 1) for number in (22 + 12, size))
-    assert file.read_bytes().count(whole) == 1
-    file.write_bytes(file.read_bytes().replace(whole, cut))
-    with pytest.raises(BagError, match='cannot be read .*a message of .* bytes is cut off'):
-        values(Bag(file))
-
-
-@pytest.mark.parametrize('storage', [MCAP, SQLITE])
-@pytest.mark.parametrize('part', [0.3, 0.7, 0.97])
-def test_a_truncated_bag_is_one_line(storage: StoragePlugin, part: float, tmp_path: Path) -> None:
-    """Never as few messages as can be got without a word."""
-    file = storage_file(write_bag(tmp_path / 'bag', reports(20.0), storage=storage))
-    data = file.read_bytes()
-    file.write_bytes(data[:round(part * len(data))])
-    for path in (file, file.parent):
-        with pytest.raises(BagError, match=r'cannot be read.*recover') as error:
-            values(Bag(path))
-        assert '\n' not in str(error.value)
-
-
-def test_other_files_are_told_apart(tmp_path: Path) -> None:
-    (tmp_path / 'old.bag').write_bytes(b'#ROSBAG V2.0\n')
-    with pytest.raises(BagError, match='ROS 1; convert it'):
-        Bag(tmp_path / 'old.bag')
-    (tmp_path / 'empty').mkdir()
-    with pytest.raises(BagError, match='no storage file'):
-        Bag(tmp_path / 'empty')
-    with pytest.raises(BagError, match='is a device'):
-        Bag('/dev/zero')
 
 
 def test_only_messages_of_the_wanted_type_are_read(tmp_path: Path) -> None:

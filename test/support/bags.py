@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
 import yaml
 
@@ -30,6 +31,7 @@ WHEELS = 'acme_msgs/msg/WheelReport'
 FRAME = 'can_msgs/msg/Frame'
 JOINTS, PRESSURE, FLOAT = ('sensor_msgs/msg/JointState', 'sensor_msgs/msg/FluidPressure',
                            'std_msgs/msg/Float64')
+WANTED = {'/wheels': WHEELS, '/fl/friction': FLOAT}
 WHEELS_MSG = 'std_msgs/Header header\nfloat32 speed\nfloat32[2] pressures\n'
 FRAME_MSG = 'std_msgs/Header header\nuint32 id\nuint8 dlc\nuint8[8] data\n'
 HEADER_MSG = ('{line}\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n'
@@ -139,6 +141,13 @@ def write_bag(folder: Path, entries: list[Entry], *, storage: StoragePlugin = St
 def storage_file(folder: Path) -> Path:
     (file,) = [path for path in folder.iterdir() if path.suffix in ('.mcap', '.db3')]
     return file
+
+
+def values(bag: Bag) -> list[tuple[Any, ...]]:
+    """Return topic, time and number of all messages."""
+    return sorted((topic, time, float(message.data) if topic == '/fl/friction'
+                   else (float(message.speed), float(message.pressures[0])))
+                  for topic, time, message, _ in bag.messages(WANTED))
 
 
 def float_messages(seconds: float, step: float = 0.1) -> list[tuple[str, int, float]]:
