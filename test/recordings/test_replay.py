@@ -12,12 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Bags: written, read, damaged; and the replay of what a node was given."""
+"""The replay of what a node was given, from whole bags and damaged ones."""
 
 from dataclasses import replace
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,9 +32,7 @@ from rosbags.interfaces import (  # noqa: E402
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
-from rosbags.typesys import get_typestore, Stores  # noqa: E402
-from squeal_core.common.output import OutputError  # noqa: E402
+from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.history import read_rows, row_of, squeal_events  # noqa: E402
 from squeal_core.monitor.setting_specs import Signal  # noqa: E402
@@ -48,11 +45,8 @@ from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
-from support.bags import float_messages, write_floats  # noqa: E402, I100
+from support.bags import FLOAT, float_messages, SECOND, STORE, write_floats  # noqa: E402, I100
 
-SECOND = 1_000_000_000
-FLOAT = 'std_msgs/msg/Float64'
-STORE = get_typestore(Stores.ROS2_JAZZY)
 QOS = Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, QosDurability.VOLATILE,
           QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
 
@@ -69,18 +63,6 @@ def settings() -> MonitorSettings:
 def replay(path: Path, settings: MonitorSettings, model: BrakeModel
            ) -> list[tuple[Assessment, ...]]:
     return list(Replay(Bag(path), settings, model))
-
-
-@pytest.mark.parametrize('name', ['in.mcap', 'in'])
-def test_bag_round_trip(name: str, tmp_path: Path) -> None:
-    entries = float_messages(1.0)
-    path = write_floats(tmp_path / name, entries)
-    assert path.is_file() == name.endswith('.mcap')
-    wanted = {topic: FLOAT for topic, _, _ in entries}
-    assert sorted((t, s, m.data) for t, s, m, _ in Bag(path).messages(wanted)) == sorted(entries)
-    assert [p.name for p in tmp_path.iterdir()] == [name]
-    with pytest.raises(OutputError, match='exists'), BagWriter(path):
-        pass
 
 
 def test_sqlite_bag_of_another_writer(tmp_path: Path, settings: MonitorSettings,
@@ -187,24 +169,6 @@ def test_bag_without_the_topics_names_them(tmp_path: Path, settings: MonitorSett
     bag = write_floats(tmp_path / 'in.mcap', [('/other', SECOND, 1.0)])
     with pytest.raises(BagError, match='/speed.*/other'):
         replay(bag, settings, kang)
-
-
-def test_tail_of_undefined_bytes_is_left_out(tmp_path: Path) -> None:
-    """As rclpy's serialize_message leaves behind a JointState."""
-    joints: Any = BagMessages().type('sensor_msgs/msg/JointState')(
-        header=STORE.types['std_msgs/msg/Header'](
-            stamp=STORE.types['builtin_interfaces/msg/Time'](sec=1, nanosec=0), frame_id=''),
-        name=['fl_wheel_joint'], position=np.zeros(0), velocity=np.array([math.pi]),
-        effort=np.zeros(0))
-    data = bytes(STORE.serialize_cdr(joints, 'sensor_msgs/msg/JointState')) + b'\xa0' * 12
-    with BagWriter(tmp_path / 'a.mcap') as bag:
-        bag.write('/joint_states', 'sensor_msgs/msg/JointState', SECOND, data)
-    (_, _, message, _), = Bag(tmp_path / 'a.mcap').messages(
-        {'/joint_states': 'sensor_msgs/msg/JointState'})
-    assert message.velocity.tolist() == [math.pi]
-    with Reader(tmp_path / 'a.mcap') as reader:
-        _, _, stored = next(reader.messages())
-    assert len(stored) == len(data) - 12
 
 
 def test_two_connections_of_one_topic_that_contradict_each_other(
