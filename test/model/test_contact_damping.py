@@ -189,7 +189,7 @@ def test_a_model_with_it_is_another_one_that_earlier_versions_refuse(
     assert (header['schema'], header['units']['contact_retardation_time']) == (3, 's')
     monkeypatch.setattr('squeal_core.model.model_file.KIND',
                         replace(KIND, schemas=range(1, 3)))
-    with pytest.raises(ModelFileError, match='schema 3.*update squeal_ros'):
+    with pytest.raises(ModelFileError, match='format 3.*update squeal_ros'):
         load_model(path)
 
 
