@@ -12,11 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Margins: closed forms, full solutions, estimates by a map, confirmation, brakes together."""
+"""Margins by full solutions: closed forms, the offline search, brakes together."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import replace
 import math
 from typing import Any
 
@@ -26,78 +24,20 @@ from squeal_core import BrakeModel
 from squeal_core.brake.dimensions import Caliper
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.brake.operating_point import SlidingConditions
-from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.monitor.margin_evaluator import MarginEvaluator, NO_TABLE, table_growth
-from squeal_core.monitor.margins import (
-    confirmation_due,
-    Kind,
-    least_stable,
-    Margin,
-    Margins,
-    MarginSettings,
-    OtherMargin,
-    OTHERS,
-)
+from squeal_core.monitor.margin_evaluator import MarginEvaluator
+from squeal_core.monitor.margins import Margin, OtherMargin, OTHERS
 from squeal_core.stability.critical_parameter import critical_value
-from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
-from squeal_core.surrogate.table_builder import build_table
-from squeal_core.surrogate.table_domain import TableDomain
-
-HERE = SlidingConditions(rotor_speed=10.0, pressure=1e6, friction=0.3)
-W1, W2, DAMPING = 1e4, 1.02e4, 40.0
-SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
-SETTINGS = MarginSettings(band_hz=SQUEAL_BAND, friction=(0.0, 0.9), rotor_speed=(0.5, 200.0),
-                          pressure=(2e4, 1.6e7), error=0.1)
-SECOND = 1_000_000_000
-
-
-class FullSolutions:
-    """Look-up by full solutions, counted; as a table off by some growth rate or of some range."""
-
-    def __init__(self, model: BrakeModel, band_hz: tuple[float, float] = SQUEAL_BAND, *,
-                 off: float = 0.0, friction: tuple[float, float] = (-1.0, 2.0)) -> None:
-        self.model, self.band_hz, self.off, self.friction = model, band_hz, off, friction
-        self.calls, self.points = 0, 0
-
-    def __call__(self, rows: FloatArray, kind: Kind) -> ComplexArray:
-        self.calls += 1
-        self.points += len(rows)
-        return np.array([self._at(kind, *row) for row in rows.tolist()])
-
-    def _at(self, kind: Kind, speed: float, pressure: float, friction: float) -> complex:
-        if not self.friction[0] <= friction <= self.friction[1]:
-            return complex(math.nan, math.nan)
-        point = self.model.operating_point(rotor_speed=speed, pressure=pressure,
-                                           friction=friction)
-        modes = complex_modes(self.model, point)
-        return complex(least_stable(modes.mode_eigenvalues[None], kind, self.band_hz,
-                                    modes.tolerances)[0]) + self.off
-
-
-def evaluator(growth: FullSolutions, settings: MarginSettings = SETTINGS,
-              growth_map: Any = None) -> MarginEvaluator:
-    settings = replace(settings, band_hz=growth.band_hz)
-    return MarginEvaluator(growth.model, settings, Tolerances.of(growth.model), growth=growth,
-                           growth_map=growth_map)
-
-
-def friction_margins(margins: MarginEvaluator, conditions: Sequence[SlidingConditions]
-                     ) -> list[Margin]:
-    return margins.friction_margins(conditions, [
-        complex_modes(margins.model, margins.model.operating_point(**vars(at))).worst_in(
-            *margins.settings.band_hz) for at in conditions])
-
-
-def flutter(couple: float, **changes: Any) -> BrakeModel:
-    """
-    Two modes of equal damping: unstable where mu k_c couple exceeds half the split of K, damped.
-
-    (half the split)^2 + d^2 mean = (mu k_c couple)^2, mean that of the squares of frequency.
-    """
-    return BrakeModel(**{
-        'angular_frequencies': np.array([W1, W2]), 'friction_couple': couple * SKEW,
-        'damping_ratios': 0.5 * DAMPING / np.array([W1, W2]), 'caliper': Caliper(2.5e-3),
-        'nominal_contact_stiffness': 1e10, **changes})
+from squeal_core.stability.eigensolution import Tolerances
+from support.margin_searches import (
+    DAMPING,
+    evaluator,
+    flutter,
+    friction_margins,
+    FullSolutions,
+    HERE,
+    W1,
+    W2,
+)
 
 
 def critical_friction(couple: float) -> float:
@@ -228,117 +168,3 @@ def test_as_the_offline_search_of_the_shipped_model(kang: BrakeModel, speed: flo
     assert found.critical == pytest.approx(expected.value, abs=1e-4)
     assert found.frequency_hz == pytest.approx(expected.frequency_hz, abs=1.0)
     assert margins.confirm(found, at).confirmed
-
-
-def test_look_up_in_a_table() -> None:
-    """Random conditions; the boundary is within what the table's error makes of it."""
-    model = flutter(5e-4, negative_slope=np.diag([2e-5, 1e-5]), friction_law=FrictionLaw())
-    limits = Tolerances.of(model)
-    table = build_table(model, TableDomain.usual(
-        model, rotor_speed=(6.0, 12.0), preload=(1000.0, 2200.0), friction=(0.3, 0.5)))
-    growth = partial(table_growth, table, model, limits, SQUEAL_BAND)
-    margins = MarginEvaluator(model, replace(SETTINGS, friction=table.domain.friction), limits,
-                              growth=growth)
-    rng = np.random.default_rng(3)
-    conditions = [SlidingConditions(rotor_speed=rng.uniform(6.0, 12.0), friction=friction,
-                                    pressure=rng.uniform(1000.0, 2200.0) / 2.5e-3)
-                  for friction in rng.uniform(0.31, 0.49, 12).tolist()]
-    for at, found in zip(conditions, friction_margins(margins, conditions), strict=True):
-        alone, = friction_margins(margins, [at])
-        assert alone.critical == pytest.approx(found.critical, abs=1e-12)  # sums in other order
-        exact = critical_value(model, model.operating_point(**vars(at)), 'friction', (0.3, 0.5),
-                               samples=10).nearest
-        assert exact.converged
-        assert found.critical == pytest.approx(exact.value, abs=1e-4)
-        assert margins.confirm(found, at).confirmed
-    outside, = friction_margins(margins, [replace(HERE, rotor_speed=20.0)])
-    assert outside.reason.endswith('outside the table beyond it')
-
-
-def test_without_a_table() -> None:
-    model = flutter(5e-4)
-    margins = MarginEvaluator(model, SETTINGS, Tolerances.of(model))
-    found, = friction_margins(margins, [HERE])
-    assert math.isnan(found.value)
-    assert found.reason == NO_TABLE
-    assert 'squeal tabulate' in found.reason
-    assert margins.friction_margins([], []) == []
-
-
-def test_outside_the_table() -> None:
-    """The boundary is at 0.42; the table ends before."""
-    model = flutter(5e-4)
-    found, = friction_margins(evaluator(FullSolutions(model, friction=(0.0, 0.37))), [HERE])
-    assert math.isnan(found.value)
-    assert found.reason == ('no stability boundary from mu = 0.3 to 0.36, stable; outside the '
-                            'table beyond it')
-
-
-def test_confirmation_by_one_full_solution() -> None:
-    """A table whose growth rates are off by 0.2 1/s is found out; one by 0.05 1/s passes."""
-    model = flutter(5e-4)
-    for off, confirmed in ((0.05, True), (0.2, False), (-0.2, False)):
-        margins = evaluator(FullSolutions(model, off=off))
-        before, = friction_margins(margins, [HERE])
-        assert not before.confirmed
-        after = margins.confirm(before, HERE)
-        assert after.confirmed == confirmed
-        assert (margins.statistics.confirmed, margins.statistics.not_confirmed) == (
-            confirmed, not confirmed)
-        if confirmed:
-            assert replace(after, confirmed=False) == before
-        else:
-            assert math.isnan(after.value)
-            assert 'not confirmed, a full solution has a growth rate of' in after.reason
-
-
-def test_confirmations_are_of_absolute_time() -> None:
-    """Once an interval, one brake after the other, wherever the ticks begin."""
-    period, interval = SECOND // 100, 10 * SECOND
-    due = {brake: [tick * period for tick in range(123_400, 126_400) if confirmation_due(
-        tick * period, period, interval, brake, 4)] for brake in range(4)}
-    assert [len(times) for times in due.values()] == [3, 3, 3, 3]
-    assert all(np.diff(times).tolist() == [interval, interval] for times in due.values())
-    assert [times[0] % interval for times in due.values()] == [  # the first tick of an interval
-        0, 3 * interval // 4, interval // 2, interval // 4]
-    assert not confirmation_due(20 * SECOND, period, 0, 0, 4)
-    assert confirmation_due(20 * SECOND, 20 * SECOND, interval, 3, 4)  # a slower tick: each time
-
-
-@dataclass
-class Estimate:
-    """A map of growth rates that are straight lines through some friction."""
-
-    zero: float
-    friction: FloatArray = field(default_factory=lambda: np.linspace(0.0, 0.66, 34))
-
-    def growth_along_friction(self, rotor_speed: FloatArray,
-                              contact_pressure: FloatArray) -> FloatArray:
-        sliding = rotor_speed * contact_pressure > 0.0
-        return np.where(sliding[:, None], self.friction - self.zero, np.nan)
-
-
-@pytest.mark.parametrize('friction', [0.3, 0.55])
-@pytest.mark.parametrize('zero', [0.41, 0.42, 0.35, 0.5, 0.7])
-def test_a_map_saves_look_ups_and_cannot_mislead(zero: float, friction: float) -> None:
-    """The boundary is at 0.42; whatever the map says, that is what comes out."""
-    model, at = flutter(5e-4), replace(HERE, friction=friction)
-    expected, = friction_margins(evaluator(FullSolutions(model)), [at])
-    growth = FullSolutions(model)
-    found, = friction_margins(evaluator(growth, growth_map=Estimate(zero)), [at])
-    assert found.critical == pytest.approx(expected.critical, abs=2e-5)
-    if abs(zero - 0.42) < 0.02:
-        assert growth.points <= 22
-        assert growth.calls <= 3
-
-
-def test_other_margins_are_computed_where_somebody_asks_for_them() -> None:
-    growth = FullSolutions(flutter(5e-4))
-    margins = evaluator(growth)
-    found, = friction_margins(margins, [HERE])
-    growth.calls = 0
-    both = Margins(found, partial(margins.other_margin, HERE))
-    assert growth.calls == 0
-    assert list(both.by_name()) == ['friction', 'rotor_speed', 'pressure', 'groan', 'divergence']
-    assert growth.calls > 0
-    assert Margins(found).by_name() == {'friction': found}
