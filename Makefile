@@ -24,14 +24,16 @@ found = @test -n "$(1)" || { echo 'make: no $(2) found; install one, or say whic
 # QUICK=1: of all tests those of what a Python, numpy or scipy may do otherwise
 QUICK_TESTS := $(addprefix test/,common brake vehicle model/test_model_file.py \
 	model/test_model_file_errors.py modes/test_readers_formats.py \
-	modes/test_readers_binary_errors.py monitor/test_monitor.py monitor/test_monitor_any_samples.py node/test_launch.py \
+	modes/test_readers_binary_errors.py monitor/test_monitor.py \
+	monitor/test_monitor_any_samples.py node/test_launch.py \
 	node/test_process.py recordings/test_bag_writer.py recordings/test_replay.py \
 	risk/test_operating_map.py stability/test_sensitivity.py stability/test_stability.py \
 	stability/test_tolerances.py surrogate/test_expansion_table.py)
 CHOSEN := $(if $(QUICK),$(QUICK_TESTS))
 # what an installation can break: processes, shipped files, the node on DDS
 COLCON_TESTS := $(addprefix test/,model/test_model_file.py \
-	model/test_model_file_errors.py monitor/test_settings.py node/test_launch.py \
+	model/test_model_file_errors.py monitor/test_settings.py \
+	monitor/test_settings_files.py node/test_launch.py \
 	node/test_layouts.py node/test_process.py node/test_security_policy.py \
 	node/test_state_message.py)
 
