@@ -22,21 +22,19 @@ from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.operating_point import Coefficients, DAMPING
 from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues
+from squeal_core.stability.parameter_paths import PARAMETERS
 from squeal_core.stability.sensitivity import (
     parameter_sensitivity,
     root_sensitivity,
 )
 from support.engine_models import dense_model
+from support.stability_models import kang_point, POINT
 
-POINT = OperatingPoint(rotor_speed=7.0, friction=0.5, friction_slope=-0.1, contact_pressure=5e5,
-                       contact_stiffness=1e9)
 OF_K09 = (*Coefficients._fields[:5], 'material_damping')
 
 
-def kang_point(model: BrakeModel, speed: float) -> OperatingPoint:
-    return OperatingPoint(rotor_speed=speed, friction=0.42, friction_slope=-0.02,
-                          contact_pressure=2000.0 / model.contact_area,
-                          contact_stiffness=0.35e11)
+def falling(model: BrakeModel, speed: float) -> OperatingPoint:
+    return replace(kang_point(model, speed), friction_slope=-0.02)
 
 
 def roots_at(model: BrakeModel, coefficients: Coefficients) -> ComplexArray:
@@ -67,6 +65,16 @@ def difference(model: BrakeModel, at: Coefficients, name: str, root: complex,
     return (8.0 * (moved(1.0) - moved(-1.0)) - (moved(2.0) - moved(-2.0))) / (12.0 * step)
 
 
+def parameter_difference(model: BrakeModel, point: OperatingPoint, name: str, root: complex,
+                         step: float) -> complex:
+    """Return d root / d parameter likewise, all but `name` held."""
+    def there(times: float) -> complex:
+        roots = eigenvalues(model, replace(point, **{name: getattr(point, name) + times * step}))
+        return complex(roots[np.abs(roots - root).argmin()])
+
+    return (8.0 * (there(1.0) - there(-1.0)) - (there(2.0) - there(-2.0))) / (12.0 * step)
+
+
 # ---------------------------------------------------------------- sensitivities
 
 @pytest.mark.parametrize('name', Coefficients._fields)
@@ -85,7 +93,7 @@ def test_against_differences(seed: int, name: str) -> None:
 @pytest.mark.parametrize('name', OF_K09)
 @pytest.mark.parametrize('speed', [5.0, 20.0])
 def test_shipped_model_against_differences(speed: float, name: str, kang: BrakeModel) -> None:
-    point = kang_point(kang, speed)
+    point = falling(kang, speed)
     at = point.coefficients()
     unstable = [m for m in complex_modes(kang, point).unstable if m.kind == 'flutter']
     assert len(unstable) > 1
@@ -97,8 +105,33 @@ def test_shipped_model_against_differences(speed: float, name: str, kang: BrakeM
         assert found == pytest.approx(expected, rel=1e-5, abs=1e-7 / step)
 
 
+@pytest.mark.parametrize('name', PARAMETERS)
+@pytest.mark.parametrize('seed', range(3))
+def test_parameters_of_random_models(seed: int, name: str) -> None:
+    model = dense_model(seed)
+    for mode in complex_modes(model, POINT).modes:
+        found = parameter_sensitivity(model, POINT, mode.eigenvalue)[name]
+        step = 1e-3 * abs(getattr(POINT, name))
+        expected = parameter_difference(model, POINT, name, mode.eigenvalue, step)
+        assert found == pytest.approx(expected, rel=1e-6, abs=1e-9 / step)
+        assert abs(expected) * step > 1e-6  # so the root does move
+
+
+@pytest.mark.parametrize('name', PARAMETERS)
+@pytest.mark.parametrize('speed', [5.0, 20.0])
+def test_parameters_of_the_shipped_model(speed: float, name: str, kang: BrakeModel) -> None:
+    point = falling(kang, speed)
+    flutter = [m for m in complex_modes(kang, point).unstable if m.kind == 'flutter']
+    assert len(flutter) > 1
+    for mode in flutter:
+        found = parameter_sensitivity(kang, point, mode.eigenvalue)[name]
+        step = 1e-4 * abs(getattr(point, name))
+        expected = parameter_difference(kang, point, name, mode.eigenvalue, step)
+        assert found == pytest.approx(expected, rel=1e-5, abs=1e-7 / step)
+
+
 def test_only_what_the_model_has(kang: BrakeModel) -> None:
-    point = kang_point(kang, 5.0)
+    point = falling(kang, 5.0)
     root = complex_modes(kang, point).unstable[0].eigenvalue
     assert tuple(root_sensitivity(kang, point, root)) == OF_K09
     bare = BrakeModel(angular_frequencies=[1e3, 2e3], negative_slope=[[1e-3, 1e-4], [1e-4, 1e-3]])
