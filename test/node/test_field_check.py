@@ -84,7 +84,8 @@ def test_errors_name_the_key(changes: Mapping[str, str], words: str) -> None:
 
 def test_the_node_checks_paths_when_it_is_configured() -> None:
     pytest.importorskip('rclpy', reason='needs rclpy')
-    from support.harness import parameters, vehicle
+    from support.node_runs import vehicle
+    from support.vehicle import parameters
     with vehicle(bring_up=False, autostart=False) as car:
         car.monitor.set_parameters(parameters(fl__pressure__field='fluid_presure'))
         assert car.monitor.trigger_configure().name == 'FAILURE'
@@ -98,7 +99,7 @@ def test_the_node_takes_a_dump_of_its_own_parameters(tmp_path: object) -> None:
     from pathlib import Path
 
     from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
-    from support.harness import vehicle
+    from support.node_runs import vehicle
     import yaml
     with vehicle(bring_up=False, autostart=False) as car:
         node = car.monitor

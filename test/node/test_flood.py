@@ -33,8 +33,9 @@ pytest.importorskip('rclpy', reason='needs rclpy')
 from support import processes  # noqa: E402
 from support.domains import free_domain  # noqa: E402, I100
 from support.flooding import MESSAGES  # noqa: E402
-from support.harness import outside, Vehicle  # noqa: E402
+from support.node_runs import outside  # noqa: E402
 from support.processes import cpu_seconds, Footprint, short_and_long  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 BRAKES = ('fl', 'fr', 'rl', 'rr')
 RATE, TRICKLE = 100.0, 40.0  # Hz

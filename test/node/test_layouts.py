@@ -35,7 +35,8 @@ from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
-from support.harness import LATCHED, needs_squeal_msgs, NO_STATE, vehicle  # noqa: E402, I100
+from support.node_outputs import LATCHED  # noqa: E402, I100
+from support.node_runs import needs_squeal_msgs, NO_STATE, vehicle  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
 
 FOLDER = config_folder() / 'layouts'

@@ -15,7 +15,7 @@
 """
 The node on real DDS: inputs published, outputs heard. No launch, no mock, no sleep.
 
-Time is simulated, and goes on when the node has spoken; see `harness.py`.
+Time is simulated, and goes on when the node has spoken; see `vehicle.py`.
 """
 
 import math
@@ -29,7 +29,9 @@ from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.common.errors import SquealError  # noqa: E402
 from squeal_core.stability.eigensolution import complex_modes  # noqa: E402
 from std_msgs.msg import Float64MultiArray  # noqa: E402
-from support.harness import LATCHED, PATIENT, Vehicle, vehicle  # noqa: E402, I100
+from support.node_outputs import LATCHED  # noqa: E402, I100
+from support.node_runs import PATIENT, vehicle  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 

@@ -33,7 +33,8 @@ from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
-from support.harness import BEGIN, PATIENT, Vehicle, vehicle  # noqa: E402
+from support.node_runs import PATIENT, vehicle  # noqa: E402
+from support.vehicle import BEGIN, Vehicle  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 START = BEGIN

@@ -30,7 +30,8 @@ from squeal_core.risk.probability import ModeRisk, Risk  # noqa: E402
 from squeal_ros.node import diagnostics as reporting  # noqa: E402
 from squeal_ros.node.costly_figures import CostlyFigures  # noqa: E402
 from squeal_ros.node.messages import COSTLY, Levels, OK, RISK_BY_MODE, WARN  # noqa: E402
-from support.harness import Vehicle, vehicle  # noqa: E402, I100
+from support.node_runs import vehicle  # noqa: E402, I100
+from support.vehicle import Vehicle  # noqa: E402
 
 
 def test_once_a_second_and_at_once_on_a_change_of_level(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,7 +38,7 @@ from support.fault_times import (  # noqa: E402
     MEASURED,
     START,
 )
-from support.harness import stranger  # noqa: E402
+from support.node_runs import stranger  # noqa: E402
 from support.stages import drive, stage, STREAM, TOPICS, TYPES  # noqa: E402
 
 SHORT = [('off', 'friction'), ('stuck', 'rotor_speed'), ('NaN', 'friction'),

@@ -35,7 +35,7 @@ from squeal_ros.node.executor import DeferredCallbackGroup  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from squeal_ros.node.subscriptions import InputTopics  # noqa: E402
 from std_msgs.msg import Float32, Float64, Float64MultiArray, String  # noqa: E402
-from support.harness import stranger, vehicle  # noqa: E402
+from support.node_runs import stranger, vehicle  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 

@@ -33,7 +33,8 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn  # noqa: E4
 from rclpy.parameter import Parameter  # noqa: E402
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.common.resources import config_folder  # noqa: E402
-from support.harness import Vehicle, vehicle  # noqa: E402, I100
+from support.node_runs import vehicle  # noqa: E402, I100
+from support.vehicle import Vehicle  # noqa: E402
 
 CONFIGURE, CLEANUP = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_CLEANUP
 ACTIVATE, DEACTIVATE = Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_DEACTIVATE

@@ -28,7 +28,9 @@ from rclpy.parameter import Parameter  # noqa: E402
 from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.stability.eigensolution import complex_modes  # noqa: E402
 from squeal_core.stability.eigenvectors import mode_vectors  # noqa: E402
-from support.harness import LATCHED, Vehicle, vehicle  # noqa: E402, I100
+from support.node_outputs import LATCHED  # noqa: E402, I100
+from support.node_runs import vehicle  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 TOPIC = '/squeal_monitor/fl/mode_shape'

@@ -30,8 +30,10 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically  # noqa: E
 from rclpy.parameter import Parameter  # noqa: E402
 from squeal_core.monitor.settings import settings_keys  # noqa: E402
 from std_msgs.msg import Float64MultiArray  # noqa: E402
-from support.harness import LATCHED, Vehicle, vehicle  # noqa: E402, I100
+from support.node_outputs import LATCHED  # noqa: E402, I100
+from support.node_runs import vehicle  # noqa: E402
 from support.processes import short_and_long  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 OK, WARN, ERROR, STALE = (bytes([n]) for n in range(4))
 

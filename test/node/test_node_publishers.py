@@ -25,7 +25,7 @@ from rclpy.time import Time  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Sample  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
-from support.harness import stranger, vehicle  # noqa: E402
+from support.node_runs import stranger, vehicle  # noqa: E402
 from support.stages import drive, Stage, stage  # noqa: E402
 
 OK, WARN, ERROR = (bytes([level]) for level in range(3))

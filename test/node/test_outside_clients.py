@@ -43,7 +43,8 @@ from rclpy.parameter import Parameter, parameter_value_to_python  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from support import processes  # noqa: E402
 from support.domains import free_domain  # noqa: E402, I100
-from support.harness import outside, Vehicle, vehicle  # noqa: E402
+from support.node_runs import outside, vehicle  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 TYPES = Parameter.Type
 # a value of each type that a parameter may have

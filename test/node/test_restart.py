@@ -35,8 +35,9 @@ pytest.importorskip('rclpy', reason='needs rclpy')
 
 from support import processes  # noqa: E402
 from support.domains import free_domain  # noqa: E402, I100
-from support.harness import outside, Vehicle  # noqa: E402
+from support.node_runs import outside  # noqa: E402
 from support.processes import linux, monitor, short_and_long  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 SHARED = Path('/dev/shm')
 RATE = 20.0  # ticks a second

@@ -30,7 +30,7 @@ from squeal_core.common.resources import config_folder  # noqa: E402
 from squeal_core.monitor.settings import is_built_in, load_settings, read_settings  # noqa: E402
 from squeal_ros.node.lifecycle_node import SquealMonitor  # noqa: E402
 from squeal_ros.node.sros2_policy import policy_document  # noqa: E402
-from support.harness import NO_STATE, vehicle  # noqa: E402, I100
+from support.node_runs import NO_STATE, vehicle  # noqa: E402, I100
 
 SHIPPED = config_folder() / 'security' / 'squeal_monitor.policy.xml'
 SETTINGS = load_settings(config_folder() / 'monitor.yaml')

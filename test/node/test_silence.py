@@ -43,7 +43,7 @@ def test_inputs_that_all_fall_silent_and_one_that_may() -> None:
 
 def test_the_node_names_topics_of_a_similar_name(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip('rclpy', reason='needs rclpy')
-    from support.harness import vehicle
+    from support.node_runs import vehicle
 
     monkeypatch.setattr('squeal_ros.node.silence.FIRST', 0)
     with vehicle(bring_up=False, fl__pressure__topic='fl/brake_presure') as car:

@@ -36,8 +36,9 @@ from squeal_ros.cli.demo import signals_of  # noqa: E402
 from squeal_ros.cli.player import BrakePlayer  # noqa: E402
 from support import processes  # noqa: E402
 from support.domains import free_domain  # noqa: E402, I100
-from support.harness import outside, Vehicle  # noqa: E402
+from support.node_runs import outside  # noqa: E402
 from support.processes import cpu_seconds, Footprint, linux, short_and_long  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 RATE = 10.0  # Hz
 MINUTE, HOUR = 72.0, 3600.0  # s

@@ -40,7 +40,8 @@ from squeal_ros.node.publishers import why_no_state  # noqa: E402
 from squeal_ros.node.state_message import CODES, FIELDS, serialised_state, TYPE  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagWriter  # noqa: E402
 from squeal_ros.recordings.typestore import JAZZY  # noqa: E402
-from support.harness import needs_squeal_msgs, Vehicle, vehicle  # noqa: E402, I100
+from support.node_runs import needs_squeal_msgs, vehicle  # noqa: E402, I100
+from support.vehicle import Vehicle  # noqa: E402
 
 TIME = 1_700_000_000_123_456_789
 TOPIC = '/squeal_monitor/fl/state'

@@ -27,8 +27,9 @@ from builtin_interfaces.msg import Time  # noqa: E402, I100
 from rclpy.serialization import serialize_message  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState  # noqa: E402
 from std_msgs.msg import Float64, Header  # noqa: E402
-from support.harness import Vehicle, vehicle  # noqa: E402
+from support.node_runs import vehicle  # noqa: E402
 from support.processes import short_and_long  # noqa: E402
+from support.vehicle import Vehicle  # noqa: E402
 
 BATCH = 10  # messages an example and a topic
 RANGES = {'rotor_speed': (-200.0, 200.0), 'pressure': (-1.05e5, 1.6e7), 'friction': (0.05, 0.9)}

@@ -34,7 +34,8 @@ from support.fault_times import (
     STUCK,
 )
 from support.faults import braking, Event, SECOND
-from support.harness import Vehicle, vehicle
+from support.node_runs import vehicle
+from support.vehicle import Vehicle
 
 TOPICS: dict[Signal, str] = {'rotor_speed': 'joint_states', 'pressure': 'fl/brake_pressure',
                              'friction': 'fl/friction'}

@@ -19,9 +19,7 @@ import os
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
 
-from collections.abc import Callable, Iterator  # noqa: E402, I100
-from contextlib import contextmanager  # noqa: E402
-import gc  # noqa: E402
+from collections.abc import Callable  # noqa: E402, I100
 import math  # noqa: E402
 from time import monotonic  # noqa: E402
 from typing import Any  # noqa: E402
@@ -30,38 +28,27 @@ import pytest  # noqa: E402
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100
-import rclpy  # noqa: E402
+import rclpy  # noqa: E402, I100
 from rclpy.context import Context  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rclpy.time import Time  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import FluidPressure, JointState, Temperature  # noqa: E402
 from squeal_ros.node.executor import ResilientExecutor  # noqa: E402
-from squeal_ros.node.lifecycle_node import SquealMonitor  # noqa: E402
-from squeal_ros.node.message_types import RosMessages  # noqa: E402
-from squeal_ros.node.publishers import why_no_state  # noqa: E402
-from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
-from support.domains import free_domain  # noqa: E402
+from std_msgs.msg import Float64  # noqa: E402
+from support.node_outputs import NodeOutputs, SECOND  # noqa: E402
 
 TIMEOUT = 600.0  # s of the machine's time: only what hangs takes so long
-SECOND = 1_000_000_000  # ns
 BEGIN = 1000 * SECOND  # where simulated time begins
 STEP = SECOND // 20  # longest step of it
 # of simulated time, by when a condition must hold; on a slow machine things outside it may last
 LONGEST, LEAST = 100 * SECOND, 60.0
-# settings for a test that runs on the system's clock: a busy machine may pause for long
-PATIENT = {f'fl__{name}__max_age': 600.0 for name in ('rotor_speed', 'pressure', 'friction')}
-NO_STATE = why_no_state(RosMessages())  # why there is no topic `state` here, if so
-needs_squeal_msgs = pytest.mark.skipif(bool(NO_STATE), reason=NO_STATE)
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _GREETING = 0.5  # s
 _SPIN = 0.002  # s; always the same: another one makes rclpy begin again with its first entity
 
 
-class Vehicle:
+class Vehicle(NodeOutputs):
     """
     One brake's signals, the node under test, and what the node last said.
 
@@ -73,15 +60,15 @@ class Vehicle:
 
     def __init__(self, context: Context, monitor: Any, brake: str, namespace: str = '', *,
                  simulated: bool = False, rate: float = 20.0) -> None:
-        self.context, self.monitor, self.brake = context, monitor, brake
+        self.context, self.monitor = context, monitor
         self._namespace, self._rate = namespace, rate
-        self.node = rclpy.create_node('vehicle', context=context, namespace=namespace,
-                                      parameter_overrides=parameters(use_sim_time=simulated))
+        node = rclpy.create_node('vehicle', context=context, namespace=namespace,
+                                 parameter_overrides=parameters(use_sim_time=simulated))
         self.executor = ResilientExecutor(
             context=context, report=monitor.report if monitor else self._fail)
         if monitor:
             self.executor.add_node(monitor)
-        self.executor.add_node(self.node)
+        self.executor.add_node(node)
         self.rotor_speed, self.pressure, self.friction = 20.0, 7.84e5, 0.42
         self.temperature = math.nan
         self.silent: set[str] = set()
@@ -90,36 +77,16 @@ class Vehicle:
         self.behind = 0  # of stamps [ns]
         self._begun = False
         self._heard = False  # all that a node in another process says at a tick
-        self._clock = self.node.create_publisher(Clock, '/clock', 10)
-        self.said: dict[str, Any] = {}
-        self.statuses: dict[str, Any] = {}  # by name, the last heard behind
-        self._fresh: set[str] = set()  # heard of since time went on
-        self.count = 0
+        self._clock = node.create_publisher(Clock, '/clock', 10)
         self._clients: dict[str, Any] = {}
         self._publishers = {
-            'rotor_speed': self.node.create_publisher(JointState, 'joint_states', 10),
-            'pressure': self.node.create_publisher(
+            'rotor_speed': node.create_publisher(JointState, 'joint_states', 10),
+            'pressure': node.create_publisher(
                 FluidPressure, f'{brake}/brake_pressure', 10),
-            'friction': self.node.create_publisher(Float64, f'{brake}/friction', 10),
-            'temperature': self.node.create_publisher(
+            'friction': node.create_publisher(Float64, f'{brake}/friction', 10),
+            'temperature': node.create_publisher(
                 Temperature, f'{brake}/rotor_temperature', 10)}
-        outputs = f'{namespace}/squeal_monitor/{brake}'
-        for name in ('squeal_risk', 'growth_rate', 'friction_margin'):
-            self._listen(Float64, f'{outputs}/{name}', name)
-        self._listen(Float64MultiArray, f'{outputs}/unstable_frequencies', 'unstable', LATCHED)
-        self._listen(DiagnosticArray, '/diagnostics', 'diagnostics')
-        self._listeners = {s.topic_name: s for s in self.node.subscriptions}
-
-    def _listen(self, kind: Any, topic: str, name: str, qos: Any = 10) -> None:
-        def hear(message: Any) -> None:
-            self.said[name] = message
-            self._fresh.add(name)
-            self.count += 1
-            for status in getattr(message, 'status', ()):  # of a brake, or the node's
-                self.statuses.pop(status.name, None)
-                self.statuses[status.name] = status
-
-        self.node.create_subscription(kind, topic, hear, qos)
+        super().__init__(node, brake, namespace)
 
     @staticmethod
     def _fail(error: Exception) -> None:
@@ -183,23 +150,6 @@ class Vehicle:
         whole = len(self._fresh) == len(self._listeners)
         self._heard = self._heard or whole
         return whole and self.stamp * self._rate >= tick * SECOND
-
-    @property
-    def stamp(self) -> int:
-        """Time of the last diagnostics [ns]; zero before the first."""
-        if 'diagnostics' not in self.said:
-            return 0
-        stamp = self.said['diagnostics'].header.stamp
-        return int(stamp.sec) * SECOND + int(stamp.nanosec)
-
-    def hear(self) -> None:
-        """Take all that came on this vehicle's subscriptions."""
-        for subscription in list(self.node.subscriptions):
-            if not subscription.raw:
-                with subscription.handle:
-                    while (taken := subscription.handle.take_message(
-                            subscription.msg_type, subscription.raw)) is not None:
-                        subscription.callback(taken[0])
 
     def meet(self) -> None:
         """
@@ -297,92 +247,7 @@ class Vehicle:
                 return future.result()
         raise AssertionError(f'no answer of {name} to {request}')
 
-    @property
-    def risk(self) -> float:
-        """Return the risk last heard; minus one before the first."""
-        return float(self.said['squeal_risk'].data) if 'squeal_risk' in self.said else -1.0
-
-    @property
-    def unstable(self) -> list[float]:
-        return list(self.said['unstable'].data) if 'unstable' in self.said else [-1.0]
-
-    @property
-    def status(self) -> Any:
-        """Return this brake's diagnostic status, or None."""
-        found = [s for s in self.statuses.values() if s.hardware_id == self.brake]
-        return found[-1] if found else None
-
-    @property
-    def node_status(self) -> Any:
-        """Return the node's own diagnostic status, or None."""
-        found = [s for s in self.statuses.values() if s.name.endswith(': node')]
-        return found[-1] if found else None
-
-    @property
-    def figures(self) -> dict[str, str]:
-        """Return the values of the node's own status."""
-        return {item.key: item.value for item in getattr(self.node_status, 'values', ())}
-
 
 def parameters(**values: Any) -> list[Parameter]:
     """Return parameters; dots in names are written as two underscores."""
     return [Parameter(name.replace('__', '.'), value=value) for name, value in values.items()]
-
-
-@contextmanager
-def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
-            alone: bool = False, **values: Any) -> Iterator[Vehicle]:
-    """
-    Run a node for one brake in a domain of its own, with settings that suit a test.
-
-    Time is simulated and stands still while the node is waited for: no clock has stopped. With
-    `use_sim_time=False` it is the system's, and `PATIENT` what keeps samples of a busy machine.
-    """
-    chosen = {'brakes': [brake], 'rate': 20.0, 'diagnostics_rate': 20.0, 'use_sim_time': True,
-              'clock_timeout': 600.0, **values}
-    with free_domain() as domain:
-        context = Context()
-        rclpy.init(context=context, domain_id=domain)
-        try:
-            monitor = SquealMonitor(alone=alone, context=context, namespace=namespace,
-                                    parameter_overrides=parameters(**chosen))
-            car = Vehicle(context, monitor, brake, namespace,
-                          simulated=bool(chosen['use_sim_time']))
-            if bring_up:
-                monitor.bring_up()
-            yield car
-            car.executor.shutdown()
-            monitor.destroy_node()
-            car.node.destroy_node()
-        finally:
-            context.try_shutdown()
-            gc.collect()  # what the garbage holds of a node stays in the graph
-
-
-@contextmanager
-def outside(domain: int, *, brake: str = 'fl', namespace: str = '', simulated: bool = False,
-            rate: float = 20.0) -> Iterator[Vehicle]:
-    """Give signals to a node of another process in a domain, and hear what it says."""
-    context = Context()
-    rclpy.init(context=context, domain_id=domain)
-    try:
-        car = Vehicle(context, None, brake, namespace, simulated=simulated, rate=rate)
-        yield car
-        car.executor.shutdown()
-        car.node.destroy_node()
-    finally:
-        context.try_shutdown()
-        gc.collect()
-
-
-@contextmanager
-def stranger(car: Vehicle) -> Iterator[Any]:
-    """Yield a node of another process, as far as the middleware can tell."""
-    context = Context()
-    rclpy.init(context=context, domain_id=car.context.get_domain_id())
-    node = rclpy.create_node('stranger', context=context)
-    try:
-        yield node
-        node.destroy_node()
-    finally:
-        context.try_shutdown()
