@@ -29,22 +29,13 @@ from squeal_core.stability.eigensolution import complex_modes
 from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import load_sweep, save_sweep
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
-from squeal_ros.cli.main import main
 from support.brake_monitors import small_model
+from support.commands import squeal
 from support.rows import each
 
 ROOT = Path(__file__).parents[2]
 POINT = OperatingPoint(rotor_speed=5.0, friction=0.4, contact_pressure=3.6e5,
                        contact_stiffness=0.35e11)
-
-
-def squeal(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    try:
-        code = main(arguments)
-    except SystemExit as end:  # argparse
-        code = int(end.code or 0)
-    shown = capsys.readouterr()
-    return code, shown.out, shown.err
 
 
 @pytest.fixture

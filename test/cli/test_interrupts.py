@@ -12,14 +12,22 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Interrupts within a process: the first one counts, later ones and dropped ones."""
+"""Interrupts: the first, later ones and dropped ones; what is kept of a sweep cut short."""
 
+import json
+import os
+from pathlib import Path
+import pty
 import signal
 import subprocess
 import sys
 from typing import Any
 
+import numpy as np
 import pytest
+from squeal_core.studies.sweep_file import load_sweep
+from squeal_ros.cli.console import ProgressBar
+from squeal_ros.cli.main import main
 from squeal_ros.interrupts import InterruptOnce
 
 
@@ -77,3 +85,46 @@ def test_a_process_that_starts_ends_at_once(code: int, words: str) -> None:
         f'EndAtOnce({code}, {words!r}); signal.raise_signal(signal.SIGINT); print("on")')],
         capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr.strip()) == (code, '', words)
+
+
+def test_an_interrupt_ends_both_sweeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                       capsys: pytest.CaptureFixture[str]) -> None:
+    """The one without rotation is not begun when the first was cut short."""
+    calls: list[tuple[int, int]] = []
+
+    def stop(self: ProgressBar, done: int, total: int) -> None:
+        calls.append((done, total))
+        if done == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(ProgressBar, '__call__', stop)
+    path = tmp_path / 'a.npz'
+    assert main(['locus', 'kang2009', '--over', 'friction=0:0.5:6', '--modes', '13', '--workers',
+                 '1', '--without-rotation', '-o', str(path)]) == 1
+    assert calls == [(1, 6), (2, 6)]
+    assert load_sweep(path).done.tolist() == [True] * 2 + [False] * 4
+    assert [p.name for p in tmp_path.iterdir()] == ['a.npz']
+
+
+def test_ctrl_c_at_a_terminal_keeps_what_is_done(tmp_path: Path) -> None:
+    """Sent once the bar shows a few points; the file is whole and holds them."""
+    ours, theirs = pty.openpty()
+    path = tmp_path / 'a.npz'  # of so many points faster than a text
+    with subprocess.Popen(
+            [sys.executable, '-m', 'squeal_ros.cli', 'map', 'kang2009', '--over',
+             'friction=0:0.8:5000', '-o', str(path), '--json'], stdout=subprocess.PIPE,
+            stderr=theirs, text=True, start_new_session=True,
+            env={**os.environ, 'PYTHONPATH': str(Path(__file__).parents[2])}) as process:
+        os.close(theirs)
+        shown = b''
+        while b'] 5 of 5000 points' not in shown:
+            shown += os.read(ours, 4096)
+        os.killpg(process.pid, signal.SIGINT)
+        output, _ = process.communicate(timeout=600)
+    os.close(ours)
+    summary, record = json.loads(output), load_sweep(path)
+    assert process.returncode == 1
+    assert shown.startswith(b'\r[---')
+    assert (summary['complete'], record.complete) == (False, False)
+    assert 5 <= summary['done'] == record.done.sum() < 5000
+    assert np.isfinite(record.eigenvalues[record.done]).all()
