@@ -50,6 +50,7 @@ _RANGE, _LOCALHOST = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'
 _DOMAINS = 100  # of those whose ports are below the ones that the kernel gives to anyone
 _HELD_PORT = 47000  # one for each domain
 _FIRST_PORT, _PORTS_PER_DOMAIN = 7410, 250  # DDSI-RTPS 9.6.2: of a domain's first participant
+_PARTICIPANTS = 8  # of a domain, whose ports are tried
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,21 +125,23 @@ def own_domain() -> Iterator[int]:
     """
     Reserve a ROS domain that no other process of this machine is in.
 
-    A participant binds the UDP port that its domain and number give; the first of a domain is
-    tried. Two demos that start at once are kept apart by a port that each holds.
+    A participant binds the UDP port that its domain and number give; those of the first numbers
+    are tried, as number 0 may have left. Two demos that start at once are kept apart by a port
+    that each holds.
     """
     start = os.getpid()
     for offset in range(_DOMAINS):
         domain = (start + offset) % _DOMAINS + 1
         if str(domain) == os.environ.get('ROS_DOMAIN_ID'):
             continue
-        with socket.socket() as held, socket.socket(type=socket.SOCK_DGRAM) as first:
+        with socket.socket() as held:
             try:
                 held.bind(('127.0.0.1', _HELD_PORT + domain))
-                first.bind(('', _FIRST_PORT + _PORTS_PER_DOMAIN * domain))
+                for number in range(_PARTICIPANTS):
+                    with socket.socket(type=socket.SOCK_DGRAM) as probe:
+                        probe.bind(('', _FIRST_PORT + _PORTS_PER_DOMAIN * domain + 2 * number))
             except OSError:
                 continue
-            first.close()
             yield domain
             return
     raise SquealError(f'all ROS domains from 1 to {_DOMAINS} are in use; end some of their '

@@ -15,7 +15,6 @@
 """The demo on real processes and real DDS, for the first seconds of the cycle."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 import os
 from pathlib import Path
 import re
@@ -213,8 +212,8 @@ def test_the_table_gives_the_reason_of_what_is_not_known() -> None:
                            reason='no velocity[name=fl] in the list')
     console = drive_console()
     with console.capture() as captured:
-        DriveDisplay(console, 'us06').update(1.0, 2.0, [row, replace(
-            row, state='steady', reason='squeal risk 0.10: mode; friction by temperature')], 1, 0)
+        DriveDisplay(console, 'us06').update(1.0, 2.0, [row, row._replace(
+            state='steady', reason='squeal risk 0.10: mode; friction by temperature')], 1, 0)
     words = ' '.join(captured.get().split())
     assert 'no velocity[name=fl] in the list' in words
     assert 'squeal risk 0.10' not in words
