@@ -22,6 +22,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.risk.uncertainty import InputUncertainty
 from squeal_core.surrogate.batch import OperatingPoints
 
@@ -90,11 +91,7 @@ class GrowthGrid:
 
     def _points(self, speed: FloatArray, pressure: FloatArray, friction: FloatArray,
                 factor: FloatArray) -> OperatingPoints:
-        model = self.model
-        slope = 0.0 if model.friction_law is None else (
-            friction * model.friction_law.relative_slope(model.contact_radius * speed))
-        stiffness = np.asarray(model.nominal_contact_stiffness if model.stiffness_table is None
-                               else model.stiffness_table(pressure))
+        slope, stiffness = sliding_laws(self.model, speed, pressure, friction)
         return OperatingPoints.of(
             rotor_speed=speed, friction=friction, contact_pressure=pressure, friction_slope=slope,
             contact_stiffness=factor * stiffness)

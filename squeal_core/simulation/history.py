@@ -24,6 +24,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import ModelError, SquealError
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.simulation.contact import SlidingState
 
 RELEASED = 0.5e5  # Pa, brake pressure below which a brake is released, as by the monitor's default
@@ -119,16 +120,10 @@ class OperatingHistory:
         speed = np.asarray(rotor_speed, dtype=float)
         friction = np.asarray(friction, dtype=float)
         p0 = np.asarray(pressure, dtype=float) * model.contact_pressure(1.0)
-        if slope is None:
-            law = model.friction_law
-            slope = 0.0 * friction if law is None else \
-                law.relative_slope(model.contact_radius * np.abs(speed)) * friction
-        table = model.stiffness_table
-        stiffness = np.full_like(p0, model.nominal_contact_stiffness) if table is None \
-            else np.asarray(table(p0))
+        by_law, stiffness = sliding_laws(model, speed, p0, friction)
         return cls(brakes=brakes, time=time, rotor_speed=speed, contact_pressure=p0,
-                   friction=friction, friction_slope=slope, contact_stiffness=stiffness,
-                   least_pressure=model.contact_pressure(RELEASED))
+                   friction=friction, friction_slope=by_law if slope is None else slope,
+                   contact_stiffness=stiffness, least_pressure=model.contact_pressure(RELEASED))
 
     def at(self, time: float) -> SlidingState:
         """Return the state of all brakes at a time [s]; constant before and after the history."""

@@ -25,6 +25,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.surrogate.batch import OperatingPoints
 
 Range: TypeAlias = tuple[float, float]
@@ -112,13 +113,10 @@ class TableDomain:
     def points(self, model: BrakeModel, x: FloatArray) -> OperatingPoints:
         """Return the operating points at places x (P, 3)."""
         speed, pressure = np.exp(x[:, 0]), np.exp(x[:, 1])
-        slope = 0.0 if model.friction_law is None else x[:, 2] * (
-            model.friction_law.relative_slope(model.contact_radius * speed))
-        stiffness = (model.nominal_contact_stiffness if model.stiffness_table is None
-                     else model.stiffness_table(pressure))
+        slope, stiffness = sliding_laws(model, speed, pressure, x[:, 2])
         return OperatingPoints.of(
             rotor_speed=speed, friction=x[:, 2], contact_pressure=pressure, friction_slope=slope,
-            contact_stiffness=self.stiffness_factor * np.asarray(stiffness))
+            contact_stiffness=self.stiffness_factor * stiffness)
 
     def follows(self, model: BrakeModel, point: OperatingPoint) -> bool:
         """Tell whether a point has the slope, stiffness and damping the table was built with."""
