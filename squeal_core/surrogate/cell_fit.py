@@ -33,8 +33,8 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import eigenvalues, Tolerances
 from squeal_core.surrogate.block_invariants import BlockInvariants
-from squeal_core.surrogate.expansion_builder import expand_spectrum
-from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.surrogate.expansion_builder import expand_blocks
+from squeal_core.surrogate.spectral_expansion import BlockSeries
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
@@ -138,7 +138,7 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     """
     points = domain.points(model, np.vstack([centre, centre + half * samples()]))
     try:
-        expansion = expand_spectrum(model, points[0])
+        expansion = expand_blocks(model, points[0])
     except np.linalg.LinAlgError:
         return Rejection((int(np.argmax(half / _SPREAD)),))
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
@@ -164,7 +164,7 @@ def _lines() -> FloatArray:
 class _Fit:
     """The full solutions at the samples of a cell, sorted as the series has its eigenvalues."""
 
-    def __init__(self, expansion: SpectralExpansion, coefficients: FloatArray,
+    def __init__(self, expansion: BlockSeries, coefficients: FloatArray,
                  tolerances: TableTolerances, limits: Tolerances) -> None:
         self._expansion, self._tolerances, self._limits = expansion, tolerances, limits
         self._predicted = expansion.eigenvalues_alone(coefficients)
