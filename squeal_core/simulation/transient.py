@@ -229,12 +229,11 @@ class _Run:
         middle = begin + 0.5 * steps * t.step
         sliding = t.history.sliding(middle)
         time = begin + t.step * np.arange(t.steps, steps + 1, t.steps)
+        self._rest(~sliding)
         if not sliding.any():
-            self._rest(~sliding)
             still = np.zeros((time.size, n, b))
             return TransientBlock(time, still, still, sliding,
                                   EnergyBalance(*np.zeros((5, b))))
-        self._rest(~sliding)
         record = np.empty((steps, 3, n, b))  # displacement, velocity at mid kick, friction
         noise, abutment = t.noise(steps) * sliding, np.zeros(b)
         for i in range(0, steps, _HELD * t.steps):

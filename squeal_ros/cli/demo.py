@@ -32,9 +32,7 @@ from squeal_core.common.output import check_target, make_folder, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows, SquealEvent
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.vehicle.drive_cycle import DriveCycle
-from squeal_core.vehicle.vehicle import Vehicle
-from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals
+from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_core.view.table import DriveDisplay
 from squeal_ros.cli.player import BrakePlayer, ORIGIN
 from squeal_ros.recordings.agreement import Agreement, agreement
@@ -189,18 +187,6 @@ def _end_with_parent() -> None:
     """Have the kernel end this process when its parent is killed (Linux; elsewhere nothing)."""
     if sys.platform == 'linux':
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-
-
-def signals_of(cycle: DriveCycle, vehicle: Vehicle, model: BrakeModel, *, rate: float,
-               duration: float | None = None) -> BrakeSignals:
-    """Return brake signals of a cycle or its first seconds; friction by the model's table."""
-    if duration is not None:
-        kept = cycle.time <= cycle.time[0] + duration
-        cycle = replace(cycle, time=cycle.time[kept], speed=cycle.speed[kept])
-    if model.friction_table is None:
-        raise SquealError('this model has no friction table over temperature; add '
-                          'friction.temperature_table to its brake description and build it again')
-    return brake_signals(cycle, vehicle, model.friction_table, rate=rate)
 
 
 def run_live(signals: BrakeSignals, config: Path, files: DemoFiles, display: DriveDisplay, *,

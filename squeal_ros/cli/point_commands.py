@@ -38,10 +38,9 @@ from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotat
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.stability.sensitivity import parameter_sensitivity
 from squeal_core.surrogate.table_file import is_table, read_table_header
-from squeal_core.vehicle.drive_cycle import read_drive_cycle
-from squeal_core.vehicle.vehicle_model import read_vehicle
 from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped
 from squeal_ros.cli.console import plain, report_progress, warn
+from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
 from squeal_ros.cli.listing import counts_in_words, rank
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
@@ -174,7 +173,6 @@ def replay(options: argparse.Namespace) -> int:
 
 def drive(options: argparse.Namespace) -> int:
     """Play a drive cycle as brake signals."""
-    from squeal_ros.cli.demo import signals_of
     from squeal_ros.cli.player import BrakePlayer
     from squeal_ros.recordings.bag_writer import BagWriter
 
@@ -209,7 +207,7 @@ def demo(options: argparse.Namespace) -> int:
     config = Path(options.config or demos.default_config())
     chosen = replace(load_settings(config), rate=rate)
     model = BrakeModel.load(chosen.model)
-    signals = demos.signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
+    signals = signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
     files = demos.DemoFiles(folder=Path(options.output))
     files.prepare(force=options.force)
     console = drive_console()
@@ -268,5 +266,4 @@ def _mechanism_json(model: BrakeModel, point: OperatingPoint,
 def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
     if options.duration is not None:
         positive('--duration', options.duration)
-    return (read_drive_cycle(shipped('drive_cycles', options.cycle, '.csv'), warn=warn),
-            read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn))
+    return cycle_and_vehicle(options.cycle, options.vehicle)

@@ -30,10 +30,9 @@ from squeal_core.simulation import simulate as run_simulation
 from squeal_core.simulation.levels import SimulatedEvent
 from squeal_core.simulation.simulation_files import SimulationFiles
 from squeal_core.stability.eigensolution import complex_modes
-from squeal_core.vehicle.drive_cycle import read_drive_cycle
-from squeal_core.vehicle.vehicle_model import brake_signals, read_vehicle
 from squeal_ros.cli.arguments import operating_point, positive, shipped
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
+from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
 from squeal_ros.cli.point_checks import check_value
 
 _RAMPED = ('rotor_speed', 'friction', 'pressure', 'preload')
@@ -100,9 +99,8 @@ def _check(options: argparse.Namespace) -> None:
                           'operate; give one of the two')
     if not options.drive and options.rotor_speed is None:
         raise SquealError('--rotor-speed: is missing; give it, or --drive CYCLE')
-    for name in ('from', 'to', 'brakes'):
-        if getattr(options, f'{name}_' if name == 'from' else name) is not None \
-                and not options.drive:
+    for name, value in (('from', options.from_), ('to', options.to), ('brakes', options.brakes)):
+        if value is not None and not options.drive:
             raise SquealError(f'--{name}: is of a --drive; give --duration with an operating '
                               'point')
     for name in _RAMPED:
@@ -144,12 +142,8 @@ def _refuse_divergence(model: BrakeModel, points: list[OperatingPoint]) -> None:
 
 def _of_drive(model: BrakeModel, options: argparse.Namespace) -> OperatingHistory:
     """Return what brakes of a vehicle do in a part of a drive cycle."""
-    cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'), warn=warn)
-    vehicle = read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn)
-    if model.friction_table is None:
-        raise SquealError('--drive: this model has no friction table over temperature; add '
-                          'friction.temperature_table to its brake description and build it again')
-    signals = brake_signals(cycle, vehicle, model.friction_table, rate=_SIGNAL_RATE)
+    cycle, vehicle = cycle_and_vehicle(options.drive, options.vehicle)
+    signals = signals_of(cycle, vehicle, model, rate=_SIGNAL_RATE)
     low = float(signals.time[0]) if options.from_ is None else options.from_
     high = float(signals.time[-1]) if options.to is None else options.to
     if not (signals.time[0] <= low < high <= signals.time[-1]):

@@ -51,10 +51,9 @@ from squeal_core.surrogate.table_domain import (
     TableDomain,
 )
 from squeal_core.surrogate.table_file import cached_path, read_table_header, write_table
-from squeal_core.vehicle.drive_cycle import read_drive_cycle
-from squeal_core.vehicle.vehicle_model import read_vehicle
-from squeal_ros.cli.arguments import check_output, check_workers, positive, shipped
-from squeal_ros.cli.console import plain, ProgressBar, warn
+from squeal_ros.cli.arguments import check_output, check_workers, positive
+from squeal_ros.cli.console import plain, ProgressBar
+from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.table_info import coverage_lines
 
@@ -168,10 +167,8 @@ def _domain(model: BrakeModel, options: argparse.Namespace) -> TableDomain:
 
 def driven_points(model: BrakeModel, options: Any) -> list[OperatingPoint]:
     """Return the points at which the four brakes slide under load during a drive."""
-    from squeal_ros.cli.demo import signals_of
-    cycle = read_drive_cycle(shipped('drive_cycles', options.drive, '.csv'), warn=warn)
-    vehicle = read_vehicle(shipped('vehicles', options.vehicle, '.yaml'), warn=warn)
-    signals = signals_of(cycle, vehicle, model, rate=_DRIVE_RATE, duration=options.duration)
+    signals = signals_of(*cycle_and_vehicle(options.drive, options.vehicle), model,
+                         rate=_DRIVE_RATE, duration=options.duration)
     limits = read_settings({})
     sliding = ((signals.pressure >= limits.release_pressure)
                & (signals.rotor_speed >= limits.minimum_rotor_speed))

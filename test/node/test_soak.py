@@ -32,7 +32,7 @@ from squeal_core import BrakeModel  # noqa: E402
 from squeal_core.common.resources import find  # noqa: E402
 from squeal_core.vehicle.drive_cycle import read_drive_cycle  # noqa: E402
 from squeal_core.vehicle.vehicle_model import BrakeSignals, read_vehicle  # noqa: E402
-from squeal_ros.cli.demo import signals_of  # noqa: E402
+from squeal_ros.cli.drive_signals import signals_of  # noqa: E402
 from squeal_ros.cli.player import BrakePlayer  # noqa: E402
 from support import processes  # noqa: E402
 from support.domains import free_domain  # noqa: E402, I100
