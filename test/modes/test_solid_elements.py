@@ -15,6 +15,7 @@
 """Modes of other packages, sampled by the elements that they were solved on."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -67,19 +68,17 @@ def polynomials(degree: int, seed: int) -> Callable[[FloatArray], FloatArray]:
     return values
 
 
-@pytest.mark.parametrize('kind', CELLS)
-def test_foreign_modes_are_sampled_by_their_own_elements(kind: str) -> None:
-    """Polynomials of an element's degree, and d/dtheta of them, come back to rounding."""
-    where, nodes = foreign_cells(kind)
-    field = polynomials(DEGREE[kind], 3)
-    stray = np.vstack([where, [[9.0, 9.0, 9.0]]])  # a node that no element uses
-    modes = SolidModes.from_nodal(NodalModes(
-        stray, [1.0, 2.0], field(stray), (ElementBlock(kind, nodes[:1]),
-                                          ElementBlock(kind, nodes[1:]))), density=1.0)
-    shares = np.random.default_rng(5).dirichlet(np.ones(4), 40)
-    inside = np.vstack([shares @ where[element[:4]] for element in nodes])
-    r, t = np.hypot(inside[:, 0], inside[:, 1]), np.arctan2(inside[:, 1], inside[:, 0])
-    found = modes.sample(Quadrature(r, t, inside[:, 2], r))
+def quadrature(where: FloatArray) -> Quadrature:
+    """Points (Q, 3), weighted by their radius."""
+    r, t = np.hypot(where[:, 0], where[:, 1]), np.arctan2(where[:, 1], where[:, 0])
+    return Quadrature(r, t, where[:, 2], r)
+
+
+def assert_sampled(modes: SolidModes | ElementModes, field: Callable[[FloatArray], FloatArray],
+                   inside: FloatArray) -> None:
+    """Modes sampled at points (Q, 3) are a field, and d/dtheta of it."""
+    points = quadrature(inside)
+    r, t, found = points.radius, points.angle, modes.sample(points)
 
     def polar(turn: float) -> FloatArray:
         """Polar components at points turned about the axis."""
@@ -94,6 +93,20 @@ def test_foreign_modes_are_sampled_by_their_own_elements(kind: str) -> None:
     slope = (8.0 * (polar(h) - polar(-h)) - (polar(2 * h) - polar(-2 * h))) / (12.0 * h)
     assert np.allclose([found.radial_dtheta, found.tangential_dtheta, found.normal_dtheta], slope,
                        rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize('kind', CELLS)
+def test_foreign_modes_are_sampled_by_their_own_elements(kind: str) -> None:
+    """Polynomials of an element's degree, and d/dtheta of them, come back to rounding."""
+    where, nodes = foreign_cells(kind)
+    field = polynomials(DEGREE[kind], 3)
+    stray = np.vstack([where, [[9.0, 9.0, 9.0]]])  # a node that no element uses
+    modes = SolidModes.from_nodal(NodalModes(
+        stray, [1.0, 2.0], field(stray), (ElementBlock(kind, nodes[:1]),
+                                          ElementBlock(kind, nodes[1:]))), density=1.0)
+    shares = np.random.default_rng(5).dirichlet(np.ones(4), 40)
+    inside = np.vstack([shares @ where[element[:4]] for element in nodes])
+    assert_sampled(modes, field, inside)
 
 
 @pytest.mark.parametrize('kind', SECOND_ORDER)
@@ -151,20 +164,8 @@ def test_elements_of_several_kinds(kinds: tuple[str, ...], degree: int) -> None:
     rng = np.random.default_rng(0)
     inside = rng.uniform([low, 0.0, 0.0], [2.0, 1.0, 1.0], (60, 3)) @ turn.T * 0.02 + [
         0.1, 0.02, 0.0]
-    r, t = np.hypot(inside[:, 0], inside[:, 1]), np.arctan2(inside[:, 1], inside[:, 0])
-    found = modes.sample(Quadrature(r, t, inside[:, 2], r))
-
-    def polar(turned: float) -> FloatArray:
-        c, s = np.cos(t + turned), np.sin(t + turned)
-        x, y, z = np.moveaxis(field(np.column_stack([r * c, r * s, inside[:, 2]])), -1, 0)
-        return np.array([c * x + s * y, c * y - s * x, z])
-
-    assert np.allclose([found.radial, found.tangential, found.normal], polar(0.0), rtol=0,
-                       atol=1e-9)
-    h = 2e-3  # Richardson, as above
-    slope = (8.0 * (polar(h) - polar(-h)) - (polar(2 * h) - polar(-2 * h))) / (12.0 * h)
-    assert np.allclose([found.radial_dtheta, found.tangential_dtheta, found.normal_dtheta], slope,
-                       rtol=0, atol=1e-8)
+    assert_sampled(modes, field, inside)
+    points = quadrature(inside)
     layers = list(modes.volume_layers())
     volume = (2.0 - low) * np.linalg.det(turn) * 0.02**3
     assert sum(s.points.weight.sum() for s in layers) == pytest.approx(volume, rel=1e-12)
@@ -172,7 +173,7 @@ def test_elements_of_several_kinds(kinds: tuple[str, ...], degree: int) -> None:
                  for f in (s.radial, s.tangential, s.normal))
     assert masses == pytest.approx(modal_masses(modes.modes, 1.0), rel=1e-12)
     with pytest.raises(SquealError, match='points lie outside the mesh'):
-        modes.sample(Quadrature(r + 0.1, t, inside[:, 2], r))
+        modes.sample(replace(points, radius=points.radius + 0.1))
     with pytest.raises(ModesError, match='there are no elements'):
         ElementModes(NodalModes(where, [1.0], field(where)[:1]))
 
