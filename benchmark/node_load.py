@@ -204,7 +204,8 @@ def main() -> None:
         phases = [('drive', arguments.seconds)] if arguments.drive else [
             ('cold', arguments.seconds), ('next', arguments.warm_up), ('warm', arguments.seconds)]
         for phase, seconds in phases:
-            measure(phase, vehicle, executor, process, seconds)
+            if seconds > 0.0:
+                measure(phase, vehicle, executor, process, seconds)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
