@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import ComplexModes, Kind, Mode, Tolerances
+from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
@@ -247,11 +247,6 @@ class _Evaluated:
             count = int(self.counts[0])
             roots, errors, numbers = roots[:count], errors[:count], numbers[:count]
             first = int((roots.imag <= self.tolerances.oscillation).sum())
-        growing = (roots.real > self.tolerances.growth).nonzero()[0]
-        growing = growing[(-roots.real[growing]).argsort(kind='stable')]
-        kinds: list[Kind] = ['divergence' if place < first else 'flutter'
-                             for place in growing.tolist()]
         return ComplexModes(
             roots[:first], roots[first:], roots, errors, self.tolerances, 'table',
-            mode_numbers=numbers, omitted_below=self.below, growing=tuple(map(
-                Mode, numbers[growing].tolist(), roots[growing].tolist(), kinds)))
+            mode_numbers=numbers, omitted_below=self.below)
