@@ -18,6 +18,9 @@ from dataclasses import dataclass, fields
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+from squeal_core.common.arrays import FloatArray, readonly
 from squeal_core.common.errors import OperatingPointError
 
 
@@ -145,6 +148,43 @@ class OperatingPoint:
     def coefficients(self) -> Coefficients:
         """Return what multiplies the model's arrays; K09 eqs (38), (A.3)-(A.7)."""
         return Coefficients(*coefficients_of(self))
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoints:
+    """
+    Steady sliding under load at P points; each field as in `OperatingPoint`, (P,).
+
+    Speeds not zero, pressures and contact stiffnesses above zero.
+    """
+
+    rotor_speed: FloatArray
+    friction: FloatArray
+    contact_pressure: FloatArray
+    contact_stiffness: FloatArray
+    friction_slope: FloatArray
+    damping_scale: FloatArray
+
+    @classmethod
+    def of(cls, *, rotor_speed: ArrayLike, friction: ArrayLike, contact_pressure: ArrayLike,
+           contact_stiffness: ArrayLike, friction_slope: ArrayLike = 0.0,
+           damping_scale: ArrayLike = 1.0) -> 'OperatingPoints':
+        """Return points of arrays that are broadcast together."""
+        arrays = np.broadcast_arrays(*(np.atleast_1d(np.asarray(value, float)) for value in (
+            rotor_speed, friction, contact_pressure, contact_stiffness, friction_slope,
+            damping_scale)))
+        return cls(*(readonly(array) for array in arrays))
+
+    def __len__(self) -> int:
+        return int(self.rotor_speed.size)
+
+    def __getitem__(self, place: int) -> OperatingPoint:
+        return OperatingPoint(**{item.name: float(getattr(self, item.name)[place])
+                                 for item in fields(self)})
+
+    def coefficients(self) -> FloatArray:
+        """Return (9, P), as `OperatingPoint.coefficients`."""
+        return np.stack(coefficients_of(self))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.risk.growth_grid import GridBox, GrowthGrid
-from squeal_core.surrogate.spectral_expansion import BlockSeries
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 _TOLERANCE = 0.2  # 1/s, where the sign of a growth rate is open
 _FRACTION = 0.5  # of a growth rate, by which it may be off
@@ -90,7 +90,7 @@ class ExpansionCheck:
 
     @classmethod
     def of(cls, grid: GrowthGrid, criterion: BandGrowth, box: GridBox,
-           expansion: BlockSeries) -> 'ExpansionCheck':
+           expansion: SpectralExpansion) -> 'ExpansionCheck':
         lattice = [np.linspace(low, high - 1, count).round().astype(np.intp)
                    for low, high, count in zip(box.low, box.high, _CHECKED, strict=True)]
         places = np.stack(np.meshgrid(*lattice, indexing='ij'), axis=-1).reshape(-1, 4)

@@ -31,8 +31,8 @@ from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.risk.expansion_check import BandGrowth, ExpansionCheck, NONE
 from squeal_core.risk.growth_grid import GridBox, GrowthGrid
 from squeal_core.stability.eigensolution import eigenvalues
-from squeal_core.surrogate.expansion_builder import expand_blocks
-from squeal_core.surrogate.spectral_expansion import BlockSeries
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 
 _LARGEST = np.array([1.2, 2.7, 0.25, 0.12])  # width of a box, of ln speed, ln pressure, mu, ln k_c
 _SMALLEST = np.array([0.3, 0.4, 0.05, 0.04])  # below which its expansion serves whatever its error
@@ -106,7 +106,7 @@ def _by_expansion(grid: GrowthGrid, criterion: BandGrowth, box: GridBox
     """Return the pieces of a box that one expansion answers, and boxes around the others."""
     smallest = np.maximum(np.round(_SMALLEST / grid.steps), 1.0)
     try:
-        expansion = expand_blocks(
+        expansion = expand_spectrum(
             grid.model, grid.between(np.array(box.low), np.subtract(box.high, 1)),
             stiffness_step=0.5 * float(_SMALLEST[3]))
     except np.linalg.LinAlgError:
@@ -133,7 +133,7 @@ def _around(parts: Sequence[GridBox], box: GridBox, smallest: FloatArray) -> lis
     return divided[int(np.lexsort((-longest, sizes))[0])]
 
 
-def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: BlockSeries,
+def _evaluated(grid: GrowthGrid, criterion: BandGrowth, box: GridBox, expansion: SpectralExpansion,
                blocks: IndexArray) -> Iterator[FloatArray]:
     """Yield the largest excess growth of some blocks at the points of a box, in chunks."""
     places = box.places

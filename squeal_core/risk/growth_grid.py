@@ -19,12 +19,11 @@ from dataclasses import dataclass, replace
 import math
 
 import numpy as np
-from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.brake.operating_point import OperatingPoint, OperatingPoints
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.risk.uncertainty import InputUncertainty
-from squeal_core.surrogate.batch import OperatingPoints
 
 SPEED_STEP, PRESSURE_STEP = 0.1, 0.2  # of the logarithms
 FRICTION_STEP = 0.01  # half a standard deviation of the default uncertainty

@@ -20,7 +20,6 @@ Sources: K09 figs 10 and 13 (contact stiffness), 11 and 12 (friction, with and w
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
 from itertools import product
 from typing import Any, TypeAlias
 
@@ -31,15 +30,13 @@ from squeal_core.common.arrays import FloatArray, readonly
 from squeal_core.common.errors import SquealError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import complex_modes, kind_of, Mode, Tolerances
+from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.mode_tracking import track
 from squeal_core.stability.parameter_paths import by_law, Law, moved, PARAMETERS
 from squeal_core.studies.sweep_record import make_sweep, Sweep
-from squeal_core.surrogate.batch import BatchSolver, OperatingPoints
 
 _CHUNK = 8  # points a worker takes at a time
-_TOGETHER = 1000  # points that share expansions, between two reports of progress
 
 Progress: TypeAlias = Callable[[int, int], None]
 _Row: TypeAlias = tuple[list[complex], list[str], list[str]]
@@ -47,7 +44,7 @@ _Row: TypeAlias = tuple[list[complex], list[str], list[str]]
 
 def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike], *,
           rotation: bool = True, friction_law: Law = False, tracked: bool = False,
-          workers: int = 0, fast: bool = False, progress: Progress | None = None,
+          workers: int = 0, progress: Progress | None = None,
           tolerances: Tolerances | None = None) -> Sweep:
     """
     Solve for the modes over one or two parameters.
@@ -70,10 +67,6 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     workers : int
         Processes to use; 0: this one, as for a single line that is tracked. The workers' BLAS
         runs one thread; where it does here too results are the same bit for bit.
-    fast : bool
-        Growth rates by `surrogate.batch`, in this process: within 4.9e-7 of the largest
-        frequency (0.1 1/s for K09's brake), or 2 % of a mode's decay. It pays where points are
-        dense; not for identities, which need vectors.
     progress : callable, optional
         Told how many points are done, and of how many.
     tolerances : Tolerances, optional
@@ -95,14 +88,11 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
     [-20.0, -18.8, 89.6]
 
     """
-    if fast and (tracked or workers):
-        raise SquealError('fast: is for sweeps in one process that are not tracked; leave '
-                          f'{"tracked" if tracked else "workers"} off')
     grid = _grid(axes, friction_law)
     points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
               for values in product(*grid.values())]
     about = {'model': str(model.provenance.get('brake', ''))[:200], 'rotation': rotation,
-             'friction_law': friction_law, 'tracked': tracked, 'fast': fast,
+             'friction_law': friction_law, 'tracked': tracked,
              'nominal_contact_stiffness': model.nominal_contact_stiffness}
     if point.damping_scale != 1.0:
         about['damping_scale'] = point.damping_scale
@@ -116,8 +106,7 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
             for start in range(0, len(points), length)}
     rows: dict[int, _Row] = {}
     try:
-        for place, row in (_by_table(model, points, limits) if fast else
-                           _solved(jobs, workers)):
+        for place, row in _solved(jobs, workers):
             rows[place] = row
             if progress:
                 progress(len(rows), len(points))
@@ -167,30 +156,13 @@ def _rows(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
           limits: Tolerances) -> Iterator[_Row]:
     if tracked:
         for here in track(model, points, tolerances=limits):
-            yield _row(here.modes, list(map(str, here.identities)))
+            yield ([mode.eigenvalue for mode in here.modes], [mode.kind for mode in here.modes],
+                   list(map(str, here.identities)))
     else:
         for point in points:
             modes = complex_modes(model, point, tolerances=limits).modes
-            yield _row(modes, [str(mode.index) for mode in modes])
-
-
-def _by_table(model: BrakeModel, points: Sequence[OperatingPoint],
-              limits: Tolerances) -> Iterator[tuple[int, _Row]]:
-    """Yield rows by place of their point; those near each other are answered together."""
-    solver = BatchSolver(model, limits)
-    identities = [str(i + 1) for i in range(model.size)]
-    for start in range(0, len(points), _TOGETHER):
-        some = points[start:start + _TOGETHER]
-        columns = {item.name: [getattr(point, item.name) for point in some]
-                   for item in fields(OperatingPoint)}
-        found = solver.modes(OperatingPoints.of(**columns))
-        for place, roots in enumerate(found.mode_eigenvalues.tolist(), start):
-            yield place, (roots, [kind_of(root, limits) for root in roots], identities)
-
-
-def _row(modes: Sequence[Mode], identities: list[str]) -> _Row:
-    return ([mode.eigenvalue for mode in modes], [mode.kind for mode in modes],
-            identities)
+            yield ([mode.eigenvalue for mode in modes], [mode.kind for mode in modes],
+                   [str(mode.index) for mode in modes])
 
 
 def _record(grid: dict[str, FloatArray], points: Sequence[OperatingPoint],

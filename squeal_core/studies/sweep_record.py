@@ -45,7 +45,7 @@ class Sweep:
     identities : (M, N) array of str
         As '25' or '25/26'; in a sweep that was not tracked the index.
     about : dict
-        'model', 'rotation', 'friction_law', 'tracked', 'fast', 'nominal_contact_stiffness',
+        'model', 'rotation', 'friction_law', 'tracked', 'nominal_contact_stiffness',
         'damping_scale' where it is not 1.
 
     """

@@ -26,12 +26,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg.lapack import zgeev
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
-
-_TINY = 1e-200  # so small that nothing finite over it overflows
-_TWO_TWICE = np.array([2.0, 2.0, 1.0, 1.0])  # norms: mean and half are in two entries each
-_ALL_BUT_MEAN = np.array([0.0, 2.0, 2.0, 2.0])
+from squeal_core.common.arrays import ComplexArray, IndexArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,81 +103,15 @@ class BlockLayout(BlockSizes):
             return np.stack([mean + half, upper, lower, mean - half], axis=-1)
         return entries[..., self.larger[place - self.singles - self.pairs][2]]
 
-    def norms(self, entries: ComplexArray) -> FloatArray:
-        """Return the Frobenius norm of each block (..., blocks)."""
-        squares = np.abs(entries) ** 2
-        pairs = _TWO_TWICE @ self._quarters(squares)
-        larger = [squares[..., there].sum(axis=-1, keepdims=True)
-                  for _, _, there, _ in self.larger]
-        return np.asarray(np.sqrt(np.concatenate(
-            [squares[..., :self.singles], pairs, *larger], axis=-1)))
-
-    def solved(self, entries: ComplexArray,
-               remainder: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """
-        Return the roots (..., n) of blocks, one after the other, and what they are off by.
-
-        Parameters
-        ----------
-        entries : (..., entries) array
-            Laid out so.
-        remainder : (..., blocks) array
-            Norm of what each block leaves out.
-
-        """
-        roots, quarters, s = self._small_blocks(entries)
-        errors = np.empty(roots.shape)
-        errors[..., :self.singles] = remainder[..., :self.singles]
-        if self.pairs:
-            self._note_errors_of_pairs(errors, remainder, quarters, s)
-        for block, size, there, place in self.larger:
-            found, condition = _eigenvalues(entries[..., there], size)
-            roots[..., place] = found
-            errors[..., place] = size * condition * remainder[..., block, None]
-        return roots, errors
-
-    def eigenvalues_of(self, entries: ComplexArray) -> ComplexArray:
-        """Return the roots alone (..., n), as `solved` has them, for half of its time."""
-        roots, _, _ = self._small_blocks(entries)
+    def eigenvalues(self, entries: ComplexArray) -> ComplexArray:
+        """Return the eigenvalues (..., n) of blocks: of pairs mean +- sqrt(half^2 + b c)."""
+        roots = np.empty((*entries.shape[:-1], self.count), complex)
+        first, end = self.singles, self.singles + 2 * self.pairs
+        roots[..., :first] = entries[..., :first]
+        mean, half, upper, lower = np.moveaxis(self._quarters(entries), -2, 0)
+        s = np.sqrt(half * half + upper * lower)
+        roots[..., first:end:2], roots[..., first + 1:end:2] = mean - s, mean + s
         for _, size, there, place in self.larger:
             roots[..., place] = np.linalg.eigvals(
                 entries[..., there].reshape(*entries.shape[:-1], size, size))
         return roots
-
-    def _small_blocks(self, entries: ComplexArray
-                      ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """
-        Return the roots (..., n), those of larger blocks not yet among them, quarters and s.
-
-        Those of pairs are mean +- s, s^2 = half^2 + upper lower.
-        """
-        roots = np.empty((*entries.shape[:-1], self.count), complex)
-        first, end = self.singles, self.singles + 2 * self.pairs
-        roots[..., :first] = entries[..., :first]
-        quarters = self._quarters(entries)
-        mean, half = quarters[..., 0, :], quarters[..., 1, :]
-        s = np.sqrt(half * half + quarters[..., 2, :] * quarters[..., 3, :])
-        roots[..., first:end:2], roots[..., first + 1:end:2] = mean - s, mean + s
-        return roots, quarters, s
-
-    def _note_errors_of_pairs(self, errors: FloatArray, remainder: FloatArray,
-                              quarters: ComplexArray, s: ComplexArray) -> None:
-        first, end = self.singles, self.singles + 2 * self.pairs
-        left = remainder[..., first:first + self.pairs]
-        change = left * (_ALL_BUT_MEAN @ np.abs(quarters) + left)  # of s^2
-        off = left + np.minimum(np.sqrt(change), change / (np.abs(s) + _TINY))
-        errors[..., first:end:2] = errors[..., first + 1:end:2] = off
-
-
-def _eigenvalues(entries: ComplexArray, size: int) -> tuple[ComplexArray, FloatArray]:
-    """Return the eigenvalues (..., m) of matrices (..., m^2), and the condition of each."""
-    if entries.ndim > 1:
-        found = [_eigenvalues(row, size) for row in entries.reshape(-1, size**2)]
-        shape = (*entries.shape[:-1], size)
-        return (np.array([one for one, _ in found], complex).reshape(shape),
-                np.array([one for _, one in found]).reshape(shape))
-    # LAPACK itself: a quarter of the time of eig and inv
-    roots, left, right, failed = zgeev(entries.reshape(size, size))
-    if failed:
-        return roots, np.full(size, np.inf)
-    return roots, 1.0 / (np.abs((left.conj() * right).sum(axis=0)) + _TINY)

@@ -33,8 +33,8 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import eigenvalues, Tolerances
 from squeal_core.surrogate.block_invariants import BlockInvariants
-from squeal_core.surrogate.expansion_builder import expand_blocks
-from squeal_core.surrogate.spectral_expansion import BlockSeries
+from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
@@ -138,7 +138,7 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     """
     points = domain.points(model, np.vstack([centre, centre + half * samples()]))
     try:
-        expansion = expand_blocks(model, points[0])
+        expansion = expand_spectrum(model, points[0])
     except np.linalg.LinAlgError:
         return Rejection((int(np.argmax(half / _SPREAD)),))
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
@@ -164,10 +164,10 @@ def _lines() -> FloatArray:
 class _Fit:
     """The full solutions at the samples of a cell, sorted as the series has its eigenvalues."""
 
-    def __init__(self, expansion: BlockSeries, coefficients: FloatArray,
+    def __init__(self, expansion: SpectralExpansion, coefficients: FloatArray,
                  tolerances: TableTolerances, limits: Tolerances) -> None:
         self._expansion, self._tolerances, self._limits = expansion, tolerances, limits
-        self._predicted = expansion.eigenvalues_alone(coefficients)
+        self._predicted = expansion.eigenvalues(coefficients)
         self._own = np.repeat(np.arange(expansion.sizes.size), expansion.sizes)
         self._roots = np.zeros((0, self._own.size), complex)
         self._flutters = np.zeros(self._own.size, bool)
@@ -178,12 +178,12 @@ class _Fit:
 
         Two modes that decay may meet and flutter in a region too narrow for the samples.
         """
-        top = self._expansion.eigenvalues_alone(coefficients).real.max(axis=0)
+        top = self._expansion.eigenvalues(coefficients).real.max(axis=0)
         self._flutters = top > _QUIET * self._tolerances.matters
 
     def look_along(self, coefficients: FloatArray) -> None:
         """Note the third differences of blocks (3, blocks) along the axes."""
-        roots = self._expansion.eigenvalues_alone(coefficients).reshape(3, 4, -1)
+        roots = self._expansion.eigenvalues(coefficients).reshape(3, 4, -1)
         means = np.add.reduceat(roots, np.searchsorted(
             self._own, np.arange(self._expansion.sizes.size)), axis=-1)
         self._thirds = np.abs(means[:, 3] - 3 * means[:, 2] + 3 * means[:, 1] - means[:, 0])

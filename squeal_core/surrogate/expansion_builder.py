@@ -15,9 +15,8 @@
 """Builds expansions: a full eigensolution, the choice of blocks, their power series."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -27,11 +26,9 @@ from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, read
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.state_space import frequency_scale, state_matrix
 from squeal_core.surrogate.block_layout import BlockLayout
-from squeal_core.surrogate.coupling_floor import coupling_floor
 from squeal_core.surrogate.monomials import Monomials
-from squeal_core.surrogate.pair_remainder import pair_remainder
 from squeal_core.surrogate.riccati_recursion import RiccatiRecursion
-from squeal_core.surrogate.spectral_expansion import BlockSeries, DEGREE, SpectralExpansion
+from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
 
 _STEP = 0.1  # relative step of the parameters that blocks are chosen for
 _STIFFNESS_STEP = 0.04  # modes move past each other with it: a larger one would mix many
@@ -43,7 +40,6 @@ _FIXED = ('material_damping', *DASHPOTS.values())  # or fixed to a stiffness, by
 
 
 def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-                    coupling: float = _COUPLING,
                     stiffness_step: float = _STIFFNESS_STEP) -> SpectralExpansion:
     """
     Return the series of the spectrum around a point, from one full solve with all vectors.
@@ -56,8 +52,6 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = D
         Operating point.
     degree : int
         Of the series, 3 at least.
-    coupling : float
-        From which on two modes are put in a block; the smaller, the larger blocks and region.
     stiffness_step : float
         Part of the contact stiffness by which modes should not meet those of other blocks.
 
@@ -67,33 +61,10 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = D
         Where the eigensolution fails or its vectors do not span the space.
 
     """
-    frame, spectrum = _spectrum(model, point, coupling, stiffness_step)
-    series = _series(point, frame, spectrum, degree)
-    roots, couplings, blocks = spectrum.roots, spectrum.couplings, spectrum.blocks
-    last = [slice(*ends) for ends in pairwise(np.cumsum(
-        [0, *map(len, series.monomials.terms)]).tolist())][-3:]
-    return SpectralExpansion(
-        **{field.name: getattr(series, field.name) for field in fields(series)},
-        term_norms=tuple(readonly(series.layout.norms(series.series[of]).T) for of in last),
-        coupling_ratio=readonly(np.float32(_coupling_ratio(
-            roots, couplings, blocks, series.monomials))),
-        pair_remainder=pair_remainder(roots, couplings, blocks, frame.steps, degree),
-        floor=coupling_floor(roots, couplings, blocks, degree),
-        rounding=readonly([spectrum.rounding[block].max() for block in blocks]))
-
-
-def expand_blocks(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-                  coupling: float = _COUPLING,
-                  stiffness_step: float = _STIFFNESS_STEP) -> BlockSeries:
-    """Return what `expand_spectrum` does, without error bounds, for three quarters of its time."""
-    return _series(point, *_spectrum(model, point, coupling, stiffness_step), degree)
-
-
-def _spectrum(model: BrakeModel, point: OperatingPoint, coupling: float,
-              stiffness_step: float) -> tuple['_Frame', '_Spectrum']:
     frame = _Frame.at(model, point, stiffness_step)
     roots, right = _eigensolution(model, point)
-    return frame, _Spectrum.of(model, point, frame, roots, right, coupling)
+    couplings = _projected(model, point, frame, roots, right)
+    return _series(frame, roots, couplings, _blocks(roots, couplings, frame.steps), degree)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,35 +97,16 @@ def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
     return _SMALL * scale / float(np.abs(getattr(model, name)).max()) or 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class _Spectrum:
-    """Roots (M,), couplings E_i (v, M, M), the roots' errors (M,), the roots of each block."""
-
-    roots: ComplexArray
-    couplings: ComplexArray
-    rounding: FloatArray
-    blocks: Sequence[IndexArray]
-
-    @classmethod
-    def of(cls, model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
-           right: ComplexArray, coupling: float) -> '_Spectrum':
-        """Look at the roots and vectors of a full solution."""
-        couplings, rounding = _projected(model, point, frame, roots, right)
-        return cls(roots, couplings, rounding, _blocks(roots, couplings, frame.steps, coupling))
-
-
 def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArray, ComplexArray]:
     """Return all roots (M,) and their right vectors (M, M)."""
     found = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
     return found.eigenvalues, found.eigenvectors
 
 
-def _series(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum,
-            degree: int) -> BlockSeries:
-    """Return the series of the blocks of a spectrum."""
-    roots, blocks = spectrum.roots, spectrum.blocks
-    recursion = RiccatiRecursion(roots, spectrum.couplings, blocks,
-                                 _monomials(frame.rows.size, degree))
+def _series(frame: _Frame, roots: ComplexArray, couplings: ComplexArray,
+            blocks: Sequence[IndexArray], degree: int) -> SpectralExpansion:
+    """Return the series of the blocks of a spectrum with couplings E_i (v, M, M)."""
+    recursion = RiccatiRecursion(roots, couplings, blocks, _monomials(frame.rows.size, degree))
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
     layout = BlockLayout(readonly(sizes, np.intp))
     terms = [layout.laid_out(rows_of) for rows_of in recursion.terms()]
@@ -162,8 +114,8 @@ def _series(point: OperatingPoint, frame: _Frame, spectrum: _Spectrum,
     least = 5e-15 * abs(roots).max(initial=0.0)
     whole = np.array([abs(roots[block].imag.sum()) <= least + 1e-9 * abs(roots[block]).sum()
                       for block in blocks])
-    return BlockSeries(
-        point=point, rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
+    return SpectralExpansion(
+        rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
         monomials=recursion.monomials, sizes=layout.sizes,
         series=readonly(np.concatenate(terms), complex),
         mirrored=readonly(~whole[own], bool) if own.size else np.zeros(0, bool))
@@ -203,8 +155,8 @@ class _Pairs(NamedTuple):
 
 
 def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
-               right: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Return couplings E_i (v, M, M) and the roots' errors (M,) at the point."""
+               right: ComplexArray) -> ComplexArray:
+    """Return couplings E_i (v, M, M); LinAlgError where the vectors do not span the space."""
     damping, stiffness = model.damping(point), model.stiffness(point)
     state = state_matrix(model, damping, stiffness)
     left = np.ascontiguousarray(np.linalg.inv(right), complex)
@@ -226,29 +178,18 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: C
         coupling[:, pairs.upper], coupling[:, pairs.lower] = half, half[pairs.image].conj()
     # the state matrix times the vectors, without its zeros and ones
     pushed = stiffness[:, moving] @ displacements + damping @ velocities
-    defect = _defect(left @ np.concatenate([velocities[moving], -pushed]).view(complex),
-                     roots, pairs)
-    # where two vectors are one to the last bit the defect may vanish and says nothing
+    off = left @ np.concatenate([velocities[moving], -pushed]).view(complex)
+    off[pairs.upper, np.arange(pairs.upper.size)] -= roots[pairs.upper]
+    # where two vectors are one to the last bit that may vanish and says nothing
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
-    rounding = np.maximum(least, defect)
-    if not rounding.max() < _DEFECTIVE * (np.abs(roots).max(initial=0.0) or 1.0):
+    rounding = max(least.max(initial=0.0), np.abs(off).max(initial=0.0))
+    if not rounding < _DEFECTIVE * (np.abs(roots).max(initial=0.0) or 1.0):
         raise np.linalg.LinAlgError('Eigenvectors do not span the space')
-    return couplings, rounding
+    return couplings
 
 
-def _defect(projected: ComplexArray, roots: ComplexArray, pairs: _Pairs) -> FloatArray:
-    """Return by how much W A V, of which (M, upper) is given, is off the roots at most (M,)."""
-    projected[pairs.upper, np.arange(pairs.upper.size)] -= roots[pairs.upper]
-    off = np.abs(projected)
-    found = off.max(axis=1, initial=0.0)
-    found = np.maximum(found, found[pairs.image])
-    columns = np.maximum(found[pairs.upper], off.max(axis=0, initial=0.0))
-    found[pairs.upper] = found[pairs.lower] = columns
-    return np.asarray(found)
-
-
-def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatArray],
-            limit: float) -> list[IndexArray]:
+def _blocks(roots: ComplexArray, couplings: ComplexArray,
+            steps: Sequence[FloatArray]) -> list[IndexArray]:
     """Return the roots of each block, small blocks first; of mirror images the upper one."""
     gap = np.abs(roots[:, None] - roots)
     np.fill_diagonal(gap, np.inf)
@@ -256,33 +197,9 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray, steps: Sequence[FloatA
     for step in steps:
         change = np.tensordot(step, couplings, axes=1)
         strength = np.maximum(strength, np.abs(change * change.T))
-    close = strength >= (limit * gap) ** 2  # two equal roots too, however little they have to do
+    close = strength >= (_COUPLING * gap) ** 2  # two equal roots too, however weakly coupled
     _, label = connected_components(close, directed=False)
     groups = [np.flatnonzero(label == i) for i in range(label.max(initial=-1) + 1)]
     size = np.abs(roots).max(initial=0.0)
     kept = [g for g in groups if roots[g].imag.sum() > -1e-9 * size]
     return sorted(kept, key=lambda g: (g.size, float(roots[g[0]].imag), float(roots[g[0]].real)))
-
-
-def _coupling_ratio(roots: ComplexArray, couplings: ComplexArray, blocks: Sequence[IndexArray],
-                    monomials: Monomials) -> FloatArray:
-    """
-    Return the greatest 4 E_rc E_cr / (lambda_r - lambda_c)^2 of each block, by terms of z^2.
-
-    Two modes alone have lambda = mean +- sqrt(gap^2 / 4 + E_rc E_cr): a series up to ratio 1.
-    """
-    kept = np.concatenate(blocks)
-    sizes = np.array([block.size for block in blocks])
-    gap = np.abs(roots[:, None] - roots[kept])
-    label = np.full(roots.size, -1)
-    label[kept] = np.repeat(np.arange(sizes.size), sizes)
-    gap[label[:, None] == label[kept]] = np.inf
-    scale = 4.0 / gap**2
-    down = np.abs(couplings[:, :, kept])
-    up = np.abs(couplings[:, kept, :]).transpose(0, 2, 1)
-    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    found = np.empty((sizes.size, len(monomials.terms[2])))
-    for i, (a, b) in enumerate(monomials.terms[2]):
-        product = down[a] * up[b] + (down[b] * up[a] if a != b else 0.0)
-        found[:, i] = np.maximum.reduceat((product * scale).max(axis=0), starts)
-    return found

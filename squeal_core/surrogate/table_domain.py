@@ -21,12 +21,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.brake.operating_point import OperatingPoint, OperatingPoints
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
-from squeal_core.surrogate.batch import OperatingPoints
 
 Range: TypeAlias = tuple[float, float]
 

@@ -154,9 +154,6 @@ def _map(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('stability_map'))
     add_sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
     add_without_rotation(p)
-    p.add_argument('--fast', action='store_true',
-                   help='growth rates within 0.1 1/s (kang2009): many times faster where '
-                   'points are dense')
 
 
 def _locus(p: argparse.ArgumentParser) -> None:

@@ -49,8 +49,6 @@ _Draw: TypeAlias = Callable[[Sweep], None]
 def stability_map(options: argparse.Namespace) -> int:
     """Frequencies of all modes over a parameter, or the growth rate over two."""
     _check(options)
-    if options.fast and options.workers:
-        raise SquealError('--fast: runs in one process; leave --workers off')
     model, point, axes = _start(options, 'contact_stiffness')
     draw: _Draw | None = None
     if options.plot:
@@ -58,7 +56,7 @@ def stability_map(options: argparse.Namespace) -> int:
         plot = plot_stability_map if len(axes) == 1 else plot_growth_map
         draw = partial(plot, path=options.plot, title=options.title,
                        overwrite=options.force)
-    record = _run(model, point, axes, options, tracked=False, fast=options.fast,
+    record = _run(model, point, axes, options, tracked=False,
                   rotation=not options.without_rotation)
     return _report(record, options, draw)
 
@@ -220,12 +218,11 @@ def _axis(text: str) -> tuple[str, FloatArray]:
 
 
 def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
-         options: argparse.Namespace, *, tracked: bool, fast: bool = False,
-         rotation: bool = True) -> Sweep:
+         options: argparse.Namespace, *, tracked: bool, rotation: bool = True) -> Sweep:
     if options.output:
         check_size(math.prod(map(len, axes.values())), model.size)
     with ProgressBar('points') as progress:
-        return sweep(model, point, axes, rotation=rotation, tracked=tracked, fast=fast,
+        return sweep(model, point, axes, rotation=rotation, tracked=tracked,
                      workers=options.workers, friction_law=options.law, progress=progress)
 
 

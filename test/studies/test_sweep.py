@@ -62,40 +62,6 @@ def test_two_parameters() -> None:
     assert np.all(np.isneginf(found.largest_growth(1.0, 2.0)))
 
 
-def test_fast_is_within_a_tenth(kang: BrakeModel) -> None:
-    """Every mode, over a grid across which modes begin to grow; most answers from few anchors."""
-    start = at(kang, 20.0)
-    axes = {'rotor_speed': np.linspace(10.0, 14.0, 9),
-            'contact_pressure': start.contact_pressure * np.linspace(0.8, 1.2, 9)}
-    told: list[int] = []
-    found = sweep(kang, start, axes, fast=True, progress=lambda done, _: told.append(done))
-    whole = sweep(kang, start, axes)
-    assert found.about['fast']
-    assert not whole.about['fast']
-    assert told == list(range(1, 82))
-    allowed = np.maximum(0.1, -0.02 * whole.eigenvalues.real)
-    oscillate = whole.eigenvalues.imag > 1.0
-    assert np.all((np.abs(found.eigenvalues - whole.eigenvalues) <= allowed)[oscillate])
-    assert np.array_equal(found.kinds, whole.kinds)
-    assert np.array_equal(found.identities, whole.identities)
-    assert np.mean(found.eigenvalues == whole.eigenvalues) < 0.5  # no full solves in disguise
-
-
-@pytest.mark.parametrize('options', [{'tracked': True}, {'workers': 2}])
-def test_fast_has_no_vectors_and_one_process(options: dict[str, Any]) -> None:
-    with pytest.raises(SquealError, match=f'leave {next(iter(options))} off'):
-        sweep(PAIR, POINT, {'friction': FRICTIONS}, fast=True, **options)
-
-
-def test_fast_without_friction_or_rotation() -> None:
-    """Few points, and coefficients that vanish: full solves, and the same numbers."""
-    for options in ({}, {'rotation': False}):
-        found, whole = (sweep(PAIR, POINT, {'friction': FRICTIONS}, fast=fast, **options)
-                        for fast in (True, False))
-        assert found.eigenvalues == pytest.approx(whole.eigenvalues, abs=1e-6)
-        assert found.kinds.tolist() == whole.kinds.tolist()
-
-
 def test_without_rotation(kang: BrakeModel) -> None:
     """G, R and S off; not so without the option."""
     still = replace(kang, gyroscopic=None, radial_dissipation=None, negative_slope=None)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Roots and errors of an expansion at a point, and how far they are from the truth."""
+"""Roots of an expansion at a point, and how far they are from the truth."""
 
 from typing import Any
 
@@ -26,10 +26,9 @@ from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 SINGLE = 1e-4
 
 
-def series_at(expansion: SpectralExpansion, at: OperatingPoint) -> tuple[ComplexArray, FloatArray]:
-    """Return the roots and their errors at one point."""
-    roots, errors = expansion.eigenvalues(np.array(at.coefficients())[:, None])
-    return roots[:, 0], errors[:, 0]
+def series_at(expansion: SpectralExpansion, at: OperatingPoint) -> ComplexArray:
+    """Return the roots at one point."""
+    return expansion.eigenvalues(np.array(at.coefficients()))
 
 
 def whole(expansion: SpectralExpansion, values: Any) -> Any:

@@ -37,12 +37,10 @@ def test_flutter_of_two_modes(friction: float) -> None:
 
     expansion = expand_spectrum(flutter_pair(), at(0.48))
     assert expansion.sizes.tolist() == [2]
-    roots, errors = series_at(expansion, at(friction))
+    roots = series_at(expansion, at(friction))
     split = np.emath.sqrt(5e6**2 - (friction * 1e7) ** 2)
     truth = np.emath.sqrt(-(1.05e8 + np.array([split, -split])))
     away, _ = off(expansion, roots, np.concatenate([truth, -truth]))
-    # of a root that is a square root of the distance to the merging, rounding is one too
-    assert np.all(away <= errors + 1e-6)
     # the two are 490 rad/s apart at most: the other half of the spectrum, 20,000 away, is all
     # that the series has to follow
     assert away.max() < 0.01
@@ -64,26 +62,18 @@ def test_an_exceptional_point_inside_a_block_is_exact(dissipation: float) -> Non
     """+-sqrt(r^2 - g^2): all modes are in the block, so there is nothing that it leaves out."""
     expansion = expand_spectrum(EXCEPTIONAL, damped(10.0, 8.0))
     assert expansion.sizes.tolist() == [2]
-    roots, errors = series_at(expansion, damped(10.0, dissipation))
+    roots = series_at(expansion, damped(10.0, dissipation))
     exact = np.emath.sqrt(dissipation**2 - 100.0) * np.array([1.0, -1.0])
     ours, theirs = linear_sum_assignment(np.abs(roots[:, None] - exact))
     away = np.abs(roots[ours] - exact[theirs])
-    # the estimate leaves out the rounding of the last few additions
-    assert np.all(away <= errors[ours] + 1e-15 * dissipation)
     # a root of r^2 - g^2: rounding of it, 1e-15 of both squares, over the distance of the roots
     assert away.max() <= 1e-14 * (dissipation**2 + 100.0) / max(abs(exact[0]), 1e-6)
 
 
-def test_an_expansion_about_an_exceptional_point_does_not_pretend() -> None:
-    """Its vectors do not span the space: whatever its series says is worth nothing nearby."""
-    try:
-        expansion = expand_spectrum(EXCEPTIONAL, damped(10.0, 10.0))
-    except np.linalg.LinAlgError:
-        return
-    for dissipation in (8.0, 9.9, 10.1, 12.0):
-        roots, errors = series_at(expansion, damped(10.0, dissipation))
-        exact = np.emath.sqrt(dissipation**2 - 100.0)
-        assert np.abs(roots - exact).min() <= errors.max()
+def test_there_is_no_expansion_about_an_exceptional_point() -> None:
+    """Its vectors do not span the space."""
+    with pytest.raises(np.linalg.LinAlgError, match='span the space'):
+        expand_spectrum(EXCEPTIONAL, damped(10.0, 10.0))
 
 
 @pytest.mark.parametrize('stiffness', [1.6e10, 1.88e10, 1.95e10, 2e10, 2.05e10, 2.4e10])
@@ -92,22 +82,21 @@ def test_veering(stiffness: float, couple: float, sizes: list[int]) -> None:
     """
     Two modes of which one stiffens: they veer at k = 2e10, and change places beyond.
 
-    In one block they are followed through it; of two blocks each says that it is lost.
+    In one block they are followed through it; two blocks serve on their own side of it.
     """
     model = BrakeModel(angular_frequencies=np.sqrt([0.9e8, 1.1e8]), damping_ratios=0.0,
                        contact_stiffness=[[1e-3, couple], [couple, 0.0]])
     expansion = expand_spectrum(model, point(contact_stiffness=1.9e10))
     assert expansion.sizes.tolist() == sizes
-    roots, errors = series_at(expansion, point(contact_stiffness=stiffness))
+    roots = series_at(expansion, point(contact_stiffness=stiffness))
     k = np.array([[0.9e8 + 1e-3 * stiffness, couple * stiffness], [couple * stiffness, 1.1e8]])
     exact = 1j * np.sqrt(np.linalg.eigvalsh(k))
     away, _ = off(expansion, roots, np.concatenate([exact, exact.conj()]))
-    assert np.all(away <= errors + 1e-7)
     if sizes == [2]:
         assert away.max() < 0.05
         assert np.abs(roots.real).max() < 0.05
     else:
-        assert (errors.max() < 1.0) == (stiffness in (1.88e10, 1.95e10))
+        assert (away.max() < 0.1) == (stiffness in (1.88e10, 1.95e10))
 
 
 def test_two_equal_modes_that_have_nothing_to_do_with_each_other() -> None:
@@ -115,7 +104,5 @@ def test_two_equal_modes_that_have_nothing_to_do_with_each_other() -> None:
                        contact_stiffness=np.diag([0.0, 0.0, 1e-3]))
     expansion = expand_spectrum(model, point(contact_stiffness=1e10))
     at = point(contact_stiffness=1.2e10)
-    roots, errors = series_at(expansion, at)
-    away, _ = off(expansion, roots, companion_roots(model, at))
-    assert np.all(np.isfinite(errors))
-    assert np.all(away <= errors + 1e-6)
+    away, _ = off(expansion, series_at(expansion, at), companion_roots(model, at))
+    assert np.all(away < 1e-6)
