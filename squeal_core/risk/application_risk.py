@@ -1,0 +1,173 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Squeal risk of one brake over its brake applications, tick by tick."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from squeal_core.common.arrays import FloatArray
+from squeal_core.risk.build_up import grown, halves
+from squeal_core.risk.squeal_risk import MemberGrowth, RiskResult, SquealRisk
+
+_SECOND = 1_000_000_000
+
+
+class ApplicationRisk:
+    """
+    Build-up and squeal risk of one brake; four methods take what is known at a tick.
+
+    `update`: it slides under load. `rest`: it is pressed and does not slide, so modes decay to
+    their floors; the application goes on. `skip`: nothing is known, and nothing is added.
+    `release`: the application ends, and all modes are at their floors. More than
+    `RiskSettings.longest_interval` after the last tick, or before it (a clock set back), the
+    time between is unknown.
+
+    Parameters
+    ----------
+    risk : SquealRisk
+        Shared by all brakes of a model.
+
+    Attributes
+    ----------
+    energy, peak, growing, incomplete
+        As of `BuildUpState`.
+
+    """
+
+    def __init__(self, risk: SquealRisk) -> None:
+        self._risk = risk
+        self._shape = (3, 3, risk.families.size, risk.ensemble.weights.size)
+        self._time, self._fresh = 0, False
+        self._rates: FloatArray | None = None  # at the nodes at the last tick; None: not known
+        self._growth: MemberGrowth | None = None  # then, where the brake slid
+        self._reset()
+        self.incomplete = True  # nothing is known of what was before the first tick
+
+    def _reset(self) -> None:
+        self.energy, self.peak = np.ones(self._shape), np.ones(self._shape)
+        self.growing = np.zeros((3, 3, self._shape[-1]))
+        self.incomplete = False
+
+    def update(self, time_ns: int, growth: MemberGrowth) -> RiskResult | None:
+        """
+        Return the risk at a tick at which the brake slides under load.
+
+        Parameters
+        ----------
+        time_ns : int
+            The tick.
+        growth : MemberGrowth
+            `SquealRisk.growth` of the tick.
+
+        Returns
+        -------
+        RiskResult or None
+            None where most members are outside the emulator's domain.
+
+        """
+        self.advance(time_ns, growth)
+        return None if self._rates is None else self._risk.assess(self, growth, self._rates)
+
+    def advance(self, time_ns: int, growth: MemberGrowth) -> None:
+        """Take a tick as `update` does, and leave the risk out."""
+        if np.isnan(growth.rate).any(axis=0).all():
+            self.skip(time_ns)
+            return
+        rates = self._risk.at_nodes(growth)
+        self._step(self._elapsed(time_ns), rates, growth)
+        self._rates, self._growth, self._fresh = rates, growth, False
+
+    def rest(self, time_ns: int) -> None:
+        """Take a tick at which the brake is pressed and does not slide."""
+        self._step(self._elapsed(time_ns), -self._risk.decay, None)
+        self._rates, self._growth = -self._risk.decay, None
+
+    def skip(self, time_ns: int) -> None:
+        """Take a tick of which nothing is known."""
+        self._time, self.incomplete, self._fresh = time_ns, True, False
+        self._rates = self._growth = None
+
+    def release(self, time_ns: int) -> RiskResult | None:
+        """
+        End the application at a tick at which the brake is released.
+
+        Returns
+        -------
+        RiskResult or None
+            The last of the application: sliding is taken to have ended in the middle since the
+            tick before. None where the brake did not slide at that tick.
+
+        """
+        self.finish(time_ns)
+        last = None if self._growth is None or self._rates is None else self._risk.assess(
+            self, self._growth, self._rates)
+        if not self._fresh:
+            self._reset()
+        self._rates, self._growth, self._fresh = -self._risk.decay, None, True
+        return last
+
+    def finish(self, time_ns: int) -> None:
+        """Take half of the time to a tick at which the brake is released."""
+        half = 0.5 * self._elapsed(time_ns)
+        if self._rates is not None and self._growth is not None:
+            self._grow(self._rates, half, self._growth)
+
+    def _elapsed(self, time_ns: int) -> float:
+        """Return the time since the last tick [s]; 0 where nothing is known of it."""
+        duration = (time_ns - self._time) / _SECOND
+        if self._rates is None or not 0.0 <= duration <= self._risk.settings.longest_interval:
+            self.skip(time_ns)
+        self._time = time_ns
+        return 0.0 if self._rates is None else duration
+
+    def _step(self, duration: float, rates: FloatArray, growth: MemberGrowth | None) -> None:
+        """Go on to a tick with these growth rates; None: without sliding there."""
+        if self._rates is None or duration == 0.0:
+            return
+        edge = self._growth is None or growth is None
+        first, second = halves(self._rates, rates, edge=edge)
+        for part, of in ((first, self._growth if edge else growth), (second, growth)):
+            self._grow(part, 0.5 * duration, of)
+
+    def _grow(self, rates: FloatArray, duration: float, growth: MemberGrowth | None) -> None:
+        """Take a time at constant growth rates; without sliding all modes decay."""
+        cap = np.array(np.inf) if growth is None else growth.cap
+        self.energy = grown(self.energy, rates, duration, self._risk.decay, cap)
+        if growth is not None:
+            np.maximum(self.peak, self.energy, out=self.peak)
+            self.growing += duration * (rates.max(axis=2, initial=-1.0) > 0.0)
+
+
+def over_application(risk: SquealRisk, times_ns: Sequence[int],
+                     growth: MemberGrowth) -> ApplicationRisk:
+    """
+    Return the build-up after a whole brake application: its peaks are those of all of it.
+
+    Parameters
+    ----------
+    risk : SquealRisk
+    times_ns : (T,) sequence of int
+        Ticks at which the brake slides; it is taken as released a tick before and a tick after.
+    growth : MemberGrowth
+        At these ticks; NaN where nothing is known.
+
+    """
+    application = ApplicationRisk(risk)
+    period = int(min(np.diff(times_ns), default=_SECOND // 20))
+    application.release(int(times_ns[0]) - period)
+    for tick, time in enumerate(times_ns):
+        application.advance(int(time), growth.at(tick))
+    application.finish(int(times_ns[-1]) + period)
+    return application

@@ -1,0 +1,323 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Squeal risk: the probability that some mode's build-up exceeds what is audible.
+
+An ensemble of brakes stands for what is not known of a brake and stays (damping, contact
+stiffness, bias of friction ...). Each member has the build-up of each of its mode families, at the
+3 x 3 nodes of the scatter of friction and damping from application to application.
+"""
+
+from dataclasses import dataclass
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
+from squeal_core.risk.build_up import FLOOR, LEAST_DAMPING_RATIO, nepers, saturation_energy
+from squeal_core.risk.ensemble import Ensemble
+from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_core.risk.scatter import exceedance, NODES, WEIGHTS
+from squeal_core.stability.eigensolution import SQUEAL_BAND
+
+_LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
+_NEVER = -1e9  # 1/s
+
+
+@dataclass(frozen=True, kw_only=True)
+class RiskSettings:
+    """
+    What counts.
+
+    Parameters
+    ----------
+    band_hz : (2,) floats
+        Squeal band; families outside it do not count.
+    instability_damping_ratio : float
+        zeta*: a mode counts as unstable below a damping ratio of -zeta*. 0, or 0.0025 to 0.005 as
+        in industry, whose "damping" of -0.5 to -1 % is twice that.
+    longest_interval : float
+        Time between two ticks [s] beyond which nothing is known of what was between them.
+    noise_floor : float
+        Root mean square relative displacement at the contact to which noise excites a mode [m].
+
+    """
+
+    band_hz: tuple[float, float] = SQUEAL_BAND
+    instability_damping_ratio: float = 0.0
+    longest_interval: float = 0.5
+    noise_floor: float = FLOOR
+
+
+class MemberGrowth(NamedTuple):
+    """
+    Growth of F families of M members at a tick, or at many: leading axes are of ticks.
+
+    Attributes
+    ----------
+    rate, frequency_hz : (..., F, M) arrays
+        Growth rate [1/s] and frequency of the least stable mode of each family.
+    by_friction, by_damping : (..., F, M) arrays
+        Change of the growth rate over one standard deviation of the scatter [1/s].
+    cap : (..., M) array
+        Energy at saturation over the floor's.
+
+    """
+
+    rate: FloatArray
+    frequency_hz: FloatArray
+    by_friction: FloatArray
+    by_damping: FloatArray
+    cap: FloatArray
+
+    def at(self, tick: int) -> 'MemberGrowth':
+        """Return that of one of many ticks."""
+        return MemberGrowth(*(values[tick] for values in self))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RiskResult:
+    """
+    Squeal risk of one brake at one tick.
+
+    Parameters
+    ----------
+    squeal_risk : float
+        Probability that the build-up of some family in the band exceeds N* now [-].
+    error : float
+        Standard deviation of its error, by the number of members and the emulator [-].
+    peak_risk : float
+        Probability that it has since the start of the brake application [-].
+    instability_probability : float
+        Probability that some family in the band has a damping ratio below -zeta* [-].
+    build_up : float
+        Largest build-up of a family in the band [nepers]: the median of the members.
+    family_build_up : (F,) array
+        Of each family in the band [nepers], likewise.
+    time_to_squeal : float
+        Until N* at the present growth [s], the median of the members; 0: exceeded, inf: never.
+    family : int
+        Index of the emulator's family that most of the risk is of; -1: none in the band.
+    frequency_hz : float
+        Its mean frequency [Hz].
+    calibrated : bool
+        Whether measured squeal has gone into the ensemble.
+    incomplete : bool
+        Whether a part of this brake application is not known.
+    basis : str
+        In words: what the level of the risk rests on.
+
+    """
+
+    squeal_risk: float
+    error: float
+    peak_risk: float
+    instability_probability: float
+    build_up: float
+    family_build_up: FloatArray
+    time_to_squeal: float
+    family: int
+    frequency_hz: float
+    calibrated: bool
+    incomplete: bool
+    basis: str
+
+    __repr__ = repr_with_shapes
+
+    def __str__(self) -> str:
+        return f'{self.squeal_risk:.2f} +- {self.error:.2f} ({self.basis})'
+
+
+class BuildUpState(Protocol):
+    """
+    Build-up of all members over a brake application, at the nodes of the scatter.
+
+    Attributes
+    ----------
+    energy, peak : (3, 3, F, M) arrays
+        Of each family over its floor, and the largest since the start of the application.
+    growing : (3, 3, M) array
+        Time since then in which some family grew [s].
+    incomplete : bool
+        Whether a part of the application is not known.
+
+    """
+
+    energy: FloatArray
+    peak: FloatArray
+    growing: FloatArray
+    incomplete: bool
+
+
+class SquealRisk:
+    """
+    Evaluates an ensemble of brakes; keeps no state.
+
+    Parameters
+    ----------
+    emulator : GrowthEmulator
+        Growth of mode families.
+    ensemble : Ensemble
+        M brakes, their weights, and the scatter inside each.
+    settings : RiskSettings, optional
+
+    Attributes
+    ----------
+    families : (F,) array
+        Indices of the emulator's families in the squeal band.
+    decay : (1, 3, F, M) array
+        Their own decay rates [1/s] at the nodes of the scatter.
+
+    """
+
+    def __init__(self, emulator: GrowthEmulator, ensemble: Ensemble,
+                 settings: RiskSettings | None = None) -> None:
+        self.emulator, self.ensemble = emulator, ensemble
+        self.settings = settings or RiskSettings()
+        frequency = np.array([family.frequency_hz for family in emulator.families])
+        decay = np.maximum([family.decay_rate for family in emulator.families],
+                           LEAST_DAMPING_RATIO * 2.0 * np.pi * frequency)
+        low, high = self.settings.band_hz
+        self.families: IndexArray = np.flatnonzero((frequency >= low) & (frequency <= high))
+        scale = np.exp(ensemble.ln_damping + ensemble.damping_scatter * NODES[:, None])
+        self.decay: FloatArray = scale[None, :, None] * decay[self.families, None]
+        self.basis = ensemble.calibrated or (
+            'not calibrated: the level of the risk is mostly the prior of damping')
+        self._coordinates = np.column_stack([
+            np.ones_like(ensemble.weights), ensemble.ln_damping, ensemble.ln_contact_stiffness,
+            ensemble.friction_bias, ensemble.slope_scale, ensemble.audible_build_up])
+        root = np.sqrt(ensemble.weights)
+        self._fit = np.linalg.pinv(root[:, None] * self._coordinates) * root
+
+    def growth(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike, friction: ArrayLike,
+               contact_stiffness: ArrayLike) -> MemberGrowth:
+        """
+        Return the growth of all members at ticks, of one brake or of several.
+
+        Parameters
+        ----------
+        rotor_speed, contact_pressure, friction, contact_stiffness : (...) array_like
+            [rad/s], p0 [Pa], mu [-], k_c of the model at p0 [N/m^3].
+
+        """
+        members = self.ensemble
+        inputs = members.inputs(rotor_speed, contact_pressure, friction)
+        found = self.emulator.evaluate(inputs)
+        cap = saturation_energy(
+            np.exp(inputs[..., 1]), np.asarray(contact_stiffness)[..., None]
+            * np.exp(inputs[..., 3]), self.settings.noise_floor)
+        rate, frequency, by_friction, by_damping = (
+            np.ascontiguousarray(values[..., self.families].swapaxes(-1, -2)) for values in (
+                found.growth_rate, found.frequency_hz, found.by_friction, found.by_damping))
+        return MemberGrowth(
+            rate, frequency, members.friction_scatter * by_friction,
+            members.damping_scatter * by_damping, cap)
+
+    def at_nodes(self, growth: MemberGrowth) -> FloatArray:
+        """Return the growth rates of a tick at the nodes of the scatter, (3, 3, F, M)."""
+        friction = growth.rate + NODES[:, None, None] * growth.by_friction
+        damping = NODES[:, None, None] * growth.by_damping
+        return np.asarray(friction[:, None] + damping)
+
+    def exceedances(self, energy: FloatArray) -> FloatArray:
+        """Return the probability in each member (M,) that energies (3, 3, F, M) exceed N*."""
+        return exceedance(self._margin(energy))
+
+    def _margin(self, energy: FloatArray) -> FloatArray:
+        """Return the largest build-up less N* at the nodes, (3, 3, M)."""
+        return nepers(energy.max(axis=2, initial=1.0)) - self.ensemble.audible_build_up
+
+    def assess(self, state: BuildUpState, growth: MemberGrowth,
+               rates: FloatArray) -> RiskResult | None:
+        """
+        Return the risk of a state; None where the emulator knows less than half of the members.
+
+        Parameters
+        ----------
+        state : BuildUpState
+        growth : MemberGrowth
+            At the tick.
+        rates : (3, 3, F, M) array
+            `at_nodes` of it.
+
+        """
+        known = ~np.isnan(growth.rate).any(axis=0)
+        weights = self.ensemble.weights * known
+        total = float(weights.sum())
+        if total < _LEAST_KNOWN:
+            return None
+        weights /= total
+        margin = self._margin(state.energy)
+        shift = self.emulator.error.rms * state.growing
+        of_member = exceedance(np.stack([
+            margin, self._margin(state.peak), margin + shift, margin - shift,
+            np.where(known, self._excess(growth, rates), _NEVER)], axis=2))
+        risk, peak, wider, narrower, unstable = (of_member @ weights).tolist()
+        middle = nepers(state.energy[1, 1])
+        family, frequency = self._leading(state.energy, margin, growth, weights)
+        return RiskResult(
+            squeal_risk=risk, peak_risk=peak, instability_probability=unstable,
+            error=math.hypot(0.5 * (wider - narrower), self._sampling_error(of_member[0], weights))
+            + 1.0 - min(total, 1.0),
+            build_up=float(_median(middle.max(axis=0, initial=0.0), weights)),
+            family_build_up=_median(middle, weights),
+            time_to_squeal=float(_median(self._time(middle, growth.rate), weights)),
+            family=family, frequency_hz=frequency,
+            calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete,
+            basis=self.basis)
+
+    def _excess(self, growth: MemberGrowth, rates: FloatArray) -> FloatArray:
+        """Return the largest growth rate beyond that of -zeta* at the nodes, (3, 3, M)."""
+        ratio = self.settings.instability_damping_ratio
+        if ratio:
+            rates = rates - ratio * 2.0 * np.pi * growth.frequency_hz
+        return np.asarray(rates.max(axis=2, initial=_NEVER))
+
+    def _time(self, build_up: FloatArray, rate: FloatArray) -> FloatArray:
+        """Return the time until N* of each member without scatter [s], (M,)."""
+        missing = self.ensemble.audible_build_up - build_up
+        time = np.full_like(rate, np.inf)
+        np.divide(missing, rate, out=time, where=rate > 0.0)
+        time[missing <= 0.0] = 0.0
+        return np.asarray(time.min(axis=0, initial=np.inf))
+
+    def _leading(self, energy: FloatArray, margin: FloatArray, growth: MemberGrowth,
+                 weights: FloatArray) -> tuple[int, float]:
+        """Return index and frequency of the family that leads where N* is exceeded, or at all."""
+        if not self.families.size:
+            return -1, math.nan
+        exceeds = margin > 0.0
+        share = WEIGHTS[:, :, None] * weights * (exceeds if exceeds.any() else 1.0)
+        leads = int(np.bincount(energy.argmax(axis=2).ravel(), share.ravel()).argmax())
+        frequency = np.nan_to_num(growth.frequency_hz[leads])
+        return int(self.families[leads]), float(frequency @ weights)
+
+    def _sampling_error(self, exceeding: FloatArray, weights: FloatArray) -> float:
+        """
+        Return the standard deviation of a risk by the number of members.
+
+        Sobol members integrate linear functions of their coordinates nearly exactly: what counts
+        is what no linear function explains.
+        """
+        residual = exceeding - self._coordinates @ (self._fit @ exceeding)
+        return float(np.linalg.norm(weights * residual))
+
+
+def _median(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the weighted medians (...) of values (..., M) of the members."""
+    order = values.argsort(axis=-1)
+    place = (np.cumsum(weights[order], axis=-1) >= 0.5 - 1e-9).argmax(axis=-1)[..., None]
+    return np.take_along_axis(values, np.take_along_axis(order, place, axis=-1), axis=-1)[..., 0]
