@@ -20,6 +20,7 @@ stiffness, bias of friction ...). Each member has the build-up of each of its mo
 3 x 3 nodes of the scatter of friction and damping from application to application.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import NamedTuple, Protocol
@@ -29,12 +30,50 @@ from numpy.typing import ArrayLike
 from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
 from squeal_core.risk.build_up import FLOOR, LEAST_DAMPING_RATIO, nepers, saturation_energy
 from squeal_core.risk.ensemble import Ensemble
-from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.risk.scatter import exceedance, NODES, WEIGHTS
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 _LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
+
+
+class _Family(Protocol):
+    @property
+    def frequency_hz(self) -> float: ...
+
+    @property
+    def decay_rate(self) -> float: ...
+
+
+class _Error(Protocol):
+    @property
+    def rms(self) -> float: ...
+
+
+class _Growth(Protocol):
+    @property
+    def growth_rate(self) -> FloatArray: ...
+
+    @property
+    def frequency_hz(self) -> FloatArray: ...
+
+    @property
+    def by_friction(self) -> FloatArray: ...
+
+    @property
+    def by_damping(self) -> FloatArray: ...
+
+
+class GrowthSource(Protocol):
+    """What a squeal risk needs of a growth emulator."""
+
+    @property
+    def families(self) -> Sequence[_Family]: ...
+
+    @property
+    def error(self) -> _Error: ...
+
+    def evaluate(self, inputs: FloatArray) -> _Growth: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,7 +222,7 @@ class SquealRisk:
 
     """
 
-    def __init__(self, emulator: GrowthEmulator, ensemble: Ensemble,
+    def __init__(self, emulator: GrowthSource, ensemble: Ensemble,
                  settings: RiskSettings | None = None) -> None:
         self.emulator, self.ensemble = emulator, ensemble
         self.settings = settings or RiskSettings()
