@@ -1,0 +1,68 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Risk of holding conditions for a while: from the noise floor, at the growth that they have."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from squeal_core.common.arrays import FloatArray
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.build_up import grown
+from squeal_core.risk.squeal_risk import SquealRisk
+
+_LEAST_KNOWN = 0.5  # of the members' weight: below it no risk is known
+
+
+def holding_exceedances(risk: SquealRisk, model: BrakeModel, duration: float,
+                        pressure: FloatArray, rotor_speed: ArrayLike,
+                        friction: ArrayLike) -> FloatArray:
+    """
+    Return the probability, in each member, of squeal within a time at constant conditions.
+
+    Parameters
+    ----------
+    risk : SquealRisk
+        Ensemble and emulator.
+    model : BrakeModel
+        With a caliper.
+    duration : float
+        For which the conditions are held [s].
+    pressure, rotor_speed, friction : (T,) array_like
+        Brake pressure [Pa], Omega [rad/s], mu [-].
+
+    Returns
+    -------
+    (T, M) array
+        NaN where the emulator does not know the member.
+
+    """
+    load = model.contact_pressure(1.0) * pressure
+    stiffness = [model.contact_stiffness_at(one) for one in load.tolist()]
+    growth = risk.growth(np.abs(rotor_speed), load, friction, stiffness)
+    found = np.full(growth.cap.shape, np.nan)
+    for place in range(len(found)):
+        at = growth.at(place)
+        energy = grown(np.ones(()), risk.at_nodes(at), duration, risk.decay, at.cap)
+        known = ~np.isnan(at.rate).any(axis=0)
+        found[place, known] = risk.exceedances(energy)[known]
+    return found
+
+
+def over_members(risk: SquealRisk, values: FloatArray) -> FloatArray:
+    """Return the means (...) over the ensemble of values (..., M); NaN where few are known."""
+    weights = np.where(np.isnan(values), 0.0, risk.ensemble.weights)
+    total = weights.sum(axis=-1)
+    with np.errstate(invalid='ignore'):
+        means = (weights * np.nan_to_num(values)).sum(axis=-1) / total
+    return np.where(total < _LEAST_KNOWN, np.nan, means)
