@@ -113,6 +113,10 @@ class MonitorSettings:
     table: str
     audit_interval: float
     margin_confirm_interval: float
+    advice_hold: float
+    advice_front_share_low: float
+    advice_front_share_high: float
+    rear_force_ratio: float
     clock_timeout: float
     mode_shapes: bool
     mode_shape_size: float
@@ -175,7 +179,8 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
                 name[:80], f'unknown key (value {short_repr(value)})',
                 f'see config/monitor.yaml for the keys{did_you_mean(name, known)}')
     for name, unit in (('squeal_band_{}_hz', 'Hz'), ('validated_rotor_speed_{}', 'rad/s'),
-                       ('validated_preload_{}', 'N'), ('validated_friction_{}', '-')):
+                       ('validated_preload_{}', 'N'), ('validated_friction_{}', '-'),
+                       ('advice_front_share_{}', '-')):
         low, high = top[name.format('low')], top[name.format('high')]
         if not low < high:  # type: ignore[operator]
             raise ConfigurationError(name.format('high'), f'is {high} and the low end {low} '

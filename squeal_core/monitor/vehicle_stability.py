@@ -141,6 +141,17 @@ class VehicleStability:
         assert self.solver.table is not None
         return table_growth(self.solver.table, self.model, self.tolerances, self._band, rows, kind)
 
+    @property
+    def bounds(self) -> MarginSettings:
+        """Where the model was validated and the table has answers, and the table's error."""
+        return self._margins.settings
+
+    def least_stable(self, at: SlidingConditions, pressures: FloatArray) -> ComplexArray:
+        """Return the least stable mode in the band by the table, as `advice.LeastStableAt`."""
+        rows = np.full((pressures.size, 3), (abs(at.rotor_speed), 0.0, at.friction))
+        rows[:, 1] = pressures
+        return self._growth(rows, 'squeal')
+
     def figures(self) -> dict[str, float]:
         """Return the counts of answers since the start, by name."""
         return {**{f'solver_{name}': value for name, value in self.solver.figures().items()},
