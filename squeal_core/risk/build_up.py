@@ -29,6 +29,7 @@ from squeal_core.common.arrays import FloatArray
 FLOOR = 1e-9  # m, root mean square relative displacement of a mode at the contact, by noise
 SATURATION = 2.0  # c: transients of kang2009 end 9.9 to 10 nepers above 1 nm, p0 / k_c being 10 um
 LEAST_DAMPING_RATIO = 0.001  # of modes without damping of their own, as in the transients
+_LEAST_RATE = 1e-6  # 1/s; nearer to zero the stationary energy has no end
 DECIBELS = 20.0 / math.log(10.0)  # in a neper
 
 
@@ -75,14 +76,11 @@ def grown(energy: FloatArray, growth_rate: FloatArray, duration: float, decay_ra
         Energy at saturation.
 
     """
-    exponent = np.multiply(growth_rate, 2.0 * duration)
+    rate = np.where(np.abs(growth_rate) < _LEAST_RATE, _LEAST_RATE, growth_rate)
+    stationary = -decay_rate / rate
     with np.errstate(over='ignore'):  # the cap ends it
-        factor = np.exp(exponent)
-    inflow = np.ones_like(exponent)
-    np.divide(factor - 1.0, exponent, out=inflow, where=np.abs(exponent) > 1e-6)
-    inflow *= 2.0 * duration * decay_rate
-    inflow = inflow + factor * energy
-    found = np.minimum(inflow, cap)
+        found = np.exp(2.0 * duration * rate) * (energy - stationary) + stationary
+    found = np.minimum(found, cap)
     unknown = np.isnan(found)
     return np.where(unknown, energy, found) if unknown.any() else found
 

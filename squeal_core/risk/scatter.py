@@ -26,7 +26,7 @@ from squeal_core.common.arrays import FloatArray
 
 NODES = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0])  # standard deviations
 WEIGHTS = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]) / 36.0  # (friction, damping)
-_FINE = ndtri((np.arange(8) + 0.5) / 8.0)  # damping, of equal probability
+_FINE = ndtri((np.arange(6) + 0.5) / 6.0)  # damping, of equal probability
 
 
 def _interpolation(at: FloatArray) -> FloatArray:
@@ -55,7 +55,8 @@ def exceedance(margin: FloatArray) -> FloatArray:
     low, middle, high = np.tensordot(_THROUGH, margin, axes=(1, 1)).swapaxes(0, 1)
     steps = np.stack([low - middle, high - middle])  # (2, points, ...), outwards to the nodes
     with np.errstate(divide='ignore', invalid='ignore'):
-        zero = np.where(steps == 0.0, np.inf, -NODES[2] * middle / steps)
-    beyond = ndtr(-np.maximum(zero, 0.0))  # of the half of the values on the node's side
-    falls = (steps < 0.0) | ((steps == 0.0) & (middle > 0.0))
-    return np.asarray(np.where(falls, 0.5 - beyond, beyond).sum(axis=0).mean(axis=0))
+        zero = np.minimum(NODES[2] * middle / steps, 0.0)  # less the standard deviations to it
+    beyond = ndtr(zero)  # of the half of the values on the node's side
+    inside = np.where(steps < 0.0, 0.5 - beyond, beyond)
+    inside = np.where(steps == 0.0, 0.5 * (middle > 0.0), inside)
+    return np.asarray(inside.sum(axis=0).mean(axis=0))

@@ -300,22 +300,20 @@ class SquealRisk:
             return None
         weights /= total
         margin = self._margin(state.energy)
-        shift = self.emulator.error.rms * state.growing
         of_member = exceedance(np.stack([
-            margin, self._margin(state.peak), margin + shift, margin - shift,
+            margin, margin + self.emulator.error.rms * state.growing, self._margin(state.peak),
             np.where(known, self._excess(growth, rates), _NEVER)], axis=2))
-        risk, peak, wider, narrower, unstable = (of_member @ weights).tolist()
+        risk, risk_by_error, peak, unstable = (of_member @ weights).tolist()
         middle = nepers(state.energy[1, 1])
+        build_up, time, *by_family = _medians(np.vstack([
+            middle.max(axis=0, initial=0.0), self._time(middle, growth.rate), middle]), weights)
         family, frequency = self._leading(state.energy, margin, growth, weights)
         return RiskResult(
             squeal_risk=risk, peak_risk=peak, instability_probability=unstable,
-            error=math.hypot(0.5 * (wider - narrower), self._sampling_error(of_member[0], weights))
+            error=math.hypot(risk_by_error - risk, self._sampling_error(of_member[0], weights))
             + 1.0 - min(total, 1.0),
-            build_up=float(_median(middle.max(axis=0, initial=0.0), weights)),
-            family_build_up=_median(middle, weights),
-            time_to_squeal=float(_median(self._time(middle, growth.rate), weights)),
-            family=family, frequency_hz=frequency,
-            calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete,
+            build_up=build_up, family_build_up=np.array(by_family), time_to_squeal=time,
+            family=family, frequency_hz=frequency, calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete,
             basis=self.basis)
 
     def _excess(self, growth: MemberGrowth, rates: FloatArray) -> FloatArray:
@@ -340,9 +338,11 @@ class SquealRisk:
             return -1, math.nan
         exceeds = margin > 0.0
         share = WEIGHTS[:, :, None] * weights * (exceeds if exceeds.any() else 1.0)
-        leads = int(np.bincount(energy.argmax(axis=2).ravel(), share.ravel()).argmax())
-        frequency = np.nan_to_num(growth.frequency_hz[leads])
-        return int(self.families[leads]), float(frequency @ weights)
+        largest = energy >= energy.max(axis=2, keepdims=True)
+        leads = int((largest * share[:, :, None]).sum(axis=(0, 1, 3)).argmax())
+        frequency = growth.frequency_hz[leads]
+        return int(self.families[leads]), float(
+            np.where(weights > 0.0, frequency, 0.0) @ weights)
 
     def _sampling_error(self, exceeding: FloatArray, weights: FloatArray) -> float:
         """
@@ -355,8 +355,10 @@ class SquealRisk:
         return float(np.linalg.norm(weights * residual))
 
 
-def _median(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighted medians (...) of values (..., M) of the members."""
-    order = values.argsort(axis=-1)
-    place = (np.cumsum(weights[order], axis=-1) >= 0.5 - 1e-9).argmax(axis=-1)[..., None]
-    return np.take_along_axis(values, np.take_along_axis(order, place, axis=-1), axis=-1)[..., 0]
+def _medians(values: FloatArray, weights: FloatArray) -> list[float]:
+    """Return the weighted median of each row of values (rows, M) of the members."""
+    order = values.argsort(axis=1)
+    place = (weights[order].cumsum(axis=1) >= 0.5 - 1e-9).argmax(axis=1)
+    rows = np.arange(len(values))
+    found: list[float] = values[rows, order[rows, place]].tolist()
+    return found
