@@ -313,8 +313,8 @@ class SquealRisk:
             error=math.hypot(risk_by_error - risk, self._sampling_error(of_member[0], weights))
             + 1.0 - min(total, 1.0),
             build_up=build_up, family_build_up=np.array(by_family), time_to_squeal=time,
-            family=family, frequency_hz=frequency, calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete,
-            basis=self.basis)
+            family=family, frequency_hz=frequency, basis=self.basis,
+            calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete)
 
     def _excess(self, growth: MemberGrowth, rates: FloatArray) -> FloatArray:
         """Return the largest growth rate beyond that of -zeta* at the nodes, (3, 3, M)."""
