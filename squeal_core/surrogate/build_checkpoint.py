@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-The boxes of a table that is not finished, one small file each, in a folder beside the table.
+The rows of boxes of a table that is not finished, a small file each, in a folder beside it.
 
-A box is written as soon as it is built, so a build that was interrupted or killed goes on from
+A row is written as soon as it is built, so a build that was interrupted or killed goes on from
 there. The folder's name holds a hash over all that cells depend on.
 """
 
@@ -53,7 +53,7 @@ Triple = tuple[int, int, int]
 _SUFFIX = '.boxes'
 _KINDS = {'levels': '<i4', 'places': '<i4', 'given_up': '|u1', **CELL_KINDS}
 _KIND = ArchiveKind(
-    noun='box of a table', contents='box', format='squeal_ros box of a table',
+    noun='row of boxes of a table', contents='row', format='squeal_ros row of boxes of a table',
     schemas=range(SCHEMA, SCHEMA + 1), error=TableFileError, again='it is built again',
     renew='it is built again', missing=lambda _: 'it is built again')
 
@@ -70,14 +70,14 @@ class Leaf:
 @dataclass(frozen=True)
 class BuildCheckpoint:
     """
-    The finished boxes of one table.
+    The finished rows of boxes of one table.
 
     Parameters
     ----------
     table : Path
         Where the table will be written.
     key : str
-        Hash over all that the boxes depend on.
+        Hash over all that the cells depend on.
     say : callable
         Told in one line what was kept, and what was damaged.
 
@@ -102,30 +102,30 @@ class BuildCheckpoint:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of the boxes."""
+        """Return the folder of the rows."""
         return self.table.with_name(f'{self.table.name}.{self.key[:12]}{_SUFFIX}')
 
     @property
     def count(self) -> int:
-        """Return the number of boxes that are kept."""
+        """Return the number of rows that are kept."""
         return sum(1 for _ in self.folder.glob('*.npz'))
 
-    def read(self, boxes: int) -> dict[int, list[Leaf]]:
-        """Return the leaves of the finished boxes, of so many in all, by box."""
+    def read(self, rows: int) -> dict[int, list[Leaf]]:
+        """Return the leaves of the finished rows, of so many in all, by row."""
         found = {}
-        for box in range(boxes):
-            if self._path(box).exists():
+        for row in range(rows):
+            if self._path(row).exists():
                 try:
-                    found[box] = self._box(box)
+                    found[row] = self._row(row)
                 except TableFileError as error:
                     self.say(str(error))
         if found:
-            self.say(f'{len(found)} of {boxes} boxes were kept from an earlier build')
+            self.say(f'{len(found)} of {rows} rows of boxes were kept from an earlier build')
         return found
 
-    def keep(self, box: int, leaves: Sequence[Leaf]) -> None:
+    def keep(self, row: int, leaves: Sequence[Leaf]) -> None:
         """
-        Write a finished box.
+        Write a finished row.
 
         Raises
         ------
@@ -134,16 +134,16 @@ class BuildCheckpoint:
 
         """
         make_folder(self.folder)
-        header: Header = {'schema': SCHEMA, 'key': self.key, 'box': box}
+        header: Header = {'schema': SCHEMA, 'key': self.key, 'row': row}
         arrays = {
             'levels': [leaf.levels for leaf in leaves], 'places': [leaf.place for leaf in leaves],
             'given_up': [leaf.cell is None for leaf in leaves],
             **pack_cells([leaf.cell for leaf in leaves if leaf.cell is not None])}
-        write_archive(self._path(box), _KIND, header, {
+        write_archive(self._path(row), _KIND, header, {
             name: np.asarray(values, _KINDS[name]) for name, values in arrays.items()})
 
     def remove(self) -> None:
-        """Remove the boxes, and what builds with other settings left for the same table."""
+        """Remove the rows, and what builds with other settings left for the same table."""
         pattern = f'{glob.escape(self.table.name)}.*{_SUFFIX}'
         for folder in self.table.parent.glob(pattern):
             with suppress(OSError):
@@ -151,14 +151,14 @@ class BuildCheckpoint:
                     path.unlink()
                 folder.rmdir()
 
-    def _path(self, box: int) -> Path:
-        return self.folder / f'{box}.npz'
+    def _path(self, row: int) -> Path:
+        return self.folder / f'{row}.npz'
 
-    def _box(self, box: int) -> list[Leaf]:
-        path = self._path(box)
+    def _row(self, row: int) -> list[Leaf]:
+        path = self._path(row)
         header, arrays = read_archive(path, _KIND, lambda _: _KINDS, _check_shapes)
-        if (header.get('key'), header.get('box')) != (self.key, box):
-            raise TableFileError(path, 'is a box of another table', 'it is built again')
+        if (header.get('key'), header.get('row')) != (self.key, row):
+            raise TableFileError(path, 'is a row of another table', 'it is built again')
         try:
             cells = iter(unpack_cells(arrays))
             return [Leaf(tuple(levels), tuple(place), None if given_up else next(cells))
@@ -166,7 +166,7 @@ class BuildCheckpoint:
                         arrays[name].tolist() for name in ('levels', 'places', 'given_up')),
                         strict=True)]
         except (ValueError, StopIteration) as error:
-            raise TableFileError(path, f'holds no usable box ({error})', 'it is built again'
+            raise TableFileError(path, f'holds no usable row ({error})', 'it is built again'
                                  ) from None
 
 

@@ -17,8 +17,8 @@ One cell of a table: the eigenvalues that matter in a region, fitted to full sol
 
 A power series around the centre of the cell tells which eigenvalue of a full solution elsewhere in
 the cell is which, and which of them meet. The invariants of each block are then fitted by least
-squares to full solutions at points spread over the cell, and the residuals, at points of the fit
-and at others, bound the error.
+squares to full solutions on the surface of the cell, or to the series where that is as good at all
+corners, and the residuals, at points of the fit and at others inside, bound the error.
 """
 
 from dataclasses import dataclass, replace
@@ -27,26 +27,22 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from scipy.linalg import qr
 from scipy.optimize import linear_sum_assignment
 from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import eigenvalues, Tolerances
+from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.block_invariants import BlockInvariants
 from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.full_solutions import FullSolutions
 from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
-    not_known,
     TableCell,
     TableTolerances,
     verdict_within_error,
 )
-from squeal_core.surrogate.table_domain import TableDomain
 
 _CORNERS = 8
-_FITTED = 56  # points of the fit, for 35 terms
 _HELD_OUT = 8  # points that are not fitted
 _SPREAD = np.array([0.2, 0.25, 0.03])  # ln speed, ln pressure, friction: the usual reach
 _MARGIN = 1 / 3  # of that decay rate, between omitted modes at the samples and their bound
@@ -55,8 +51,8 @@ _DAMPED = 1e4  # times that decay rate: bound where no mode is omitted
 _SAFETY = 2.0  # on the residuals, for between the samples
 _HANGING = 0.02  # fraction of a cell that may be without a verdict, and is solved in full
 _WITHIN = 256  # points at which that is counted
-_HOPELESS = 2.5  # times the tolerance, for a fit to the series alone,
-_CLOSE = 20.0  # where that is off by no more at a corner, in tolerances
+_CLOSE = 0.2  # tolerances that a series is off at a corner, up to which it is fitted itself
+_CORRECTED = 0.25  # of that: tolerances by which solutions are fitted better than the series
 _ASTRAY = 40.0  # times the tolerance that a series is off at a corner, beyond which no fit helps
 _FAR = 8.0  # times that, from which half the cell would be too large as well
 
@@ -78,20 +74,16 @@ def samples() -> FloatArray:
     """
     Return the points of full solutions (S, 3) in cell coordinates: corners, others, held out.
 
-    Those of the fit are the first approximate Fekete points of the polynomials of one degree
-    more (Sommariva and Vianello, Comput. Math. Appl. 57 (2009) 1324-1336).
+    Those of the fit are on the edges, at quarters, and amid the faces: cells side by side share
+    them, and the halves of a cell many of those of the whole.
     """
-    # the steepest first, as series go astray there: slow, under high pressure and friction
-    corners = np.array(sorted(product((-1.0, 1.0), repeat=3), key=lambda u: u[0] - u[1] - u[2]))
-    lines = np.cos(np.pi * np.arange(7) / 6)
-    grid = np.array([p for p in product(lines, repeat=3) if np.abs(p).min() < 0.999])
-    every = np.vstack([corners, grid])
-    values = fit_terms(DEGREE + 1).at(every)
-    values[:_CORNERS] *= 1e3  # they come first
-    _, _, order = qr(values.T, mode='economic', pivoting=True)
-    others = order[order >= _CORNERS][:_FITTED - _CORNERS]
-    inside = every[np.concatenate([np.arange(_CORNERS), others])]
-    return np.vstack([inside, _spread(_HELD_OUT)])
+    grid = np.array(list(product((-1.0, -0.5, 0.0, 0.5, 1.0), repeat=3)))
+    size = np.sort(np.abs(grid), axis=1)
+    edges = grid[size[:, 1] == 1.0]
+    # the steepest corners first, as series go astray there: slow, high pressure and friction
+    inner = np.abs(edges).min(axis=1) < 1.0
+    edges = edges[np.lexsort((edges @ (1.0, -1.0, -1.0), inner))]
+    return np.vstack([edges, np.eye(3), -np.eye(3), _spread(_HELD_OUT)])
 
 
 def _spread(count: int) -> FloatArray:
@@ -118,17 +110,15 @@ def _fitting(degree: int) -> FloatArray:
     return np.asarray(np.linalg.pinv(fit_terms(degree).at(samples()[:-_HELD_OUT])))
 
 
-def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: FloatArray,
+def fit_cell(solutions: FullSolutions, centre: FloatArray, half: FloatArray,
              tolerances: TableTolerances, limits: Tolerances) -> TableCell | Rejection:
     """
     Return the modes that matter in a cell, or along which axes to halve it.
 
     Parameters
     ----------
-    model : BrakeModel
-        Modal brake model.
-    domain : TableDomain
-        Envelope that the cell is part of.
+    solutions : FullSolutions
+        Of the model in the envelope that the cell is part of.
     centre, half : (3,) arrays
         Centre and half the edges of the cell in the domain's coordinates.
     tolerances : TableTolerances
@@ -137,7 +127,9 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
         What counts as oscillation.
 
     """
-    points = domain.points(model, np.vstack([centre, centre + half * samples()]))
+    model, domain = solutions.model, solutions.domain
+    x = np.vstack([centre, centre + half * samples()])
+    points = domain.points(model, x)
     try:
         expansion = expand_spectrum(model, points[0])
     except np.linalg.LinAlgError:
@@ -145,14 +137,17 @@ def fit_cell(model: BrakeModel, domain: TableDomain, centre: FloatArray, half: F
     fit = _Fit(expansion, points.coefficients().T[1:], tolerances, limits)
     fit.look_inside(domain.points(model, centre + half * _inner()).coefficients().T)
     fit.look_along(domain.points(model, centre + half * _lines()).coefficients().T)
-    free = int(np.count_nonzero(model.free_coordinates))
-    for place in range(len(samples())):
-        fit.add(eigenvalues(model, points[1 + place])[free:])
-        astray = fit.astray() if place < _CORNERS else 0.0
+    for place in range(_CORNERS):
+        fit.add(solutions.at(x[1 + place], points[1 + place]))
+        astray = fit.astray()
         if astray > _ASTRAY:
             return Rejection(fit.axes(2 if astray > _FAR * _ASTRAY else 1))
-        if place == _CORNERS - 1 and astray < _CLOSE and fit.is_hopeless():
-            return Rejection(fit.axes())
+    if fit.is_hopeless():
+        return Rejection(fit.axes())
+    if astray < _CLOSE:
+        fit.trust_series()
+    for place in range(len(fit), len(samples())):
+        fit.add(solutions.at(x[1 + place], points[1 + place]))
     return fit.cell()
 
 
@@ -202,24 +197,32 @@ class _Fit:
 
     def add(self, solution: ComplexArray) -> None:
         """Take the full solution at the next sample."""
-        predicted = self._predicted[len(self._roots)]
+        predicted = self._predicted[len(self)]
         away = np.abs(predicted[:, None] - solution)
         nearest = away.argmin(axis=1)
         if np.unique(nearest).size < nearest.size:
             nearest = linear_sum_assignment(away)[1]
         self._roots = np.vstack([self._roots, solution[nearest]])
 
+    def __len__(self) -> int:
+        return len(self._roots)
+
     def astray(self) -> float:
         """Return by how much the series is off at the samples so far, in tolerances."""
-        off = np.abs(self._roots - self._predicted[:len(self._roots)])
+        off = np.abs(self._roots - self._predicted[:len(self)])
         off /= self._tolerances.allowed(self._roots)
         return float(off[:, self._needed(self._roots)].max(initial=0.0))
 
     def is_hopeless(self) -> bool:
-        """Tell before most solutions whether polynomials do not even fit a close series."""
-        loose = replace(self._tolerances, growth=_HOPELESS * self._tolerances.growth,
-                        decay=_HOPELESS * self._tolerances.decay)
+        """Tell by the series, before most solutions, whether no polynomials will fit."""
+        factor = 1.0 + _CORRECTED * self.astray()
+        loose = replace(self._tolerances, growth=factor * self._tolerances.growth,
+                        decay=factor * self._tolerances.decay)
         return self._fails(self._fitted(self._predicted), loose)
+
+    def trust_series(self) -> None:
+        """Take the series for the solutions that the fit lacks; those held out check it."""
+        self._roots = np.vstack([self._roots, self._predicted[len(self):-_HELD_OUT]])
 
     def cell(self) -> TableCell | Rejection:
         """Return the fit to the full solutions, or along which axes to halve the cell."""
@@ -234,8 +237,7 @@ class _Fit:
 
     def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
         roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
-        return bool(not_known(roots, errors, cell.mirrored, cell.omitted_below, tolerances,
-                              self._limits).any())
+        return bool(cell.fails(roots, errors, tolerances, self._limits).any())
 
     def _oscillating(self, roots: ComplexArray) -> Any:
         return (roots.imag > self._limits.oscillation).any(axis=0)

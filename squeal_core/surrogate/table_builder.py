@@ -36,6 +36,7 @@ from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.build_checkpoint import BuildCheckpoint, Leaf, Triple
 from squeal_core.surrogate.cell_fit import fit_cell
 from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.full_solutions import FullSolutions
 from squeal_core.surrogate.table_cell import TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import places_of, TableDomain
 
@@ -67,9 +68,9 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
     workers : int
         Processes; 0: this one.
     progress : callable
-        Called with the boxes that are done and their number.
+        Called with the rows of boxes that are done and their number.
     checkpoint : BuildCheckpoint, optional
-        Has the boxes of an earlier build, and keeps each new one.
+        Has the rows of an earlier build, and keeps each new one.
 
     Raises
     ------
@@ -87,7 +88,7 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
                                   f'{domain}; give a wider one')
     begun = time.monotonic()
     leaves = checkpoint.read(len(jobs)) if checkpoint else {}
-    about = {'build_seconds': 0.0, 'workers': workers, 'kept_boxes': len(leaves)}
+    about = {'build_seconds': 0.0, 'workers': workers, 'kept_rows': len(leaves)}
     if leaves:
         progress(len(leaves), len(jobs))
     for i, found in run_jobs(_leaves, {i: jobs[i] for i in jobs if i not in leaves}, workers):
@@ -99,8 +100,10 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
     return builder.table([leaf for i in sorted(leaves) for leaf in leaves[i]], about)
 
 
-def _leaves(builder: '_Builder', place: Triple, x: FloatArray | None) -> list[Leaf]:
-    return list(builder.leaves((0, 0, 0), place, x))
+def _leaves(builder: '_Builder', boxes: Sequence[tuple[Triple, FloatArray | None]]) -> list[Leaf]:
+    """Return the cells of boxes side by side, which share full solutions."""
+    solutions = FullSolutions(builder.model, builder.domain)
+    return [leaf for place, x in boxes for leaf in builder.leaves(solutions, (0, 0, 0), place, x)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +116,16 @@ class _Builder:
     boxes: IndexArray
     limits: Tolerances
 
-    def jobs(self, x: FloatArray | None) -> Iterator[tuple['_Builder', Triple, Any]]:
-        """Yield the arguments of `_leaves` for each box, or each one with some of places x."""
+    def jobs(self, x: FloatArray | None) -> Iterator[tuple['_Builder', Any]]:
+        """Yield the arguments of `_leaves` by rows of boxes, or of those with some of places x."""
         first, second, third = self.boxes.tolist()
-        for place in product(range(first), range(second), range(third)):
-            some = None if x is None else x[self.inside(place, (0, 0, 0), x)]
-            if some is None or len(some):
-                yield self, place, some
+        for row in product(range(first), range(second)):
+            places = [(*row, last) for last in range(third)]
+            boxes = [(place, None if x is None else x[self.inside(place, (0, 0, 0), x)])
+                     for place in places]
+            boxes = [(place, some) for place, some in boxes if some is None or len(some)]
+            if boxes:
+                yield self, boxes
 
     def geometry(self, levels: Triple, place: Triple) -> tuple[FloatArray, FloatArray]:
         """Return the centre of a cell and half its edges."""
@@ -131,8 +137,8 @@ class _Builder:
         centre, half = self.geometry(levels, place)
         return (np.abs(x - centre) <= half * (1.0 + 1e-9)).all(axis=1)
 
-    def leaves(self, levels: Triple, place: Triple, x: FloatArray | None,
-               axes: tuple[int, ...] = ()) -> Iterator[Leaf]:
+    def leaves(self, solutions: FullSolutions, levels: Triple, place: Triple,
+               x: FloatArray | None, axes: tuple[int, ...] = ()) -> Iterator[Leaf]:
         """Yield the cells that a box is halved into; along given axes without trying it first."""
         centre, half = self.geometry(levels, place)
         if not self.domain.contains(centre, half):
@@ -140,7 +146,7 @@ class _Builder:
             return
         kept = None
         if not axes:
-            found = fit_cell(self.model, self.domain, centre, half, self.tolerances, self.limits)
+            found = fit_cell(solutions, centre, half, self.tolerances, self.limits)
             kept, axes = (found, ()) if isinstance(found, TableCell) else (found.cell, found.axes)
         axis = _axis(axes, levels)
         if axis is None:
@@ -151,7 +157,7 @@ class _Builder:
             child = _with(place, axis, 2 * place[axis] + side)
             some = None if x is None else x[self.inside(child, deeper, x)]
             if some is None or len(some):
-                yield from self.leaves(deeper, child, some, axes[1:])
+                yield from self.leaves(solutions, deeper, child, some, axes[1:])
 
     def table(self, leaves: Sequence[Leaf], about: dict[str, float]) -> ExpansionTable:
         """Return the table of the cells."""

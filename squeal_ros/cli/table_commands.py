@@ -77,8 +77,8 @@ def tabulate(options: argparse.Namespace) -> int:
         report = measure_coverage(table, model, x=x)
         risks = None if options.no_risk_map else _map(model, domain, options)
     except KeyboardInterrupt:
-        _say(f'{checkpoint.count} boxes are kept beside {output}; the same command goes on from '
-             'there')
+        _say(f'{checkpoint.count} rows of boxes are kept beside {output}; the same command goes '
+             'on from there')
         raise
     overwrite = options.force or not options.output
     write_table(with_coverage(table, report), model, output, overwrite=overwrite)
@@ -96,7 +96,7 @@ def _table(model: BrakeModel, domain: TableDomain, tolerances: TableTolerances,
            points: Sequence[OperatingPoint] | None, workers: int,
            checkpoint: BuildCheckpoint) -> ExpansionTable:
     kept, begun = checkpoint.count, time.monotonic()
-    with ProgressBar('boxes') as progress:
+    with ProgressBar('rows of boxes') as progress:
 
         def show(done: int, total: int) -> None:
             left = (time.monotonic() - begun) / max(1, done - kept) * (total - done)

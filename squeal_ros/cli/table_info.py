@@ -39,7 +39,7 @@ def table_lines(path: str | Path) -> Iterator[str]:
     yield (f'error bound      {_number(tolerances.get("growth"))} 1/s, or '
            f'{_number(tolerances.get("decay"))} of a decay rate')
     yield f'omitted          growth rates below {_number(tolerances.get("matters"))} 1/s'
-    for name in ('build_seconds', 'kept_boxes', 'workers', 'given_up'):
+    for name in ('build_seconds', 'kept_rows', 'workers', 'given_up'):
         if name in about:
             yield f'{name.replace("_", " "):16} {printable(about[name])}'
     coverage = about.get('coverage')

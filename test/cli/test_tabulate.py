@@ -32,14 +32,14 @@ from support.engine_models import random_model
 
 RANGES = ['--rotor-speed', '8', '20', '--preload', '1000', '1500', '--friction', '0.3', '0.45',
           '--tolerance', '0.1']
-# the real command, ended by a real signal as soon as the first box is kept
+# the real command, ended by a real signal as soon as the first row is kept
 ENDED = """
 import os, sys
 from squeal_core.surrogate.build_checkpoint import BuildCheckpoint
 from squeal_ros.cli.main import main
 keep = BuildCheckpoint.keep
-def keep_and_end(checkpoint, box, leaves):
-    keep(checkpoint, box, leaves)
+def keep_and_end(checkpoint, row, leaves):
+    keep(checkpoint, row, leaves)
     os.kill(os.getpid(), int(sys.argv[1]))
 BuildCheckpoint.keep = keep_and_end
 if __name__ == '__main__':
@@ -90,33 +90,33 @@ def test_a_build_that_was_ended_goes_on_with_the_same_table(
     first = ended(number, command(model, path, '--workers', '2', '--no-risk-map'))
     assert first.returncode == code
     assert 'Traceback' not in first.stderr
-    assert ('squeal: 1 boxes are kept' in first.stderr) == (number == signal.SIGINT)
+    assert ('squeal: 1 rows of boxes are kept' in first.stderr) == (number == signal.SIGINT)
     assert not path.exists()
     [folder] = folders(path)
     assert [file.suffix for file in folder.iterdir()] == ['.npz']
     assert main(command(model, path, '--no-risk-map')) == 0
-    assert '1 of 4 boxes were kept from an earlier build' in capsys.readouterr().err
+    assert '1 of 2 rows of boxes were kept from an earlier build' in capsys.readouterr().err
     assert same(path, whole)
     assert not folders(path)
 
 
-def test_damaged_and_foreign_boxes_are_built_again(
+def test_damaged_and_foreign_rows_are_built_again(
         model: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / 'table.npz'
     ended(signal.SIGKILL, command(model, path))
     [folder] = folders(path)
-    [box] = folder.iterdir()
-    rewrite(box, {'box': 7})
-    (folder / '3.npz').write_bytes(box.read_bytes()[:-10])
+    [row] = folder.iterdir()
+    rewrite(row, {'row': 7})
+    (folder / '1.npz').write_bytes(row.read_bytes()[:-10])
     assert main(command(model, path, '--no-risk-map')) == 0
     said = capsys.readouterr().err
-    assert 'is a box of another table; it is built again' in said
-    assert '3.npz: is damaged' in said
+    assert 'is a row of another table; it is built again' in said
+    assert '1.npz: is damaged' in said
     assert 'were kept' not in said
     assert same(path, whole)
 
 
-def test_boxes_of_other_settings_are_not_taken_and_removed(
+def test_rows_of_other_settings_are_not_taken_and_removed(
         model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / 'table.npz'
     ended(signal.SIGKILL, command(model, path))
