@@ -31,7 +31,6 @@ import resource
 import sys
 from time import perf_counter
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from squeal_core import BrakeModel
@@ -63,7 +62,7 @@ def main() -> int:
     for drive in DRIVES:
         points = driven_points(model, SimpleNamespace(
             drive=drive, vehicle='midsize', duration=None))
-        answered = _evaluated(table, model, places_of(points)).answered
+        answered = table.evaluate(places_of(points), Tolerances.of(model)).answered
         print(f'{drive}: {answered.mean():.3%} of {len(points)} sliding points answered')
     return _errors(table, model, _random(model, options))
 
@@ -88,14 +87,10 @@ def _random(model: BrakeModel, options: argparse.Namespace) -> FloatArray:
     return np.asarray(low + (high - low) * shares)
 
 
-def _evaluated(table: ExpansionTable, model: BrakeModel, x: FloatArray) -> Any:
-    return table.evaluate(np.exp(x[:, 0]), np.exp(x[:, 1]), x[:, 2], Tolerances.of(model))
-
-
 def _time(table: ExpansionTable, model: BrakeModel) -> None:
     """Print warm medians of an answer and of a full solution, taken in turns."""
     x = table.domain.low + table.domain.width * np.random.default_rng(0).random((40, 3))
-    points = table.domain.points(model, x[_evaluated(table, model, x).answered])
+    points = table.domain.points(model, x[table.evaluate(x, Tolerances.of(model)).answered])
     solver = TabulatedSolver(model, table, audit_every=0)
     full, single = [], []
     for i in range(len(points)):
@@ -108,7 +103,7 @@ def _time(table: ExpansionTable, model: BrakeModel) -> None:
     print(f'full solution {1e3 * whole:.2f} ms, an answer {1e6 * answer:.0f} us: '
           f'{whole / answer:.0f} times as fast; four brakes {1e6 * four:.0f} us')
     many = table.domain.low + table.domain.width * np.random.default_rng(2).random((20_000, 3))
-    spent = _seconds(lambda: _evaluated(table, model, many))
+    spent = _seconds(lambda: table.evaluate(many, Tolerances.of(model)))
     print(f'arrays of 20,000 random points: {1e6 * spent / len(many):.1f} us a point')
 
 
@@ -124,7 +119,7 @@ def _errors(table: ExpansionTable, model: BrakeModel, x: FloatArray) -> int:
     count = answered = missed = invented = 0
     near = allowed = band = 0.0
     for part in np.array_split(x, max(1, len(x) // CHUNK)):
-        found, points = _evaluated(table, model, part), table.domain.points(model, part)
+        found, points = table.evaluate(part, limits), table.domain.points(model, part)
         for place in np.flatnonzero(found.answered).tolist():
             ours = found.modes(place)
             truth = complex_modes(model, points[place], tolerances=limits)

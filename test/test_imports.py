@@ -38,6 +38,7 @@ PACKAGES = (
     'squeal_core.simulation',
     'squeal_core.surrogate',
     'squeal_core.risk',
+    'squeal_core.calibration',
     'squeal_core.studies',
     'squeal_core.verification',
     'squeal_core.monitor',
@@ -62,6 +63,7 @@ LEAVES = {
     'h5py': ('squeal_core.modes.readers.hdf5_tables',),
     'pyNastran': ('squeal_core.modes.readers.nastran_op2',),
     'matplotlib': ('squeal_core.view',),
+    'sklearn': ('squeal_core.calibration.scores',),
     'rich': ('squeal_core.view',),
 }
 ALWAYS_THERE = {'numpy', 'scipy'}
@@ -176,7 +178,7 @@ def test_every_leaf_is_one(package: str) -> None:
 @each('module', [
     name for name in SOURCES if within(name, 'squeal_core')
     and not any(within(name, f'squeal_core.{leaf}')
-                for leaf in ('modes.fe', 'modes.readers', 'view'))])
+                for leaf in ('modes.fe', 'modes.readers', 'calibration.scores', 'view'))])
 def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
     foreign = [i for i in IMPORTS[module] if top(i.target) not in {
         *sys.stdlib_module_names, *ALWAYS_THERE, 'squeal_core'}]

@@ -26,9 +26,9 @@ _SECOND = 1_000_000_000
 
 class ApplicationRisk:
     """
-    Build-up and squeal risk of one brake; four methods take what is known at a tick.
+    Build-up and squeal risk of one brake; these methods take what is known at a tick.
 
-    `update`: it slides under load. `rest`: it is pressed and does not slide, so modes decay to
+    `update`: it slides under load. `hold`: it does, and is not evaluated. `rest`: it is pressed and does not slide, so modes decay to
     their floors; the application goes on. `skip`: nothing is known, and nothing is added.
     `release`: the application ends, and all modes are at their floors. More than
     `RiskSettings.longest_interval` after the last tick, or before it (a clock set back), the
@@ -49,7 +49,7 @@ class ApplicationRisk:
     def __init__(self, risk: SquealRisk) -> None:
         self._risk = risk
         self._shape = (3, 3, risk.families.size, risk.ensemble.weights.size)
-        self._time, self._fresh = 0, False
+        self._time, self._slid_at, self._fresh = 0, 0, False
         self._rates: FloatArray | None = None  # at the nodes at the last tick; None: not known
         self._growth: MemberGrowth | None = None  # then, where the brake slid
         self._reset()
@@ -88,11 +88,21 @@ class ApplicationRisk:
         rates = self._risk.at_nodes(growth)
         self._step(self._elapsed(time_ns), rates, growth)
         self._rates, self._growth, self._fresh = rates, growth, False
+        self._slid_at = time_ns
+
+    def hold(self, time_ns: int) -> None:
+        """Take a tick at which the brake slides on, between two that are evaluated."""
+        self._slid_at = time_ns
 
     def rest(self, time_ns: int) -> None:
         """Take a tick at which the brake is pressed and does not slide."""
-        self._step(self._elapsed(time_ns), -self._risk.decay, None)
-        self._rates, self._growth = -self._risk.decay, None
+        duration, decaying = self._elapsed(time_ns), -self._risk.decay
+        if self._growth is not None and self._rates is not None:
+            sliding = duration - self._after_sliding(time_ns)
+            self._grow(self._rates, sliding, self._growth)
+            duration -= sliding
+        self._grow(decaying, duration, None)
+        self._rates, self._growth = decaying, None
 
     def skip(self, time_ns: int) -> None:
         """Take a tick of which nothing is known."""
@@ -106,8 +116,8 @@ class ApplicationRisk:
         Returns
         -------
         RiskResult or None
-            The last of the application: sliding is taken to have ended in the middle since the
-            tick before. None where the brake did not slide at that tick.
+            The last of the application: sliding is taken to have ended in the middle between the
+            last tick that saw it and this one. None where the brake did not slide before it.
 
         """
         self.finish(time_ns)
@@ -119,10 +129,14 @@ class ApplicationRisk:
         return last
 
     def finish(self, time_ns: int) -> None:
-        """Take half of the time to a tick at which the brake is released."""
-        half = 0.5 * self._elapsed(time_ns)
+        """Take the time to the end of sliding, before a tick at which the brake is released."""
+        duration = self._elapsed(time_ns)
         if self._rates is not None and self._growth is not None:
-            self._grow(self._rates, half, self._growth)
+            self._grow(self._rates, duration - self._after_sliding(time_ns), self._growth)
+
+    def _after_sliding(self, time_ns: int) -> float:
+        """Return half of the time since the brake was last seen sliding [s]."""
+        return 0.5 * (time_ns - self._slid_at) / _SECOND
 
     def _elapsed(self, time_ns: int) -> float:
         """Return the time since the last tick [s]; 0 where nothing is known of it."""
@@ -132,14 +146,13 @@ class ApplicationRisk:
         self._time = time_ns
         return 0.0 if self._rates is None else duration
 
-    def _step(self, duration: float, rates: FloatArray, growth: MemberGrowth | None) -> None:
-        """Go on to a tick with these growth rates; None: without sliding there."""
+    def _step(self, duration: float, rates: FloatArray, growth: MemberGrowth) -> None:
+        """Go on to a tick at which the brake slides with these growth rates."""
         if self._rates is None or duration == 0.0:
             return
-        edge = self._growth is None or growth is None
-        first, second = halves(self._rates, rates, edge=edge)
-        for part, of in ((first, self._growth if edge else growth), (second, growth)):
-            self._grow(part, 0.5 * duration, of)
+        first, second = halves(self._rates, rates, edge=self._growth is None)
+        self._grow(first, 0.5 * duration, None if self._growth is None else growth)
+        self._grow(second, 0.5 * duration, growth)
 
     def _grow(self, rates: FloatArray, duration: float, growth: MemberGrowth | None) -> None:
         """Take a time at constant growth rates; without sliding all modes decay."""

@@ -15,6 +15,7 @@
 """Ensemble of brakes: the persistent uncertainty of a brake as fixed, weighted members."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,8 +27,9 @@ from squeal_core.common.errors import SquealError
 _TRUNCATED = 3.0  # standard deviations beyond which no member lies
 _LEAST_BUILD_UP = 1.0  # neper; with less, the noise floor itself would be heard
 _SLOPES = (0.0, 2.0)  # factors on the friction slope that emulators cover
-_MEMBERS = ('ln_damping', 'ln_contact_stiffness', 'friction_bias', 'slope_scale',
-            'audible_build_up')
+MEMBERS = ('ln_damping', 'ln_contact_stiffness', 'friction_bias', 'slope_scale',
+           'audible_build_up')
+Persistent: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +130,7 @@ class Ensemble:
     __repr__ = repr_with_shapes
 
     def __post_init__(self) -> None:
-        for name in (*_MEMBERS, 'weights'):
+        for name in (*MEMBERS, 'weights'):
             array = readonly(getattr(self, name))
             if array.shape != np.shape(self.weights) or array.ndim != 1 or not (
                     array.size and np.isfinite(array).all()):
@@ -179,13 +181,25 @@ def prior_ensemble(prior: EnsemblePrior) -> Ensemble:
     normal distribution; the same bits for the same prior.
 
     """
-    points = qmc.Sobol(len(_MEMBERS), seed=prior.seed).random(prior.count)
-    z = np.clip(ndtri(points), -_TRUNCATED, _TRUNCATED).T
-    return Ensemble(
-        ln_damping=prior.damping * z[0], ln_contact_stiffness=prior.contact_stiffness * z[1],
-        friction_bias=prior.friction * z[2],
-        slope_scale=np.clip(1.0 + prior.slope * z[3], *_SLOPES),
-        audible_build_up=np.maximum(
-            prior.audible_build_up + prior.audible_build_up_deviation * z[4], _LEAST_BUILD_UP),
-        weights=np.ones(prior.count), friction_scatter=prior.friction_scatter,
-        damping_scatter=prior.damping_scatter)
+    points = qmc.Sobol(len(MEMBERS), seed=prior.seed).random(prior.count)
+    return Ensemble(*persistent(prior, ndtri(points)), weights=np.ones(prior.count),
+                    friction_scatter=prior.friction_scatter,
+                    damping_scatter=prior.damping_scatter)
+
+
+def persistent(prior: EnsemblePrior, deviations: FloatArray) -> Persistent:
+    """
+    Return the arrays (M,) of members, in the order of `MEMBERS`.
+
+    Parameters
+    ----------
+    prior : EnsemblePrior
+    deviations : (M, 5) array
+        In standard deviations of the prior from its means.
+
+    """
+    z = np.clip(deviations, -_TRUNCATED, _TRUNCATED).T
+    return (prior.damping * z[0], prior.contact_stiffness * z[1], prior.friction * z[2],
+            np.clip(1.0 + prior.slope * z[3], *_SLOPES),
+            np.maximum(prior.audible_build_up + prior.audible_build_up_deviation * z[4],
+                       _LEAST_BUILD_UP))

@@ -144,8 +144,6 @@ class ComplexModes:
         Mode number of each root where only some of the modes are listed; None: 1 to N.
     omitted_below : float
         Growth rate that every oscillating mode not listed stays below [1/s]; -inf: all are listed.
-    growing : tuple of Mode, optional
-        As `unstable`, where they are known already.
 
     """
 
@@ -157,7 +155,6 @@ class ComplexModes:
     source: Source = 'full'
     mode_numbers: IndexArray | None = None
     omitted_below: float = -math.inf
-    growing: tuple[Mode, ...] | None = None
 
     __repr__ = repr_with_shapes
 
@@ -178,15 +175,12 @@ class ComplexModes:
         """All N modes in order of index."""
         return tuple(self._at(np.arange(self.mode_eigenvalues.size)))
 
-    @property
+    @cached_property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
-        return self._unstable if self.growing is None else self.growing
-
-    @cached_property
-    def _unstable(self) -> tuple[Mode, ...]:
-        growing = (self.mode_eigenvalues.real > self.tolerances.growth).nonzero()[0]
-        return tuple(sorted(self._at(growing), key=lambda mode: -mode.eigenvalue.real))
+        growth = self.mode_eigenvalues.real
+        growing = (growth > self.tolerances.growth).nonzero()[0]
+        return tuple(self._at(growing[np.argsort(-growth[growing], kind='stable')]))
 
     def _at(self, places: Any) -> list[Mode]:
         numbers = places + 1 if self.mode_numbers is None else self.mode_numbers[places]

@@ -37,6 +37,7 @@ from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
+    not_known,
     TableCell,
     TableTolerances,
     verdict_within_error,
@@ -237,7 +238,8 @@ class _Fit:
 
     def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
         roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
-        return bool(cell.fails(roots, errors, tolerances, self._limits).any())
+        return bool(not_known(roots, errors, cell.mirrored, cell.omitted_below, tolerances,
+                              self._limits).any())
 
     def _oscillating(self, roots: ComplexArray) -> Any:
         return (roots.imag > self._limits.oscillation).any(axis=0)

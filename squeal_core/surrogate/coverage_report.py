@@ -83,7 +83,7 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
         x = table.domain.low + table.domain.width * generator.random((points, 3))
         x = x[table.domain.covers(x)]
     limits = Tolerances.of(model)
-    found = table.evaluate(np.exp(x[:, 0]), np.exp(x[:, 1]), x[:, 2], limits)
+    found = table.evaluate(x, limits)
     chosen = generator.permutation(np.flatnonzero(found.answered))[:solved]
     places, worst, wrong = table.domain.points(model, x[chosen]), 0.0, 0
     for i, place in enumerate(chosen.tolist()):

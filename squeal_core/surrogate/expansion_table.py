@@ -14,27 +14,25 @@
 
 """Table of the eigenvalues that matter, cell by cell of an envelope: look-up and evaluation."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
+    not_known,
     TableCell,
     TableTolerances,
     verdict_within_error,
 )
 from squeal_core.surrogate.table_domain import coordinates, TableDomain
 from squeal_core.surrogate.table_modes import TableModes
-
-_FEW = 64  # points
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,22 +69,11 @@ class ExpansionTable:
 
     __repr__ = repr_with_shapes
 
-    def __post_init__(self) -> None:
-        boxes = np.array(self.grid.shape)
-        object.__setattr__(self, '_low', self.domain.low)
-        object.__setattr__(self, '_per_box', boxes / self.domain.width)
-        object.__setattr__(self, '_last', boxes - 1)
-
     @property
     def nbytes(self) -> int:
         """Size in memory [bytes]."""
         return int(self.grid.nbytes + self.centres.nbytes + self.halves.nbytes + sum(
             2 * cell.series.nbytes + 6 * cell.omitted.nbytes for cell in self.cells))
-
-    @cached_property
-    def _most(self) -> int:
-        """Largest number of eigenvalues kept in a cell."""
-        return max((cell.layout.count for cell in self.cells), default=1)
 
     def without(self, cell: int) -> 'ExpansionTable':
         """Return the table without a cell."""
@@ -94,42 +81,33 @@ class ExpansionTable:
 
     def locate(self, x: FloatArray) -> IndexArray:
         """Return the cell of each place x (P, 3); -1: none."""
-        share = (x - self._low) * self._per_box  # type: ignore[attr-defined]
-        last = self._last  # type: ignore[attr-defined]
-        inside = ((share >= 0.0) & (share <= last + 1.0)).all(axis=1)  # NaN is outside
+        low, boxes_per_unit, last = self._axes
+        share = (x - low) * boxes_per_unit
+        inside: Any = ((share >= 0.0) & (share <= last + 1.0)).all(axis=1)  # NaN is outside
         box = np.where(inside[:, None], np.minimum(share, last), 0.0).astype(np.intp)
-        return np.where(inside, self.grid[box[:, 0], box[:, 1], box[:, 2]], -1)
+        return np.asarray(np.where(inside, self.grid[box[:, 0], box[:, 1], box[:, 2]], -1))
 
-    def _cell_at(self, x: tuple[float, float, float]) -> int:
-        """Return what `locate` does, of one place, for a tenth of its time."""
-        box = []
-        for value, (low, per_box, last) in zip(x, self._axes, strict=True):
-            share = (value - low) * per_box
-            if not 0.0 <= share <= last + 1.0:
-                return -1
-            box.append(min(int(share), last))
-        return int(self.grid[box[0], box[1], box[2]])
-
-    @cached_property
-    def _axes(self) -> list[tuple[float, float, int]]:
-        return list(zip(self._low.tolist(), self._per_box.tolist(),  # type: ignore[attr-defined]
-                        self._last.tolist(), strict=True))  # type: ignore[attr-defined]
-
-    def evaluate(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
-                 frictions: ArrayLike, tolerances: Tolerances) -> TableModes:
+    def evaluate(self, x: FloatArray, tolerances: Tolerances) -> TableModes:
         """
-        Return the modes at P points; numbers and arrays are broadcast together.
+        Return the modes at P points.
 
         Parameters
         ----------
-        rotor_speeds, contact_pressures, frictions : (P,) arrays
-            Magnitudes: Omega [rad/s], p0 [Pa], mu [-]; the friction opposes the sliding.
+        x : (P, 3) array
+            Places in the domain's coordinates; the friction opposes the sliding.
         tolerances : Tolerances
             What counts as oscillation and growth. A point at which the sign of a growth rate
             hangs on its error is not answered.
 
         """
-        return self._collected(coordinates(rotor_speeds, contact_pressures, frictions), tolerances)
+        cells, roots, errors, omitted = self._values(x)
+        below = self._omitted_below[cells]
+        unknown = not_known(roots, errors, self._mirrored[cells], below[:, None],
+                            self.tolerances, tolerances)
+        unknown |= verdict_within_error(roots, errors, tolerances)
+        return TableModes.in_order(
+            roots, errors, omitted, modes=self.modes, omitted_below=below,
+            cells=np.where(unknown.any(axis=1), -1, cells), tolerances=tolerances)
 
     def eigenvalues(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
                     frictions: ArrayLike, tolerances: Tolerances) -> ComplexArray:
@@ -138,115 +116,57 @@ class ExpansionTable:
 
         As `evaluate`, but it answers close to a stability boundary, too.
         """
-        x = coordinates(rotor_speeds, contact_pressures, frictions)
-        found = np.full((len(x), self._most), complex(np.nan, np.nan))
-        for place, points in _groups(self.locate(x)):
-            cell, u = self.cells[place], (x[points] - self.centres[place]) / self.halves[place]
-            roots, errors, _ = cell.at(fit_terms(DEGREE).at(u))
-            valid = ~cell.fails(roots, errors, self.tolerances, tolerances).any(axis=1)
-            found[points[valid], :roots.shape[1]] = roots[valid]
-        return found
+        cells, roots, errors, _ = self._values(
+            coordinates(rotor_speeds, contact_pressures, frictions))
+        unknown = not_known(roots, errors, self._mirrored[cells],
+                            self._omitted_below[cells, None], self.tolerances, tolerances)
+        roots[unknown.any(axis=1)] = complex(np.nan, np.nan)
+        return roots
 
-    def modes_at(self, rotor_speed: float, contact_pressure: float, friction: float,
-                 tolerances: Tolerances) -> tuple[ComplexModes, int] | None:
-        """Return the modes at one point and its cell, as `evaluate`; None without an answer."""
-        if not (rotor_speed > 0.0 and contact_pressure > 0.0):
-            return None
-        x = math.log(rotor_speed), math.log(contact_pressure), friction
-        place = self._cell_at(x)
-        if place < 0:
-            return None
-        found = _Evaluated(self, place, np.array([x]), tolerances)
-        if not found.valid[0]:
-            return None
-        return found.modes(), place
+    def _values(self, x: FloatArray
+                ) -> tuple[IndexArray, ComplexArray, FloatArray, FloatArray]:
+        """
+        Return cells (P,), eigenvalues (P, K), their errors, frequencies of omitted modes (P, L).
 
-    def _collected(self, x: FloatArray, tolerances: Tolerances) -> TableModes:
-        cells = self.locate(x)
-        shape = len(x), self._most
-        roots = np.full(shape, complex(np.nan, np.nan))
-        errors, numbers = np.full(shape, np.nan), np.zeros(shape, np.intp)
-        counts, below = np.zeros(len(x), np.intp), np.full(len(x), np.nan)
-        for place, points in _groups(cells):
-            found = _Evaluated(self, place, x[points], tolerances)
-            width = found.roots.shape[1]
-            roots[points, :width], errors[points, :width] = found.roots, found.errors
-            numbers[points, :width], counts[points] = found.numbers, found.counts
-            below[points] = self.cells[place].omitted_below
-            cells[points[~found.valid]] = -1
-        return TableModes(roots, errors, numbers, counts, below, cells, tolerances)
-
-
-def _groups(cells: IndexArray) -> Iterator[tuple[int, IndexArray]]:
-    """Yield each cell with its points."""
-    if cells.size <= _FEW:  # a dictionary is faster than sorting
-        found: dict[int, list[int]] = {}
+        NaN at points without a cell, and beyond the number of a cell.
+        """
+        cells, (kept, most_omitted) = self.locate(x), self._widths
+        roots, errors = np.empty((len(x), kept), complex), np.empty((len(x), kept))
+        omitted = np.empty((len(x), most_omitted))
+        roots[...] = complex(np.nan, np.nan)
+        errors[...] = omitted[...] = np.nan
+        points_of: dict[int, list[int]] = {}
         for point, cell in enumerate(cells.tolist()):
-            found.setdefault(cell, []).append(point)
-        yield from ((cell, np.array(points)) for cell, points in found.items() if cell >= 0)
-        return
-    order = np.argsort(cells, kind='stable')
-    ends = np.flatnonzero(np.diff(cells[order])) + 1
-    for points in np.split(order, ends):
-        if points.size and cells[points[0]] >= 0:
-            yield int(cells[points[0]]), points
+            points_of.setdefault(cell, []).append(point)
+        points_of.pop(-1, None)
+        for cell, points in points_of.items():
+            u = (x[points] - self.centres[cell]) / self.halves[cell]
+            found = self.cells[cell].at(fit_terms(DEGREE).at(u))
+            for array, values in zip((roots, errors, omitted), found, strict=True):
+                array[points, :values.shape[1]] = values
+        return cells, roots, errors, omitted
 
+    @cached_property
+    def _axes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Lower corner of the envelope, finest boxes per unit, number of the last, each (3,)."""
+        boxes = np.array(self.grid.shape)
+        return self.domain.low, boxes / self.domain.width, boxes - 1.0
 
-class _Evaluated:
-    """The modes of one cell at places x (P, 3), in order of mode number."""
+    @cached_property
+    def _widths(self) -> tuple[int, int]:
+        """Largest number of kept eigenvalues and of omitted modes of a cell."""
+        return (max((cell.layout.count for cell in self.cells), default=1),
+                max((cell.omitted.shape[1] for cell in self.cells), default=0))
 
-    def __init__(self, table: ExpansionTable, place: int, x: FloatArray,
-                 tolerances: Tolerances) -> None:
-        cell = table.cells[place]
-        u = (x - table.centres[place]) / table.halves[place]
-        roots, errors, omitted = cell.at(fit_terms(DEGREE).at(u))
-        self.tolerances, self.below = tolerances, cell.omitted_below
-        bad = cell.fails(roots, errors, table.tolerances, tolerances)
-        bad |= verdict_within_error(roots, errors, tolerances)
-        self.valid = ~bad.any(axis=1)
-        oscillating = roots.imag > tolerances.oscillation
-        self.quiet = not oscillating.all()
-        key = roots.imag
-        if self.quiet:
-            divergent = (roots.real > tolerances.growth) & (
-                np.abs(roots.imag) <= tolerances.oscillation)
-            key = np.where(oscillating, key, np.where(divergent, -roots.real, np.inf))
-        order = key.argsort(axis=1)
-        flat = order if len(x) == 1 else order + order.shape[1] * np.arange(len(x))[:, None]
-        self.roots, self.errors = roots.take(flat), errors.take(flat)
-        self.counts = np.full(len(x), order.shape[1])
-        self._number(oscillating, omitted, table.modes)
-        if self.quiet:
-            self._clear(np.isposinf(key.take(flat)))
+    @cached_property
+    def _omitted_below(self) -> FloatArray:
+        """Bound of each cell on the growth rates of its omitted modes, NaN last: of no cell."""
+        return np.array([*(cell.omitted_below for cell in self.cells), np.nan])
 
-    def _number(self, oscillating: Any, omitted: FloatArray, modes: int) -> None:
-        """Count from the highest frequency down, as the non-oscillating modes come first."""
-        size = self.roots.shape[1]
-        above = (omitted[:, None, :] > self.roots.imag[:, :, None]).sum(axis=2)
-        if not self.quiet:
-            self.numbers = np.arange(modes - size + 1, modes + 1) - above
-            return
-        count, first = oscillating.sum(axis=1, keepdims=True), np.arange(size)
-        growing = ((self.roots.imag <= self.tolerances.oscillation)
-                   & (self.roots.real > self.tolerances.growth)).sum(axis=1, keepdims=True)
-        numbers = modes - above - (count - 1 - (first - growing))
-        self.numbers = np.where(first < growing, first + 1, numbers)
-
-    def _clear(self, unlisted: Any) -> None:
-        """Leave out what neither oscillates nor grows, and conjugates."""
-        self.roots[unlisted] = complex(np.nan, np.nan)
-        self.errors[unlisted] = np.nan
-        self.numbers[unlisted] = 0
-        self.counts = self.counts - unlisted.sum(axis=1)
-
-    def modes(self) -> ComplexModes:
-        """Return the modes at the only point."""
-        roots, errors, numbers = self.roots[0], self.errors[0], self.numbers[0]
-        first = 0  # of those that oscillate
-        if self.quiet:
-            count = int(self.counts[0])
-            roots, errors, numbers = roots[:count], errors[:count], numbers[:count]
-            first = int((roots.imag <= self.tolerances.oscillation).sum())
-        return ComplexModes(
-            roots[:first], roots[first:], roots, errors, self.tolerances, 'table',
-            mode_numbers=numbers, omitted_below=self.below)
+    @cached_property
+    def _mirrored(self) -> Any:
+        """Eigenvalues of each cell (cells + 1, K) whose conjugates are not among them."""
+        found = np.zeros((len(self.cells) + 1, self._widths[0]), bool)
+        for row, cell in zip(found, self.cells, strict=False):
+            row[:cell.mirrored.size] = cell.mirrored
+        return found

@@ -127,16 +127,16 @@ class TableCell:
         lacking = len(self.series) - len(self.omitted)
         return np.concatenate([self.series, np.pad(self.omitted, ((0, lacking), (0, 0)))], axis=1)
 
-    def fails(self, roots: ComplexArray, errors: FloatArray, tolerances: TableTolerances,
-              limits: Tolerances) -> Any:
-        """
-        Tell which of the eigenvalues (..., n) are not known well enough.
 
-        Those are modes that matter with errors above the tolerance, and pairs that became real.
-        """
-        failing = (errors > tolerances.allowed(roots)) & (
-            roots.real + errors > self.omitted_below)
-        return failing | (self.mirrored & (roots.imag <= limits.oscillation))
+def not_known(roots: ComplexArray, errors: FloatArray, mirrored: Any, omitted_below: Any,
+              tolerances: TableTolerances, limits: Tolerances) -> Any:
+    """
+    Tell which of the eigenvalues (..., n) of cells are not known well enough.
+
+    Those are modes that matter with errors above the tolerance, and pairs that became real.
+    """
+    failing = (errors > tolerances.allowed(roots)) & (roots.real + errors > omitted_below)
+    return failing | (mirrored & (roots.imag <= limits.oscillation))
 
 
 def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:

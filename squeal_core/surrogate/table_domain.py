@@ -34,7 +34,6 @@ PRELOAD: Range = (100.0, 20000.0)  # N
 FRICTION: Range = (0.001, 0.65)  # linings have 0.15 and more; critical values lie below
 STEEPEST = 6000.0  # N s, preload times friction over rotor speed: creeping under full brakes
 AXES = ('rotor_speed', 'contact_pressure', 'friction')
-_FEW = 16  # points
 _LAW = 1e-9  # relative difference up to which slope and stiffness are those of the model
 
 
@@ -117,26 +116,18 @@ class TableDomain:
             rotor_speed=speed, friction=x[:, 2], contact_pressure=pressure, friction_slope=slope,
             contact_stiffness=self.stiffness_factor * stiffness)
 
-    def follows(self, model: BrakeModel, point: OperatingPoint) -> bool:
-        """Tell whether a point has the slope, stiffness and damping the table was built with."""
-        slope = 0.0 if model.friction_law is None else model.friction_law.slope_at(
-            model.contact_radius * point.rotor_speed, friction_of(point))
-        stiffness = self.stiffness_factor * model.contact_stiffness_at(point.contact_pressure)
-        return (abs(point.friction_slope - slope) <= _LAW * abs(slope)
-                and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness
-                and point.damping_scale == 1.0)
-
-    def all_follow(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
-        """Tell which points (P,) do what `follows` tells of one."""
-        if len(points) <= _FEW:  # one by one they cost less than arrays
-            return np.array([self.follows(model, point) for point in points])
-        built = self.points(model, places_of(points))
-        slopes, stiffnesses, scales = np.array([
-            (point.friction_slope, point.contact_stiffness, point.damping_scale)
-            for point in points]).T
-        return ((np.abs(slopes - built.friction_slope) <= _LAW * np.abs(built.friction_slope))
-                & (np.abs(stiffnesses - built.contact_stiffness)
-                   <= _LAW * built.contact_stiffness) & (scales == built.damping_scale))
+    def follow(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
+        """Tell which points (P,) have the slope, stiffness and damping the table is built with."""
+        found = np.empty(len(points), bool)
+        law, factor = model.friction_law, self.stiffness_factor
+        for i, point in enumerate(points):
+            slope = 0.0 if law is None else law.slope_at(
+                model.contact_radius * point.rotor_speed, opposing_friction(point))
+            stiffness = factor * model.contact_stiffness_at(point.contact_pressure)
+            found[i] = (abs(point.friction_slope - slope) <= _LAW * abs(slope)
+                        and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness
+                        and point.damping_scale == 1.0)
+        return found
 
 
 def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
@@ -151,13 +142,12 @@ def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
 
 def places_of(points: Sequence[OperatingPoint]) -> FloatArray:
     """Return the places x (P, 3) of points; -inf at a pressure of zero."""
-    with np.errstate(divide='ignore'):
-        return np.column_stack([
-            np.log(np.abs([point.rotor_speed for point in points])),
-            np.log([point.contact_pressure for point in points]),
-            [friction_of(point) for point in points]])
+    return np.array([
+        (math.log(abs(point.rotor_speed)),
+         math.log(point.contact_pressure) if point.contact_pressure else -math.inf,
+         opposing_friction(point)) for point in points]).reshape(-1, 3)
 
 
-def friction_of(point: OperatingPoint) -> float:
+def opposing_friction(point: OperatingPoint) -> float:
     """Return the friction [-], negative where it does not oppose the sliding."""
     return math.copysign(1.0, point.rotor_speed) * point.friction

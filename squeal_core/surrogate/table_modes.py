@@ -15,12 +15,11 @@
 """The modes that a table has of points."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import ComplexModes, Mode, Tolerances
+from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,56 +55,66 @@ class TableModes:
 
     __repr__ = repr_with_shapes
 
+    @classmethod
+    def in_order(cls, roots: ComplexArray, errors: FloatArray, omitted: FloatArray, *, modes: int,
+                 omitted_below: FloatArray, cells: IndexArray,
+                 tolerances: Tolerances) -> 'TableModes':
+        """
+        Return modes in order of mode number.
+
+        Parameters
+        ----------
+        roots, errors : (P, K) arrays
+            Eigenvalues of cells, NaN beyond their number; those that neither oscillate nor grow,
+            and conjugates, are left out.
+        omitted : (P, L) array
+            Angular frequencies of the omitted modes, NaN beyond their number [rad/s].
+        modes : int
+            N, modes of the model: they are numbered from the highest frequency down, as the
+            non-oscillating ones come first.
+        omitted_below, cells, tolerances
+            As of the class.
+
+        """
+        oscillate = roots.imag > tolerances.oscillation
+        diverge = (roots.real > tolerances.growth) & (
+            np.abs(roots.imag) <= tolerances.oscillation)
+        key = np.where(oscillate, roots.imag, np.where(diverge, -roots.real, np.inf))
+        divergent = diverge.sum(axis=1)
+        counts = divergent + oscillate.sum(axis=1)
+        place = np.arange(counts.max(initial=0))
+        order = key.argsort(axis=1, kind='stable')[:, :place.size]
+        order += roots.shape[1] * np.arange(len(roots))[:, None]  # places in the flat arrays
+        listed = place < counts[:, None]
+        roots = np.where(listed, roots.take(order), complex(np.nan, np.nan))
+        above = (omitted[:, None, :] > roots.imag[:, :, None]).sum(axis=2)
+        numbers = modes - above - (counts[:, None] - 1 - place)
+        numbers = np.where(place < divergent[:, None], place + 1, numbers)
+        return cls(roots, np.where(listed, errors.take(order), np.nan),
+                   np.where(listed, numbers, 0), counts, omitted_below, cells, tolerances)
+
     @property
     def answered(self) -> Any:
         """Points that the table answers (P,)."""
         return self.cells >= 0
+
+    def answered_in(self, low_hz: float, high_hz: float) -> Any:
+        """Points (P,) at which, too, no omitted mode may be the least stable of a band."""
+        hertz = self.roots.imag / (2.0 * np.pi)
+        low_hz = max(low_hz, self.tolerances.oscillation / (2.0 * np.pi))
+        growth = np.where((hertz >= low_hz) & (hertz <= high_hz), self.roots.real, -np.inf).max(
+            axis=1, initial=-np.inf)
+        return (self.cells >= 0) & (growth > self.omitted_below)
 
     def __len__(self) -> int:
         return int(self.cells.size)
 
     def modes(self, place: int) -> ComplexModes:
         """Return the complex modes at one of the points, which the table answers."""
-        count, first, omitted_below = self._ends[place]
+        count = self.counts[place]
         roots = self.roots[place, :count]
+        first = np.count_nonzero(roots.imag <= self.tolerances.oscillation)
         return ComplexModes(
             roots[:first], roots[first:], roots, self.errors[place, :count], self.tolerances,
-            'table', mode_numbers=self.numbers[place, :count], omitted_below=omitted_below,
-            growing=self._growing[place])
-
-    @cached_property
-    def _ends(self) -> list[tuple[int, int, float]]:
-        """
-        Return of each point the number of modes and of those that do not oscillate.
-
-        Their numbers are the first; and the growth rate that others stay below.
-        """
-        quiet = (self.roots.imag <= self.tolerances.oscillation).sum(axis=1)
-        return list(zip(self.counts.tolist(), quiet.tolist(), self.omitted_below.tolist(),
-                        strict=True))
-
-    @cached_property
-    def _growing(self) -> list[tuple[Mode, ...]]:
-        """Return the growing modes of each point, worst first, as `ComplexModes.unstable`."""
-        growth = np.where(self.roots.real > self.tolerances.growth, self.roots.real, -np.inf)
-        order = np.argsort(-growth, axis=1, kind='stable')
-        roots, numbers = (np.take_along_axis(values, order, axis=1)
-                          for values in (self.roots, self.numbers))
-        kinds = np.where(np.abs(roots.imag) > self.tolerances.oscillation, 'flutter',
-                         'divergence')
-        return [tuple(map(Mode, *(column[:count] for column in columns)))
-                for count, *columns in zip(
-                    np.isfinite(growth).sum(axis=1).tolist(), numbers.tolist(), roots.tolist(),
-                    kinds.tolist(), strict=True)]
-
-    def growth_rates(self, low_hz: float, high_hz: float) -> FloatArray:
-        """
-        Return the largest growth rate of an oscillating mode in a band (P,) [1/s].
-
-        NaN without an answer, and where no kept mode in the band is above the omitted ones.
-        """
-        hertz = self.roots.imag / (2.0 * np.pi)
-        inside = ((hertz >= low_hz) & (hertz <= high_hz)
-                  & (self.roots.imag > self.tolerances.oscillation))
-        growth = np.where(inside, self.roots.real, -np.inf).max(axis=1, initial=-np.inf)
-        return np.where(growth > self.omitted_below, growth, np.nan)
+            'table', mode_numbers=self.numbers[place, :count],
+            omitted_below=float(self.omitted_below[place]))

@@ -23,7 +23,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_cell import TableTolerances
-from squeal_core.surrogate.table_domain import friction_of, places_of
+from squeal_core.surrogate.table_domain import places_of
 
 AUDIT_EVERY = 3000  # answers: some hundredths of the time of all of them
 
@@ -73,13 +73,10 @@ class TabulatedSolver:
 
     def solve(self, point: OperatingPoint) -> ComplexModes:
         """Return the complex modes at a point."""
-        if self.table is None or not self.table.domain.follows(self.model, point):
-            return self._full(point)
-        found = self.table.modes_at(abs(point.rotor_speed), point.contact_pressure,
-                                    friction_of(point), self.limits)
-        if found is None or not self._has_worst(found[0]):
-            return self._full(point)
-        return self._checked(point, *found)
+        found, = self.solve_all([point])
+        if isinstance(found, np.linalg.LinAlgError):
+            raise found
+        return found
 
     def solve_all(self, points: Sequence[OperatingPoint]
                   ) -> list[ComplexModes | np.linalg.LinAlgError]:
@@ -89,18 +86,13 @@ class TabulatedSolver:
         The same bit for bit in any company; those of a cell cost little more than one.
         """
         if self.table is None or not points:
-            return [self._attempted(point) for point in points]
-        tabulated = self.table.evaluate(
-            np.abs([point.rotor_speed for point in points]),
-            [point.contact_pressure for point in points],
-            [friction_of(point) for point in points], self.limits)
-        known = tabulated.answered & self.table.domain.all_follow(self.model, points)
-        if self.band is not None:  # no omitted mode may be the least stable of the band
-            known = known & ~np.isnan(tabulated.growth_rates(*self.band))
-        return [self._attempted(point, (tabulated.modes(i), cell))
-                if answered else self._attempted(point)
+            return [self._in_full(point) for point in points]
+        found = self.table.evaluate(places_of(points), self.limits)
+        known = self.table.domain.follow(self.model, points) & (
+            found.answered if self.band is None else found.answered_in(*self.band))
+        return [self._by_table(point, found.modes(i), cell) if answered else self._in_full(point)
                 for i, (point, answered, cell) in enumerate(zip(
-                    points, known.tolist(), tabulated.cells.tolist(), strict=True))]
+                    points, known.tolist(), found.cells.tolist(), strict=True))]
 
     def distrust(self, point: OperatingPoint) -> None:
         """Do not use the table's cell at a point again, as it was found wrong."""
@@ -113,38 +105,31 @@ class TabulatedSolver:
         size = 1e-6 * self.table.nbytes if self.table else 0.0
         return {**asdict(self.statistics), 'cells': cells, 'megabytes': round(size, 3)}
 
-    def _attempted(self, point: OperatingPoint, found: tuple[ComplexModes, int] | None = None
-                   ) -> ComplexModes | np.linalg.LinAlgError:
-        """Return the modes at a point, given the table's answer and its cell, or the error."""
+    def _in_full(self, point: OperatingPoint, *,
+                 audit: bool = False) -> ComplexModes | np.linalg.LinAlgError:
+        self.statistics.full += not audit
         try:
-            return self._full(point) if found is None else self._checked(point, *found)
+            return complex_modes(self.model, point, tolerances=self.limits)
         except np.linalg.LinAlgError as error:
             return error
 
-    def _full(self, point: OperatingPoint) -> ComplexModes:
-        self.statistics.full += 1
-        return complex_modes(self.model, point, tolerances=self.limits)
-
-    def _checked(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+    def _by_table(self, point: OperatingPoint, found: ComplexModes,
+                  cell: int) -> ComplexModes | np.linalg.LinAlgError:
         """Return an answer of the table, or a full solution where that will not do."""
         if cell in self._distrusted:
-            return self._full(point)
+            return self._in_full(point)
         self.statistics.tabulated += 1
         if self.audit_every and self.statistics.tabulated % self.audit_every == 0:
             return self._spot_check(point, found, cell)
         return found
 
-    def _has_worst(self, found: ComplexModes) -> bool:
-        """Tell whether no omitted mode may be the least stable of the band."""
-        if self.band is None:
-            return True
-        worst = found.worst_in(*self.band)
-        return worst is not None and worst.growth_rate > found.omitted_below
-
-    def _spot_check(self, point: OperatingPoint, found: ComplexModes, cell: int) -> ComplexModes:
+    def _spot_check(self, point: OperatingPoint, found: ComplexModes,
+                    cell: int) -> ComplexModes | np.linalg.LinAlgError:
         """Compare an answer with the full solution, and distrust a cell that is wrong."""
         assert self.table is not None
-        truth = complex_modes(self.model, point, tolerances=self.limits)
+        truth = self._in_full(point, audit=True)
+        if isinstance(truth, np.linalg.LinAlgError):
+            return truth
         off = deviation(found, truth, self.table.tolerances)
         self.statistics.audits += 1
         self.statistics.worst_audit = max(self.statistics.worst_audit, off)

@@ -183,6 +183,21 @@ def test_a_release_ends_the_application(risk: SquealRisk) -> None:
     assert application.release(600 * MS) is None
 
 
+def test_sliding_between_two_evaluations_is_seen(risk: SquealRisk) -> None:
+    """Ticks at 100 Hz, every fifth evaluated: 0.23 s are 0.23 s, before a release or a rest."""
+    for end in (ApplicationRisk.finish, ApplicationRisk.rest):
+        application = ApplicationRisk(risk)
+        application.release(0)
+        for tick in range(1, 24):
+            if tick % 5 == 1:
+                application.update(tick * 10 * MS, growing(risk, 20.0))
+            else:
+                application.hold(tick * 10 * MS)
+        end(application, 240 * MS)
+        wanted = (1.0 + DECAY / 20.0) * np.exp(40.0 * 0.23) - DECAY / 20.0
+        assert application.peak[1, 1, 0, 0] == pytest.approx(wanted)
+
+
 def test_a_band_without_families_has_no_risk() -> None:
     risk = SquealRisk(LinearGrowth([3000.0], [DECAY], [GAIN]), one_brake(),
                       RiskSettings(band_hz=(5000.0, 6000.0)))

@@ -124,7 +124,7 @@ def test_a_table_in_any_unit_of_time(scale: float) -> None:
                          friction=(0.4, 0.44))
     table, limits = build_table(model, domain), Tolerances.of(model)
     x = domain.low + domain.width * np.random.default_rng(0).random((40, 3))
-    points, found = domain.points(model, x), table.evaluate(*np.exp(x[:, :2].T), x[:, 2], limits)
+    points, found = domain.points(model, x), table.evaluate(x, limits)
     assert found.answered.sum() > 30
     for place in np.flatnonzero(found.answered).tolist():
         ours, truth = found.modes(place), complex_modes(model, points[place])

@@ -62,7 +62,7 @@ def test_answers_are_within_their_bounds_of_full_solutions(
     x = places(table, 200)
     points = table.domain.points(model, x)
     limits = Tolerances.of(model)
-    found = table.evaluate(points.rotor_speed, points.contact_pressure, points.friction, limits)
+    found = table.evaluate(x, limits)
     assert found.answered.mean() > 0.99
     for place in np.flatnonzero(found.answered).tolist():
         ours, truth = found.modes(place), complex_modes(model, points[place], tolerances=limits)
@@ -78,17 +78,16 @@ def test_answers_are_within_their_bounds_of_full_solutions(
 def test_eigenvalues_alone_are_those_of_the_modes(
         model: BrakeModel, table: ExpansionTable) -> None:
     """Where a verdict hangs on an error, too."""
-    points = table.domain.points(model, places(table, 50))
-    conditions = points.rotor_speed, points.contact_pressure, points.friction
-    limits = Tolerances.of(model)
-    modes = table.evaluate(*conditions, limits)
+    x, limits = places(table, 50), Tolerances.of(model)
+    conditions = *np.exp(x[:, :2].T), x[:, 2]
+    modes = table.evaluate(x, limits)
     growth = float(modes.roots.real[0, :modes.counts[0]].max())
     found = table.eigenvalues(*conditions, limits)
     assert found.shape == (50, modes.roots.shape[1])
     np.testing.assert_array_equal(*(np.sort(np.nan_to_num(roots[modes.answered], nan=0.0))
                                     for roots in (found, modes.roots)))
     level = replace(limits, growth=growth)
-    assert not table.evaluate(*conditions, level).answered[0]
+    assert not table.evaluate(x, level).answered[0]
     np.testing.assert_array_equal(table.eigenvalues(*conditions, level), found)
     assert np.isnan(table.eigenvalues(25.0, conditions[1], conditions[2], limits)).all()
 
@@ -107,19 +106,15 @@ def test_cells_tile_the_envelope(model: BrakeModel, table: ExpansionTable) -> No
     assert table.locate(np.full((1, 3), np.nan))[0] == -1
 
 
-def test_single_points_and_arrays_agree(model: BrakeModel, table: ExpansionTable) -> None:
-    points = table.domain.points(model, places(table, 60))
-    limits = Tolerances.of(model)
-    found = table.evaluate(points.rotor_speed, points.contact_pressure, points.friction, limits)
+def test_points_have_the_same_bits_in_any_company(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    x, limits = places(table, 60), Tolerances.of(model)
+    found = table.evaluate(x, limits)
     for place in range(60):
-        point = points[place]
-        alone = table.modes_at(point.rotor_speed, point.contact_pressure, point.friction, limits)
-        assert (alone is not None) == bool(found.answered[place])
-        if alone:
-            ours = found.modes(place)
-            assert alone[1] == found.cells[place]
-            np.testing.assert_allclose(alone[0].mode_eigenvalues, ours.mode_eigenvalues, rtol=1e-9)
-            np.testing.assert_array_equal(alone[0].numbers, ours.numbers)
+        alone = table.evaluate(x[place:place + 1], limits)
+        assert alone.cells[0] == found.cells[place]
+        for name in ('roots', 'errors', 'numbers'):
+            np.testing.assert_array_equal(getattr(alone, name)[0], getattr(found, name)[place])
 
 
 def test_points_that_hang_on_the_error_are_solved_in_full(
@@ -187,9 +182,8 @@ def test_files_come_back_bit_for_bit_and_only_for_their_model(
     read = read_table(path, model)
     assert (read.domain, read.tolerances, dict(read.about)) == (
         table.domain, table.tolerances, dict(table.about))
-    points = table.domain.points(model, places(table, 50))
-    ours, theirs = (one.evaluate(points.rotor_speed, points.contact_pressure, points.friction,
-                                 Tolerances.of(model)) for one in (table, read))
+    x = places(table, 50)
+    ours, theirs = (one.evaluate(x, Tolerances.of(model)) for one in (table, read))
     np.testing.assert_array_equal(ours.roots, theirs.roots)
     np.testing.assert_array_equal(ours.errors, theirs.errors)
     np.testing.assert_array_equal(ours.numbers, theirs.numbers)

@@ -54,7 +54,7 @@ def test_random_points_are_answered_within_the_tolerance(
     domain, limits = table.domain, Tolerances.of(kang)
     x = domain.low + domain.width * np.random.default_rng(11).random((2000, 3))
     x = x[domain.covers(x)]
-    found = table.evaluate(np.exp(x[:, 0]), np.exp(x[:, 1]), x[:, 2], limits)
+    found = table.evaluate(x, limits)
     assert found.answered.mean() > 0.99
     chosen = np.flatnonzero(found.answered)[:200]
     points = domain.points(kang, x[chosen])

@@ -1,0 +1,155 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Calibration: from brake applications and what was heard of them to an ensemble of brakes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from squeal_core.calibration.applications import BrakeApplication, Observation
+from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
+from squeal_core.calibration.importance_sampling import (
+    sample_posterior,
+    SamplingRound,
+    WeightedSample,
+)
+from squeal_core.calibration.likelihood import HearingModel, log_likelihood
+from squeal_core.calibration.squeal_probability import SquealPredictor
+from squeal_core.common.arrays import FloatArray, repr_with_shapes
+from squeal_core.common.errors import SquealError
+from squeal_core.common.worker_processes import run_jobs
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.ensemble import Ensemble, EnsemblePrior
+from squeal_core.risk.squeal_risk import GrowthSource
+
+ENOUGH_EVENTS = 10
+"""Events below which the likelihood counts in part only: silence may be a dead microphone."""
+_LEAST_KNOWN = 0.5  # of what the best known candidate has inside the emulator's domain
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """
+    Result of a calibration.
+
+    Parameters
+    ----------
+    prior : EnsemblePrior
+    candidates : BrakeCandidates
+        Members, of equal weight.
+    sample : WeightedSample
+        Posterior, in standard deviations of the prior.
+    heard, silent : int
+        Observations with squeal and without.
+    power : float
+        To which the likelihood was raised, below 1 where there are few events.
+
+    """
+
+    prior: EnsemblePrior
+    candidates: BrakeCandidates
+    sample: WeightedSample
+    heard: int
+    silent: int
+    power: float
+
+    __repr__ = repr_with_shapes
+
+    def ensemble(self, calibrated: str) -> Ensemble:
+        """Return the calibrated members; `calibrated` says by what."""
+        return self.candidates.ensemble(calibrated)
+
+    def probabilities(self, model: BrakeModel, emulator: GrowthSource,
+                      applications: Sequence[BrakeApplication],
+                      hearing: HearingModel | None = None) -> FloatArray:
+        """Return the probability of squeal in applications; of an event, given a hearing model."""
+        found = SquealPredictor(model, emulator, applications).evaluate(self.candidates)
+        mean = found.squeals.mean(axis=0)
+        return mean if hearing is None else hearing.heard(mean)
+
+
+def calibrate(model: BrakeModel, emulator: GrowthSource,
+              applications: Sequence[BrakeApplication], observations: Sequence[Observation], *,
+              prior: EnsemblePrior | None = None, hearing: HearingModel | None = None,
+              seed: int = 0, workers: int = 0,
+              progress: Callable[[SamplingRound], None] = lambda _: None) -> Calibration:
+    """
+    Return the calibration of a model by what was heard of brake applications.
+
+    Parameters
+    ----------
+    model : BrakeModel
+    emulator : GrowthSource
+        Of the model.
+    applications : sequence of BrakeApplication
+    observations : sequence of Observation
+        `match_events` of them.
+    prior : EnsemblePrior, optional
+        Before any squeal was measured.
+    hearing : HearingModel, optional
+        Rates of detection and errors.
+    seed : int
+        Of the draws.
+    workers : int
+        Processes among which draws are divided; 0: this one.
+    progress : callable
+        Told each round.
+
+    Raises
+    ------
+    SquealError
+        Without an observation.
+
+    """
+    if not observations:
+        raise SquealError('no brake application was observed; give recordings in which the brakes '
+                          'slide under load')
+    prior, hearing = prior or EnsemblePrior(), hearing or HearingModel()
+    used = sorted({i for one in observations for i in one.applications})
+    place = {i: k for k, i in enumerate(used)}
+    task = _Task(SquealPredictor(model, emulator, [applications[i] for i in used]), prior, hearing,
+                 [replace(one, applications=tuple(place[i] for i in one.applications))
+                  for one in observations])
+
+    def of_draws(values: FloatArray) -> FloatArray:
+        parts = dict(enumerate(np.array_split(values, max(1, workers))))
+        found = dict(run_jobs(_log_likelihood, {i: (task, part) for i, part in parts.items()},
+                              workers))
+        return np.concatenate([found[i] for i in parts])
+
+    heard = sum(one.heard for one in observations)
+    power = min(1.0, heard / ENOUGH_EVENTS)
+    sample = sample_posterior(of_draws, len(PARAMETERS), power=power, seed=seed,
+                              progress=progress)
+    members = BrakeCandidates.of_standard(prior, sample.resampled(prior.count))
+    return Calibration(prior, members, sample, heard, len(observations) - heard, power)
+
+
+class _Task(NamedTuple):
+    """What the likelihood of draws is computed from, in whichever process."""
+
+    predictor: SquealPredictor
+    prior: EnsemblePrior
+    hearing: HearingModel
+    observations: Sequence[Observation]
+
+
+def _log_likelihood(task: _Task, values: FloatArray) -> FloatArray:
+    candidates = BrakeCandidates.of_standard(task.prior, values)
+    found = task.predictor.evaluate(candidates)
+    # the prior ends where the emulator's domain does
+    inside = found.known >= _LEAST_KNOWN * found.known.max(initial=0.0)
+    return np.where(inside, log_likelihood(found, task.observations, task.hearing), -np.inf)

@@ -1,0 +1,175 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The calibration file: a small YAML of an ensemble of brakes, and how it came to be."""
+
+from collections.abc import Iterator, Mapping
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from squeal_core.common.checks import check_number
+from squeal_core.common.errors import did_you_mean, LocatedError, short_repr, SquealError
+from squeal_core.common.output import output_file
+from squeal_core.common.yaml_reader import read_yaml
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.ensemble import Ensemble, MEMBERS
+from squeal_core.surrogate.table_file import model_hash
+
+FORMAT = 'squeal_ros calibration'
+SCHEMA = 1
+_MAX_MEMBERS = 4096
+_DIGITS = 6
+_AGAIN = 'write it again with `squeal calibrate`'
+_SCATTERS = ('friction_scatter', 'damping_scatter')
+_RANGES = {'ln_damping': (-5.0, 5.0), 'ln_contact_stiffness': (-5.0, 5.0),
+           'friction_bias': (-0.5, 0.5), 'slope_scale': (0.0, 10.0),
+           'audible_build_up': (0.0, 50.0), 'friction_scatter': (0.0, 0.5),
+           'damping_scatter': (0.0, 2.0), 'weight': (0.0, 1.0)}
+
+
+class CalibrationFileError(LocatedError):
+    """A calibration file that cannot be read, written or used with a model."""
+
+
+def write_calibration(ensemble: Ensemble, model: BrakeModel, path: str | Path,
+                      about: Mapping[str, Any] | None = None, *, overwrite: bool = True) -> None:
+    """
+    Write a calibrated ensemble.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+        With `calibrated` in words.
+    model : BrakeModel
+        That it was calibrated with.
+    path : path
+        An existing file is replaced only by a whole one.
+    about : mapping, optional
+        Provenance, prior against posterior, scores: plain data, for readers of the file.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    SquealError
+        For an ensemble that is not calibrated.
+    OutputError
+        Where the file cannot be written.
+
+    """
+    if not ensemble.calibrated:
+        raise SquealError('calibrated: is empty; say by what the ensemble was calibrated')
+    columns = [*MEMBERS, 'weight']
+    rows = np.column_stack([*(getattr(ensemble, name) for name in MEMBERS), ensemble.weights])
+    content = {
+        'format': FORMAT, 'schema': SCHEMA, 'calibrated': ensemble.calibrated,
+        'model': model_hash(model), **(about or {}),
+        **{name: _rounded(getattr(ensemble, name)) for name in _SCATTERS}, 'columns': columns}
+    lines = ['# by `squeal calibrate`; the setting `calibration` names this file',
+             *_lines(content), 'members:',
+             *(f'- [{", ".join(f"{value:.{_DIGITS}g}" for value in row)}]'
+               for row in rows.tolist())]
+    with output_file(path, overwrite=overwrite) as partial:
+        partial.write_text('\n'.join(lines) + '\n', encoding='utf-8')
+
+
+def _lines(content: Mapping[str, Any], indent: str = '') -> Iterator[str]:
+    """Yield plain data as YAML: JSON inside a line, as YAML takes it."""
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            yield f'{indent}{key}:'
+            yield from _lines(value, f'{indent}  ')
+        else:
+            yield f'{indent}{key}: {_text(value)}'
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float) and not math.isfinite(value):
+        return '.nan'
+    if isinstance(value, list | tuple):
+        return f'[{", ".join(map(_text, value))}]'
+    return json.dumps(_rounded(value) if isinstance(value, float) else value, ensure_ascii=False)
+
+
+def read_calibration(path: str | Path, model: BrakeModel) -> Ensemble:
+    """
+    Read the calibrated ensemble of a model.
+
+    Raises
+    ------
+    CalibrationFileError
+        One line: which file, which key and value, and what to do.
+
+    """
+    content = read_yaml(path, CalibrationFileError)
+    if not isinstance(content, Mapping) or content.get('format') != FORMAT:
+        raise CalibrationFileError(path, 'is no calibration file', _AGAIN)
+    if content.get('schema') != SCHEMA:
+        raise CalibrationFileError(path, f'schema is {short_repr(content.get("schema"))}, and '
+                                   f'this version reads {SCHEMA}', _AGAIN)
+    if content.get('model') != model_hash(model):
+        raise CalibrationFileError(path, 'is the calibration of another model',
+                                   'calibrate this model with `squeal calibrate`')
+    calibrated = content.get('calibrated')
+    if not isinstance(calibrated, str) or not calibrated.strip():
+        raise CalibrationFileError(f'{path}: calibrated', f'is {short_repr(calibrated)}', _AGAIN)
+    rows = _rows(path, content)
+    friction, damping = (_number(path, name, name, content.get(name)) for name in _SCATTERS)
+    ln_damping, stiffness, bias, slope, audible, weights = rows.T
+    return Ensemble(ln_damping, stiffness, bias, slope, audible, weights, friction, damping,
+                    ' '.join(calibrated.split()))
+
+
+def _rows(path: str | Path, content: Mapping[str, Any]) -> Any:
+    columns, rows = content.get('columns'), content.get('members')
+    wanted = [*MEMBERS, 'weight']
+    if columns != wanted:
+        near = did_you_mean(columns[0], wanted) if isinstance(columns, list) and columns else ''
+        raise CalibrationFileError(f'{path}: columns', f'are {short_repr(columns)}{near}',
+                                   f'write {", ".join(wanted)}')
+    if not isinstance(rows, list) or not 1 <= len(rows) <= _MAX_MEMBERS:
+        raise CalibrationFileError(f'{path}: members', f'are {short_repr(rows)}',
+                                   f'write a list of 1 to {_MAX_MEMBERS}')
+    found = np.array([_row(path, i, row, wanted) for i, row in enumerate(rows)])
+    if not found[:, -1].sum() > 0.0:
+        raise CalibrationFileError(f'{path}: members', 'have no weight', _AGAIN)
+    return found
+
+
+def _row(path: str | Path, number: int, row: Any, columns: list[str]) -> list[float]:
+    where = f'members[{number}]'
+    if not isinstance(row, list) or len(row) != len(columns):
+        raise CalibrationFileError(f'{path}: {where}', f'is {short_repr(row)}',
+                                   f'write {len(columns)} numbers')
+    return [_number(path, f'{where}.{name}', name, value)
+            for name, value in zip(columns, row, strict=True)]
+
+
+def _number(path: str | Path, where: str, name: str, value: Any) -> float:
+    low, high = _RANGES[name]
+    try:
+        if isinstance(value, str):  # YAML 1.1 reads 1e-05 as a text
+            value = float(value)
+        check_number(where, value, least=low, most=high)
+    except (SquealError, ValueError):
+        raise CalibrationFileError(f'{path}: {where}', f'is {short_repr(value)}',
+                                   f'write a number from {low:g} to {high:g}') from None
+    return float(value)
+
+
+def _rounded(value: float) -> float:
+    return float(f'{value:.{_DIGITS}g}')

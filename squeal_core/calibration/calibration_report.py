@@ -1,0 +1,126 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What a calibration has learnt: prior against posterior, and what it cannot tell apart."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+from squeal_core.calibration.calibrate import Calibration, ENOUGH_EVENTS
+from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
+from squeal_core.common.arrays import FloatArray
+
+_POINTS = 1024  # of the prior, for its mean and standard deviation
+_UNIDENTIFIED = 0.1  # shrinkage below which nothing was learnt of a parameter alone
+_LEAST_COEFFICIENT = 0.2
+_RIDGE = ('ln_damping', 'friction_bias', 'audible_build_up')
+_LEAST_EFFECTIVE = 64.0
+WORDS = {'ln_damping': 'ln damping', 'ln_contact_stiffness': 'ln contact stiffness',
+         'friction_bias': 'friction bias', 'slope_scale': 'slope scale',
+         'audible_build_up': 'N* [nepers]', 'friction_scatter': 'friction scatter',
+         'damping_scatter': 'ln damping scatter'}
+
+
+class ParameterRow(NamedTuple):
+    """
+    A parameter before and after calibration.
+
+    Attributes
+    ----------
+    name : str
+    prior_mean, prior_deviation, mean, deviation : float
+        In its own unit.
+    shrinkage : float
+        1 minus the ratio of the standard deviations; 0: nothing was learnt of it alone.
+
+    """
+
+    name: str
+    prior_mean: float
+    prior_deviation: float
+    mean: float
+    deviation: float
+    shrinkage: float
+
+
+def parameter_rows(found: Calibration) -> list[ParameterRow]:
+    """Return prior and posterior of each parameter."""
+    points = (np.arange(_POINTS) + 0.5) / _POINTS
+    before = BrakeCandidates.of_standard(found.prior, np.tile(
+        ndtri(points)[:, None], len(PARAMETERS)))
+    after = BrakeCandidates.of_standard(found.prior, found.sample.values)
+    rows = []
+    for name in PARAMETERS:
+        prior, posterior = getattr(before, name), getattr(after, name)
+        mean, deviation = float(found.sample.weights @ posterior), 0.0
+        deviation = float(np.sqrt(found.sample.weights @ (posterior - mean)**2))
+        own = float(prior.std())
+        rows.append(ParameterRow(name, float(prior.mean()), own, mean, deviation,
+                                 1.0 - deviation / own if own else 0.0))
+    return rows
+
+
+def remarks(found: Calibration) -> list[str]:
+    """Return what a reader must know: how far the data went, and what they leave open."""
+    lines = []
+    if found.power < 1.0:
+        lines.append(
+            f'{found.heard} events, fewer than {ENOUGH_EVENTS}: the likelihood counts '
+            f'{found.power:.0%}, and the ensemble stays near the prior; record more squeal')
+    if found.sample.rounds[-1].power < found.power or \
+            found.sample.effective_size < _LEAST_EFFECTIVE:
+        lines.append(
+            f'effective sample size {found.sample.effective_size:.0f} at '
+            f'{found.sample.rounds[-1].power:.0%} of the likelihood: too small to trust; data and '
+            'model contradict each other, or labels are wrong')
+    lines += _identified(found)
+    return lines
+
+
+def _identified(found: Calibration) -> list[str]:
+    covariance = found.sample.covariance
+    deviations = np.sqrt(np.diag(covariance))
+    known, directions = np.linalg.eigh(covariance)
+    best = directions[:, 0] * np.sign(directions[PARAMETERS.index('ln_damping'), 0] or 1.0)
+    lines = [f'known best: effective damping = {_combination(best)} (in standard deviations of '
+             f'the prior), to {np.sqrt(known[0]):.2f} of its prior standard deviation']
+    pairs = [(a, b, covariance[i, j] / (deviations[i] * deviations[j]))
+             for i, a in enumerate(PARAMETERS) for j, b in enumerate(PARAMETERS)
+             if i < j and a in _RIDGE and b in _RIDGE]
+    lines.append('damping, friction bias and N* lie on a ridge, correlations: ' + ', '.join(
+        f'{WORDS[a]} and {WORDS[b]} {value:+.2f}' for a, b, value in pairs))
+    open_ = [WORDS[name] for name, value in zip(PARAMETERS, deviations, strict=True)
+             if value > 1.0 - _UNIDENTIFIED]
+    if open_:
+        lines.append(f'not identified alone, as wide as before: {", ".join(open_)}')
+    return lines
+
+
+def _combination(direction: FloatArray) -> str:
+    parts = [f'{value:+.2f} {WORDS[name].partition(" [")[0]}'
+             for name, value in zip(PARAMETERS, direction, strict=True)
+             if abs(value) >= _LEAST_COEFFICIENT]
+    return ' '.join(parts)
+
+
+def report_lines(found: Calibration) -> list[str]:
+    """Return the table of prior and posterior, the rounds and the remarks as text."""
+    lines = [f'{"":22}{"prior":>9}{"sd":>8}{"posterior":>11}{"sd":>8}{"shrinkage":>11}']
+    lines += [f'{WORDS[row.name]:22}{row.prior_mean:9.3f}{row.prior_deviation:8.3f}'
+              f'{row.mean:11.3f}{row.deviation:8.3f}{row.shrinkage:11.0%}'
+              for row in parameter_rows(found)]
+    lines.append(f'{len(found.sample.rounds)} rounds, {found.sample.rounds[-1].draws} draws, '
+                 f'effective sample size {found.sample.effective_size:.0f}')
+    return lines + remarks(found)

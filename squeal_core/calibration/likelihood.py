@@ -1,0 +1,110 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Likelihood of what was heard: hits, misses and pitches, with errors of ears and labels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+import math
+
+import numpy as np
+from squeal_core.calibration.applications import Observation
+from squeal_core.calibration.squeal_probability import SquealProbabilities
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.checks import check_number
+from squeal_core.common.errors import SquealError
+from squeal_core.stability.eigensolution import SQUEAL_BAND
+
+_OTHER_PITCH = 0.1  # probability that a squeal's pitch is that of none of the growing modes
+_UNIFORM = 1.0 / math.log(SQUEAL_BAND[1] / SQUEAL_BAND[0])  # density over ln frequency
+_LEAST_SHARE = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class HearingModel:
+    """
+    How what was noted depends on what squealed.
+
+    Parameters
+    ----------
+    detection : float
+        Probability that a squeal is detected [-].
+    false_alarm : float
+        Probability that an application without squeal has an event [-].
+    label_error : float
+        Probability that an application is noted the wrong way round, as of another brake [-].
+    frequency_tolerance : float
+        Relative standard deviation of a measured from a predicted pitch [-].
+
+    """
+
+    detection: float = 0.95
+    false_alarm: float = 0.02
+    label_error: float = 0.02
+    frequency_tolerance: float = 0.03
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            low, high = {'detection': (0.5, 1.0), 'frequency_tolerance': (0.001, 0.5)}.get(
+                item.name, (0.0, 0.49))
+            check_number(item.name, getattr(self, item.name), least=low, most=high)
+        if self.false_alarm >= self.detection:
+            raise SquealError(f'false_alarm is {self.false_alarm:g}; give less than the detection '
+                              f'rate, {self.detection:g}')
+
+    def heard(self, squeals: FloatArray) -> FloatArray:
+        """Return the probability of an event where that of squeal is given."""
+        noted = self.detection * squeals + self.false_alarm * (1.0 - squeals)
+        return np.asarray(self.label_error + (1.0 - 2.0 * self.label_error) * noted)
+
+
+def log_likelihood(found: SquealProbabilities, observations: Sequence[Observation],
+                   hearing: HearingModel) -> FloatArray:
+    """
+    Return the logarithm of the likelihood of observations in each candidate, (P,).
+
+    Parameters
+    ----------
+    found : SquealProbabilities
+        Of all applications.
+    observations : sequence of Observation
+        What was heard of them.
+    hearing : HearingModel
+
+    """
+    heard = np.clip(hearing.heard(found.squeals), 1e-12, 1.0 - 1e-12)
+    total = np.zeros(len(heard))
+    silent = [one.applications[0] for one in observations if not one.heard]
+    total += np.log1p(-heard[:, silent]).sum(axis=1)
+    for one in observations:
+        if one.heard:
+            places = list(one.applications)
+            own = heard[:, places]
+            total += np.log1p(-np.exp(np.log1p(-own).sum(axis=1)))
+            if math.isfinite(one.frequency_hz):
+                total += np.log(_pitch(found, places, one.frequency_hz, hearing)
+                                / own.sum(axis=1))
+    return total
+
+
+def _pitch(found: SquealProbabilities, places: list[int], frequency: float,
+           hearing: HearingModel) -> FloatArray:
+    """Return probability of an event times density of its pitch, summed over applications."""
+    by_family, squeals = found.by_family[:, places], found.squeals[:, places]
+    share = by_family / np.maximum(by_family.sum(axis=-1, keepdims=True), _LEAST_SHARE)
+    off = np.log(frequency / found.frequency_hz[places]) / hearing.frequency_tolerance
+    density = np.exp(-0.5 * off**2) / (math.sqrt(2.0 * math.pi) * hearing.frequency_tolerance)
+    right = (1.0 - 2.0 * hearing.label_error) * hearing.detection * squeals
+    own = (1.0 - _OTHER_PITCH) * (share * density).sum(axis=-1) + _OTHER_PITCH * _UNIFORM
+    return np.asarray((right * own + (hearing.heard(squeals) - right) * _UNIFORM).sum(axis=-1))
