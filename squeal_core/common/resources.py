@@ -44,12 +44,17 @@ def names(kind: str, suffix: str) -> list[str]:
     return sorted(path.stem for path in (config_folder() / kind).glob(f'*{suffix}'))
 
 
-def table_files() -> list[Path]:
-    """Return the shipped tables; where $SQUEAL_TABLES is set, those in that folder, '': none."""
+def table_files(suffix: str = '.npz') -> list[Path]:
+    """
+    Return the shipped tables and what is beside them, by the suffix of their names.
+
+    Where $SQUEAL_TABLES is set, those in that folder; '': none.
+    """
     folder = os.environ.get('SQUEAL_TABLES')
     if folder == '':
         return []
-    return sorted((config_folder() / 'tables' if folder is None else Path(folder)).glob('*.npz'))
+    return sorted((config_folder() / 'tables' if folder is None else Path(folder)
+                   ).glob(f'*{suffix}'))
 
 
 def cache_folder() -> Path:

@@ -1,0 +1,354 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Builds a growth emulator: full solutions at scattered points, and polynomials fitted to them.
+
+Each solution gives the eigenvalues and, by their vectors, their slopes along all six coefficients,
+so a thousand of them are seven thousand equations for each invariant of a family.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import product
+import math
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import linear_sum_assignment
+from scipy.stats import qmc
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from squeal_core.common.errors import ModelError
+from squeal_core.common.worker_processes import run_jobs
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.growth_emulator import (
+    affine_coefficients,
+    EmulatorDomain,
+    EmulatorError,
+    GrowthEmulator,
+    PolynomialBasis,
+    roots_of,
+    slope_terms,
+)
+from squeal_core.risk.mode_families import coupled, ModeFamily, ReferenceModes
+from squeal_core.stability.eigensolution import eigenvalues, SQUEAL_BAND, Tolerances
+from squeal_core.stability.state_space import state_matrix
+
+Progress: TypeAlias = Callable[[int, int], None]
+
+SOLUTIONS = 1200
+HOLD_OUT = 200
+MATTERS = -30.0  # 1/s; modes of smaller growth rates do not build up
+_CHUNK = 16  # solutions of a job
+_DEGREE = 6.0
+_COSTS = (1.5, 1.0, 1.5, 1.0, 1.0, 2.0)  # of a degree in each coordinate, up to _DEGREE in all
+_AMID = 2.0 * math.pi * 2000.0  # rad/s, where squeal is; sets the scales of coordinates
+_SLOPE_WEIGHT = 0.3  # of an equation for a slope beside one for a value
+_SOFT = 50.0  # 1/s beyond what matters at which an equation counts half
+_LARGE = 100.0  # 1/s; modes that grow faster saturate within a tenth of a second
+_RIDGE = 1e-10  # of the largest diagonal entry
+_REFITS = 3
+
+
+def usual_domain(model: BrakeModel) -> EmulatorDomain:
+    """
+    Return the domain of a vehicle's brakes.
+
+    0.5 to 120 rad/s, 100 to 20,000 N, friction 0.02 to 0.75, three standard deviations of contact
+    stiffness (0.1 of its ln) and damping (0.3 of its ln), 0 to twice the friction slope.
+    """
+    area = model.contact_area
+    low = [math.log(0.5), math.log(100.0 / area), 0.02, -0.3, -0.9, 0.0]
+    high = [math.log(120.0), math.log(20000.0 / area), 0.75, 0.3, 0.9, 2.0]
+    return EmulatorDomain(readonly(low), readonly(high), 1000.0 / area)
+
+
+def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = None,
+                          band_hz: tuple[float, float] = SQUEAL_BAND,
+                          solutions: int = SOLUTIONS, hold_out: int = HOLD_OUT, seed: int = 0,
+                          workers: int = 0,
+                          progress: Progress = lambda *_: None) -> GrowthEmulator:
+    """
+    Return the emulator of a model.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        Modal brake model.
+    domain : EmulatorDomain, optional
+        `usual_domain(model)` where None.
+    band_hz : (2,) floats
+        Squeal band [Hz]; families that do not oscillate in it are left out.
+    solutions, hold_out : int
+        Full solutions that are fitted, and those that the error is measured by.
+    seed : int
+        Of the points.
+    workers : int
+        Processes; 0: this one.
+    progress : callable
+        Called with the number of full solutions and of all of them.
+
+    Raises
+    ------
+    ModelError
+        Where no mode of the band comes near to growing.
+
+    """
+    domain = domain or usual_domain(model)
+    inputs = _points(domain, solutions, seed)
+    chosen = _reference(model, inputs)
+    jobs = {i: (model, chosen, inputs[i:i + _CHUNK]) for i in range(0, solutions, _CHUNK)}
+    parts, done = {}, 0
+    for key, part in run_jobs(solve_points, jobs, workers):
+        parts[key], done = part, done + len(part.eigenvalues)
+        progress(done, solutions + hold_out)
+    training = _Solutions(*(np.concatenate(arrays) for arrays in zip(
+        *(parts[key] for key in sorted(parts)), strict=True)))
+    found = _fitted(model, domain, inputs, training, chosen, band_hz)
+    return _with_error(found, _points(domain, hold_out, seed + 1), workers,
+                       lambda count: progress(solutions + count, solutions + hold_out))
+
+
+class _Solutions(NamedTuple):
+    """Eigenvalues (P, N) by mode number, slopes (P, N, 6), projections on references (P, N, N)."""
+
+    eigenvalues: ComplexArray
+    slopes: ComplexArray
+    projections: Any
+
+
+def _points(domain: EmulatorDomain, count: int, seed: int) -> FloatArray:
+    """Return inputs (count, 6) spread over a domain."""
+    sampler, found = qmc.Sobol(6, seed=seed), np.empty((0, 6))
+    while len(found) < count:
+        block = domain.low + (domain.high - domain.low) * sampler.random(1024)
+        found = np.concatenate([found, block[domain.covers(block)]])
+    return found[:count]
+
+
+def point_at(model: BrakeModel, inputs: FloatArray) -> OperatingPoint:
+    """Return the operating point of one row of inputs (6,)."""
+    [row], [pressure] = affine_coefficients(model, inputs[None])
+    speed, _, slope, stiffness, friction, scale = row.tolist()
+    return OperatingPoint(rotor_speed=speed, friction=friction, friction_slope=slope / pressure,
+                          contact_pressure=float(pressure), contact_stiffness=stiffness,
+                          damping_scale=scale)
+
+
+def _reference(model: BrakeModel, inputs: FloatArray) -> ReferenceModes:
+    stiffness = affine_coefficients(model, inputs)[0][:, 3]
+    return ReferenceModes(model, (float(stiffness.min()), float(stiffness.max())))
+
+
+def solve_points(model: BrakeModel, reference: ReferenceModes, inputs: FloatArray) -> _Solutions:
+    """Return the full solutions at inputs (P, 6)."""
+    found = [_solve(model, reference, point_at(model, row)) for row in inputs]
+    return _Solutions(*(np.stack(arrays) for arrays in zip(*found, strict=True)))
+
+
+def _solve(model: BrakeModel, reference: ReferenceModes, point: OperatingPoint) -> _Solutions:
+    state = state_matrix(model, model.damping(point), model.stiffness(point))
+    held = len(state) - model.size
+    moving = np.logical_not(model.free_coordinates)
+    values, right = np.linalg.eig(state)
+    left = np.linalg.inv(right)[:, held:]
+    up = np.flatnonzero(values.imag > Tolerances.of(model).oscillation)
+    place, velocity = right[:held, up], right[held:, up]
+    shapes = np.where(moving[:, None], velocity, 0.0)
+    shapes /= np.linalg.norm(shapes, axis=0)
+    numbers, columns, projections = reference.numbered(shapes, point.contact_stiffness)
+    found = _Solutions(np.full(model.size, np.nan, complex),
+                       np.full((model.size, 6), np.nan, complex),
+                       np.zeros((model.size, model.size), np.float32))
+    found.eigenvalues[numbers] = values[up][columns]
+    found.slopes[numbers] = _slopes(model, point, left[up], place, velocity)[columns]
+    found.projections[numbers] = projections[:, columns].T
+    return found
+
+
+def _slopes(model: BrakeModel, q: OperatingPoint, left: ComplexArray, place: ComplexArray,
+            velocity: ComplexArray) -> ComplexArray:
+    """Return the slopes (n, 6) of eigenvalues along `affine_coefficients`."""
+    def by(array: Any, vectors: ComplexArray) -> Any:
+        if array is None:
+            return np.zeros(len(left), complex)
+        return -np.einsum('ij,ji->i', left @ array[:, :], vectors)
+
+    moving = np.logical_not(model.free_coordinates)
+    spring, couple = (by(None if array is None else array[:, moving], place)
+                      for array in (model.contact_stiffness, model.friction_couple))
+    dashpot, dragged = by(model.contact_damping, velocity), by(model.contact_damping_couple,
+                                                               velocity)
+    stiffness, friction, scale = q.contact_stiffness, q.friction, q.damping_scale
+    return np.column_stack([
+        by(model.gyroscopic, velocity), by(model.radial_dissipation, velocity),
+        by(model.negative_slope, velocity),
+        spring + friction * couple + scale * (dashpot + friction * dragged),
+        stiffness * (couple + scale * dragged),
+        by(model.material_damping, velocity) + stiffness * (dashpot + friction * dragged)])
+
+
+def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, training: _Solutions,
+            reference: ReferenceModes, band_hz: tuple[float, float]) -> GrowthEmulator:
+    """Return the emulator of full solutions, its error not yet known."""
+    basis = _basis(model, inputs)
+    variables, by_own = basis.variables(affine_coefficients(model, inputs)[0])
+    factors, slopes = basis.terms(variables)
+    rows = np.stack([factors.prod(axis=0), *(slope_terms(factors, slopes, i) for i in range(6))])
+    found = []
+    for places in _families(training, band_hz):
+        values, by = _invariants_of(training.eigenvalues[:, places], training.slopes[:, places])
+        wanted = np.concatenate([values[None], np.moveaxis(by / by_own[:, None], 2, 0)])
+        found.append((places, _fit(rows, wanted, training, places)))
+    if not found:
+        raise ModelError('no mode of the squeal band comes near to growing; there is nothing to '
+                         'emulate')
+    weights = np.concatenate([part for _, part in found], axis=1)
+    return GrowthEmulator(model, _described(model, reference, [item for item, _ in found]),
+                          domain, basis, np.ascontiguousarray(weights).view(float),
+                          EmulatorError(np.nan, np.nan))
+
+
+def _families(training: _Solutions, band_hz: tuple[float, float]) -> list[IndexArray]:
+    """Return the families, smallest first, that come near to growing in the band."""
+    low, high = band_hz
+    values = training.eigenvalues
+    frequency = values.imag / (2.0 * np.pi)
+    matters = (frequency >= low) & (frequency <= high) & (values.real > MATTERS)
+    enough = np.isfinite(values).mean(axis=0) > 0.5
+    return sorted((places for places in coupled(values, training.projections)
+                   if matters[:, places].any() and enough[places].all()), key=len)
+
+
+def _described(model: BrakeModel, reference: ReferenceModes,
+               families: Sequence[IndexArray]) -> tuple[ModeFamily, ...]:
+    """Return what is said of families, by the solution without friction."""
+    point = OperatingPoint(rotor_speed=1e-3, friction=0.0, contact_pressure=0.0,
+                           contact_stiffness=model.nominal_contact_stiffness)
+    values = _solve(model, reference, point).eigenvalues
+    return tuple(ModeFamily(
+        tuple((places + 1).tolist()), float(values[places].imag.mean() / (2.0 * np.pi)),
+        float(-values[places].real.mean())) for places in families)
+
+
+def _basis(model: BrakeModel, inputs: FloatArray) -> PolynomialBasis:
+    scales = [1.0 if array is None else _AMID / (float(np.linalg.norm(array, 2)) or 1.0)
+              for array in (model.gyroscopic, model.radial_dissipation, model.negative_slope)]
+    exponents = np.array([powers for powers in product(range(int(_DEGREE) + 1), repeat=6)
+                          if np.dot(powers, _COSTS) <= _DEGREE])
+    plain = PolynomialBasis(exponents, readonly(scales), readonly(-np.ones(6)),
+                            readonly(np.ones(6)))
+    places, _ = plain.variables(affine_coefficients(model, inputs)[0])
+    low, high = places.min(axis=0), places.max(axis=0)
+    flat = low == high  # what the model does not have
+    return replace(plain, low=readonly(low - flat), high=readonly(high + flat))
+
+
+def _invariants_of(values: ComplexArray, slopes: ComplexArray) -> tuple[Any, Any]:
+    """Return invariants (P, n) of families (P, n), and their slopes (P, n, 6)."""
+    mean, mean_slope = values.mean(axis=1), slopes.mean(axis=1)
+    away, turns = values - mean[:, None], slopes - mean_slope[:, None]
+    by = np.zeros((*values.shape, 6), complex)
+    for i in range(values.shape[1]):
+        by -= _polynomial(np.delete(away, i, axis=1))[:, :, None] * turns[:, i, None]
+    return (np.column_stack([mean, _polynomial(away)[:, 2:]]),
+            np.concatenate([mean_slope[:, None], by[:, 1:]], axis=1))
+
+
+def _polynomial(roots: ComplexArray) -> ComplexArray:
+    """Return the coefficients (P, n + 1) of the polynomials of roots (P, n), 1 first."""
+    found = np.zeros((len(roots), roots.shape[1] + 1), complex)
+    found[:, 0] = 1.0
+    for root in roots.T:
+        found[:, 1:] -= root[:, None] * found[:, :-1]
+    return found
+
+
+def _fit(rows: FloatArray, wanted: ComplexArray, training: _Solutions,
+         places: IndexArray) -> ComplexArray:
+    """
+    Return the weights (T, n) of terms that fit invariants and their slopes (7, P, n).
+
+    Equations count less where the family grows or decays fast, and where they are found to be far
+    off: there modes that cross were numbered the other way round.
+    """
+    values = training.eigenvalues[:, places]
+    growth = values.real.max(axis=1)
+    known = np.isfinite(values).all(axis=1)
+    own = training.projections[:, places][:, :, places].sum(axis=2).min(axis=1)
+    weight = np.where(known, own**2, 0.0)
+    weight /= 1.0 + (np.maximum(growth, 0.0) + np.maximum(MATTERS - growth, 0.0)) / _SOFT
+    wanted, rows = wanted[:, known], rows[:, known]
+    weight, growth = weight[known], growth[known]
+    scale = np.median(np.abs(wanted[0] - np.median(wanted[0], axis=0)), axis=0) + 1e-300
+    kinds = np.array([1.0, *6 * [_SLOPE_WEIGHT]])[:, None]
+    trusted, weights = np.ones_like(weight), np.empty(0, complex)
+    for _ in range(_REFITS):
+        weights = _least_squares(rows, wanted / scale, kinds * weight * trusted) * scale
+        off = np.abs(roots_of(rows[0] @ weights).real.max(axis=1) - growth)
+        usual = 4.0 * np.median(off) + 0.05
+        trusted = 1.0 / (1.0 + (off / usual) ** 2)
+    return weights
+
+
+def _least_squares(rows: FloatArray, wanted: ComplexArray,
+                   weights: FloatArray) -> ComplexArray:
+    """Return x (T, n) of least weighted |rows x - wanted|; rows (7, P, T), wanted (7, P, n)."""
+    left = (rows * weights[..., None]).reshape(-1, rows.shape[-1])
+    right = (wanted * weights[..., None]).reshape(-1, wanted.shape[-1])
+    normal = left.T @ left
+    normal[np.diag_indices_from(normal)] += _RIDGE * normal.diagonal().max()
+    return np.asarray(cho_solve(cho_factor(normal), left.T @ right))
+
+
+def _with_error(found: GrowthEmulator, inputs: FloatArray, workers: int,
+                progress: Callable[[int], None]) -> GrowthEmulator:
+    jobs = {i: (found, row) for i, row in enumerate(inputs)}
+    off = []
+    for _, part in run_jobs(growth_differences, jobs, workers):
+        off.append(part)
+        progress(len(off))
+    all_off = np.concatenate(off) if off else np.empty(0)
+    found.error = EmulatorError(
+        float(np.sqrt(np.mean(all_off**2))) if all_off.size else math.nan,
+        float(np.abs(all_off).max(initial=0.0)), len(off))
+    return found
+
+
+def growth_differences(emulator: GrowthEmulator, inputs: FloatArray) -> FloatArray:
+    """
+    Return emulated growth rates minus those of a full solution at one row of inputs (6,) [1/s].
+
+    One for each mode of the squeal band between -30 and 100 1/s, each compared with another one.
+    """
+    truth = eigenvalues(emulator.model, point_at(emulator.model, inputs))
+    low, high = (2.0 * np.pi * end for end in SQUEAL_BAND)
+    truth = truth[(truth.imag >= low) & (truth.imag <= high) & (truth.real > MATTERS)]
+    ours = emulator.eigenvalues(inputs[None])[0]
+    i, j = linear_sum_assignment(np.abs(truth[:, None] - ours))
+    off: FloatArray = (ours[j] - truth[i]).real[truth[i].real < _LARGE]
+    return off
+
+
+def audit(emulator: GrowthEmulator, inputs: FloatArray) -> float:
+    """
+    Return by how much the emulator is off at one row of inputs (6,), from a full solution [1/s].
+
+    NaN outside the domain; 0 where no mode of the band comes near to growing.
+    """
+    if not emulator.domain.covers(inputs):
+        return math.nan
+    return float(np.abs(growth_differences(emulator, inputs)).max(initial=0.0))

@@ -1,0 +1,172 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The file of a growth emulator: one .npz of plain arrays and a JSON header, and where it is."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from squeal_core.common import resources
+from squeal_core.common.arrays import readonly
+from squeal_core.common.errors import SquealError, TableFileError
+from squeal_core.common.npz_archive import (
+    ArchiveKind,
+    Arrays,
+    Header,
+    is_archive,
+    read_archive,
+    write_archive,
+)
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.growth_emulator import (
+    EmulatorDomain,
+    EmulatorError,
+    GrowthEmulator,
+    INPUTS,
+    PolynomialBasis,
+)
+from squeal_core.risk.mode_families import ModeFamily
+from squeal_core.surrogate.table_file import model_hash
+
+FORMAT = 'squeal_ros growth emulator'
+SCHEMA = 1
+SUFFIX = '.growth.npz'
+_MOST_DEGREE = 20
+_KINDS = {'weights': '<f4', 'exponents': '<i4', 'scales': '<f8', 'low': '<f8', 'high': '<f8',
+          'domain_low': '<f8', 'domain_high': '<f8'}
+KIND = ArchiveKind(
+    noun='growth emulator', contents='emulator', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
+    error=TableFileError,
+    again='copy it again or build it with `squeal tabulate --growth-only`',
+    renew='build it again with: squeal tabulate MODEL --growth-only',
+    missing=lambda _: 'build it with `squeal tabulate --growth-only`')
+
+
+def emulator_path(table: str | Path) -> Path:
+    """Return where the emulator of a table file is: beside it."""
+    return Path(table).with_suffix(SUFFIX)
+
+
+def write_emulator(path: str | Path, emulator: GrowthEmulator, model: BrakeModel, *,
+                   overwrite: bool = True) -> None:
+    """
+    Write the emulator of a model; an existing file is replaced only by a whole one.
+
+    Raises
+    ------
+    OutputError
+        Where the file cannot be written.
+
+    """
+    from squeal_core import __version__  # the package itself imports all packages
+
+    basis, domain = emulator.basis, emulator.domain
+    arrays = {'weights': emulator.weights, 'exponents': basis.exponents, 'scales': basis.scales,
+              'low': basis.low, 'high': basis.high, 'domain_low': domain.low,
+              'domain_high': domain.high}
+    header: Header = {
+        'schema': SCHEMA, 'version': __version__, 'model': model_hash(model),
+        'inputs': list(INPUTS), 'steepest': domain.steepest, 'error': asdict(emulator.error),
+        'families': [asdict(family) for family in emulator.families]}
+    write_archive(path, KIND, header, {name: np.asarray(array, _KINDS[name])
+                                       for name, array in arrays.items()}, overwrite=overwrite)
+
+
+def read_emulator(path: str | Path, model: BrakeModel) -> GrowthEmulator:
+    """
+    Read the emulator of a model.
+
+    Raises
+    ------
+    TableFileError
+        One line: which file, what is wrong with it, and what to do.
+
+    """
+    header, arrays = _read(path)
+    if header.get('model') != model_hash(model):
+        raise TableFileError(path, 'is the growth emulator of another model',
+                             'build one for this model with `squeal tabulate --growth-only`')
+    try:
+        return _emulator(header, arrays, model)
+    except (AttributeError, LookupError, TypeError, ValueError, OverflowError) as error:
+        raise TableFileError(path, f'holds no usable emulator ({str(error)[:120]})', KIND.again
+                             ) from None
+
+
+def read_emulator_header(path: str | Path) -> dict[str, Any]:
+    """Return the header of an emulator file, checked against its contents, and its domain."""
+    header, arrays = _read(path)
+    return {**header, 'low': arrays['domain_low'].tolist(), 'high': arrays['domain_high'].tolist(),
+            'terms': len(arrays['weights'])}
+
+
+def is_emulator(path: str | Path) -> bool:
+    """Tell whether a file is an emulator file, by its header."""
+    return is_archive(path, KIND)
+
+
+def cached_emulator_path(model: BrakeModel) -> Path:
+    """Return where the user's cache has the emulator of a model, under the model's hash."""
+    return resources.cache_folder() / f'growth_{model_hash(model)[:16]}_{SCHEMA}{SUFFIX}'
+
+
+def find_emulator_file(model: BrakeModel) -> Path | None:
+    """Return the emulator file of a model in the user's cache, else that is shipped, or None."""
+    wanted = model_hash(model)
+    for path in (cached_emulator_path(model), *resources.table_files(SUFFIX)):
+        try:
+            if _read(path)[0].get('model') == wanted:
+                return path
+        except TableFileError:  # none is there, or one of an earlier version
+            continue
+    return None
+
+
+def _read(path: str | Path) -> tuple[Header, Arrays]:
+    return read_archive(path, KIND, lambda _: _KINDS, _check_shapes)
+
+
+def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuse arrays that do not fit each other before they are read."""
+    terms = shapes['weights'][:1]
+    if (len(shapes['weights']) != 2 or shapes['exponents'] != (*terms, 6)
+            or shapes['scales'] != (3,) or any(
+                shapes[name] != (6,) for name in ('low', 'high', 'domain_low', 'domain_high'))):
+        raise SquealError(f'weights: shape {shapes["weights"]}, exponents: {shapes["exponents"]}')
+
+
+def _emulator(header: Mapping[str, Any], arrays: Mapping[str, Any],
+              model: BrakeModel) -> GrowthEmulator:
+    families = tuple(ModeFamily(
+        tuple(map(int, item['numbers'])), float(item['frequency_hz']), float(item['decay_rate']))
+        for item in header['families'])
+    exponents, scales = arrays['exponents'], arrays['scales']
+    if not families or 2 * sum(len(item.numbers) for item in families) != (
+            arrays['weights'].shape[1]) or list(header['inputs']) != list(INPUTS):
+        raise ValueError('the families do not fit the weights')
+    if not exponents.size or exponents.min() < 0 or exponents.max() > _MOST_DEGREE:
+        raise ValueError(f'degrees {exponents.min(initial=0)} to {exponents.max(initial=0)}')
+    if not all(np.isfinite(array).all() for array in arrays.values()) or not (
+            (arrays['low'] < arrays['high']).all() and (scales > 0.0).all()):
+        raise ValueError('numbers that are not finite, or scales that are not positive')
+    return GrowthEmulator(
+        model, families,
+        EmulatorDomain(readonly(arrays['domain_low']), readonly(arrays['domain_high']),
+                       float(header['steepest'])),
+        PolynomialBasis(readonly(exponents, np.intp), readonly(scales), readonly(arrays['low']),
+                        readonly(arrays['high'])),
+        arrays['weights'].astype(float), EmulatorError(**header['error']))

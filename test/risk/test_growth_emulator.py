@@ -1,0 +1,155 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Growth emulator: against full solutions, its slopes, its domain, families that it finds."""
+
+import numpy as np
+import pytest
+from squeal_core import BrakeModel, complex_modes, OperatingPoint
+from squeal_core.brake.friction import FrictionLaw
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import ModelError
+from squeal_core.risk.emulator_builder import (
+    audit,
+    build_growth_emulator,
+    point_at,
+    solve_points,
+)
+from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
+from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator, roots_of
+from squeal_core.risk.mode_families import coupled, ReferenceModes
+from support.engine_models import random_model
+
+
+@pytest.fixture(scope='module')
+def model() -> BrakeModel:
+    return random_model(5, 3, friction_law=FrictionLaw(), contact_retardation_time=3e-6,
+                        damping_ratios=0.004)
+
+
+@pytest.fixture(scope='module')
+def emulator(model: BrakeModel) -> GrowthEmulator:
+    return build_growth_emulator(model, solutions=300, hold_out=60)
+
+
+@pytest.fixture(scope='module')
+def inputs(model: BrakeModel) -> FloatArray:
+    """Return rows of inputs well inside the domain, for each member of an ensemble."""
+    speed = np.exp(np.random.default_rng(3).uniform(np.log(2.0), np.log(100.0), 30))
+    return prior_ensemble(EnsemblePrior(count=16)).inputs(
+        speed, 3000.0 / model.contact_area, np.linspace(0.2, 0.6, 30))
+
+
+def test_growth_rates_and_frequencies_are_those_of_full_solutions(
+        model: BrakeModel, emulator: GrowthEmulator, inputs: FloatArray) -> None:
+    rows = inputs[:, 0]
+    found = emulator.evaluate(rows)
+    assert emulator.error.points == 60
+    for row, growth, frequency in zip(rows, found.growth_rate, found.frequency_hz, strict=True):
+        worst = complex_modes(model, point_at(model, row)).least_stable(1250.0, 16000.0)[0]
+        if worst.growth_rate > -30.0:
+            assert growth.max() == pytest.approx(worst.growth_rate, abs=emulator.error.largest)
+            assert frequency[growth.argmax()] == pytest.approx(worst.frequency_hz, rel=1e-3)
+            assert audit(emulator, row) <= emulator.error.largest
+
+
+@pytest.mark.parametrize(('place', 'name'), [(2, 'by_friction'), (4, 'by_damping')])
+def test_slopes_are_those_of_differences(emulator: GrowthEmulator, inputs: FloatArray,
+                                         place: int, name: str) -> None:
+    step = np.zeros(6)
+    step[place] = 1e-5
+    up, down = (emulator.evaluate(inputs + sign * step).growth_rate for sign in (1.0, -1.0))
+    slope = getattr(emulator.evaluate(inputs), name)
+    assert slope.shape == (30, 16, len(emulator.families))
+    np.testing.assert_allclose(slope, (up - down) / 2e-5, rtol=1e-3, atol=1e-2)
+
+
+def test_many_rows_give_the_numbers_of_each(emulator: GrowthEmulator, inputs: FloatArray) -> None:
+    found = emulator.evaluate(inputs)
+    for i in (0, 17):
+        for many, one in zip(found, emulator.evaluate(inputs[i, 3]), strict=True):
+            np.testing.assert_allclose(many[i, 3], one, rtol=1e-9, atol=1e-6)
+
+
+def test_rows_outside_the_domain_are_not_known(emulator: GrowthEmulator,
+                                               inputs: FloatArray) -> None:
+    rows = np.repeat(inputs[:1, 0], 8, axis=0)
+    rows[1, 0], rows[2, 1], rows[3, 2], rows[4, 3], rows[5, 4] = 9.0, -np.inf, 0.8, 0.4, -1.0
+    rows[6, 5] = np.nan
+    rows[7, :3] = np.log(0.6), emulator.domain.high[1] - 0.1, 0.7  # creeping under full load
+    for array in emulator.evaluate(rows):
+        assert np.isfinite(array[0]).all()
+        assert np.isnan(array[1:]).all()
+    assert np.isnan(audit(emulator, rows[1]))
+
+
+def test_workers_give_the_same_emulator(model: BrakeModel) -> None:
+    first, second = (build_growth_emulator(model, solutions=100, hold_out=4, workers=workers)
+                     for workers in (0, 2))
+    assert np.array_equal(first.weights, second.weights)
+    assert first.error == second.error
+    assert first.families == second.families
+
+
+def test_families_decay_without_friction_as_a_solution_there_does(
+        model: BrakeModel, emulator: GrowthEmulator) -> None:
+    modes = complex_modes(model, OperatingPoint(
+        rotor_speed=1e-3, friction=0.0, contact_pressure=0.0,
+        contact_stiffness=model.nominal_contact_stiffness)).modes
+    for family in emulator.families:
+        own = [modes[number - 1] for number in family.numbers]
+        assert family.decay_rate == pytest.approx(-np.mean([m.growth_rate for m in own]))
+        assert family.frequency_hz == pytest.approx(np.mean([m.frequency_hz for m in own]))
+
+
+def test_models_that_never_grow_are_refused() -> None:
+    model = random_model(3, 1, damping_ratios=0.5)
+    with pytest.raises(ModelError, match='no mode of the squeal band comes near to growing'):
+        build_growth_emulator(model, solutions=20, hold_out=0)
+
+
+def test_slopes_of_solutions_are_those_of_differences(model: BrakeModel) -> None:
+    row = np.array([np.log(20.0), np.log(5e5), 0.4, 0.1, -0.2, 1.3])
+    reference = ReferenceModes(model, (0.7e11, 1.4e11))
+    steps = 1e-5 * np.concatenate([np.eye(6), -np.eye(6)])
+    found = solve_points(model, reference, np.concatenate([[row], row + steps]))
+    moved = affine_coefficients(model, row + steps)[0]
+    by = (moved[:6] - moved[6:]) / 2e-5  # of coefficients (last axis) along inputs
+    expected = (found.eigenvalues[1:7] - found.eigenvalues[7:]) / 2e-5
+    np.testing.assert_allclose(by @ found.slopes[0].T, expected, rtol=1e-4, atol=0.05)
+
+
+def test_modes_that_cross_keep_their_numbers() -> None:
+    """The first mode alone stiffens with the contact and passes the second one."""
+    model = BrakeModel(angular_frequencies=np.array([1e4, 1.02e4]), nominal_contact_stiffness=1e10,
+                       contact_stiffness=np.diag([2e-3, 1e-9]))
+    reference = ReferenceModes(model, (0.5e10, 1.5e10))
+    low, high = (np.abs(reference.at(stiffness)) for stiffness in (0.5e10, 1.5e10))
+    np.testing.assert_allclose(low, high, atol=1e-6)
+
+
+def test_families_are_modes_that_mix_while_they_are_near() -> None:
+    values = np.array([[1000j, 1001j, 2000j, 2001j], [1000j, 1002j, 2000j, 2500j]])
+    mixed = np.tile(0.9 * np.eye(4), (2, 1, 1))
+    mixed[:, 0, 1] = mixed[:, 0, 2] = 0.1
+    assert [places.tolist() for places in coupled(values, mixed)] == [[0, 1], [2], [3]]
+
+
+def test_roots_of_families_of_any_size() -> None:
+    rng = np.random.default_rng(1)
+    for size in (1, 2, 3, 5):
+        roots = rng.normal(size=(7, size)) + 1j * rng.normal(size=(7, size))
+        mean = roots.mean(axis=1, keepdims=True)
+        invariants = np.concatenate([mean, [np.poly(row)[2:] for row in roots - mean]], axis=1)
+        np.testing.assert_allclose(np.sort_complex(roots_of(invariants)), np.sort_complex(roots))
