@@ -28,11 +28,11 @@ class ApplicationRisk:
     """
     Build-up and squeal risk of one brake; these methods take what is known at a tick.
 
-    `update`: it slides under load. `hold`: it does, and is not evaluated. `rest`: it is pressed and does not slide, so modes decay to
-    their floors; the application goes on. `skip`: nothing is known, and nothing is added.
-    `release`: the application ends, and all modes are at their floors. More than
-    `RiskSettings.longest_interval` after the last tick, or before it (a clock set back), the
-    time between is unknown.
+    `update`: it slides under load. `hold`: it does, and is not evaluated. `rest`: it is pressed
+    and does not slide, so modes decay to their floors; the application goes on. `skip`: nothing is
+    known, and nothing is added. `release`: the application ends, and all modes are at their
+    floors. More than `RiskSettings.longest_interval` after the last evaluated tick, or before it
+    (a clock set back), the time between is unknown.
 
     Parameters
     ----------
