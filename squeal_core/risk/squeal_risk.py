@@ -20,7 +20,6 @@ stiffness, bias of friction ...). Each member has the build-up of each of its mo
 3 x 3 nodes of the scatter of friction and damping from application to application.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import NamedTuple, Protocol
@@ -30,6 +29,8 @@ from numpy.typing import ArrayLike
 from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
 from squeal_core.risk.build_up import FLOOR, LEAST_DAMPING_RATIO, nepers, saturation_energy
 from squeal_core.risk.ensemble import Ensemble
+from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
+from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.scatter import exceedance, NODES, WEIGHTS
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
@@ -37,43 +38,16 @@ _LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below whic
 _NEVER = -1e9  # 1/s
 
 
-class _Family(Protocol):
-    @property
-    def frequency_hz(self) -> float: ...
-
-    @property
-    def decay_rate(self) -> float: ...
-
-
-class _Error(Protocol):
-    @property
-    def rms(self) -> float: ...
-
-
-class _Growth(Protocol):
-    @property
-    def growth_rate(self) -> FloatArray: ...
-
-    @property
-    def frequency_hz(self) -> FloatArray: ...
-
-    @property
-    def by_friction(self) -> FloatArray: ...
-
-    @property
-    def by_damping(self) -> FloatArray: ...
-
-
 class GrowthSource(Protocol):
-    """What a squeal risk needs of a growth emulator."""
+    """What a squeal risk needs of a `GrowthEmulator`."""
 
     @property
-    def families(self) -> Sequence[_Family]: ...
+    def families(self) -> tuple[ModeFamily, ...]: ...
 
     @property
-    def error(self) -> _Error: ...
+    def error(self) -> EmulatorError: ...
 
-    def evaluate(self, inputs: FloatArray) -> _Growth: ...
+    def evaluate(self, inputs: FloatArray) -> EmulatedGrowth: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +181,7 @@ class SquealRisk:
 
     Parameters
     ----------
-    emulator : GrowthEmulator
+    emulator : GrowthSource
         Growth of mode families.
     ensemble : Ensemble
         M brakes, their weights, and the scatter inside each.

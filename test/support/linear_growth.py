@@ -15,27 +15,12 @@
 """An emulator of growth that is linear by design, so that risks are known in closed form."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.ensemble import Ensemble
-
-
-class ModeFamily(NamedTuple):
-    frequency_hz: float
-    decay_rate: float
-
-
-class EmulatorError(NamedTuple):
-    rms: float
-
-
-class EmulatedGrowth(NamedTuple):
-    growth_rate: FloatArray
-    frequency_hz: FloatArray
-    by_friction: FloatArray
-    by_damping: FloatArray
+from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
+from squeal_core.risk.mode_families import ModeFamily
 
 
 class LinearGrowth:
@@ -47,9 +32,9 @@ class LinearGrowth:
 
     def __init__(self, frequency_hz: Sequence[float], decay: Sequence[float],
                  gain: Sequence[float], error: float = 0.0) -> None:
-        self.families = tuple(ModeFamily(*one) for one in zip(
-            frequency_hz, decay, strict=True))
-        self.error = EmulatorError(error)
+        self.families = tuple(ModeFamily((i + 1,), *one) for i, one in enumerate(
+            zip(frequency_hz, decay, strict=True)))
+        self.error = EmulatorError(error, 3.0 * error)
         self._frequency, self._decay, self._gain = map(np.array, (frequency_hz, decay, gain))
 
     def evaluate(self, inputs: FloatArray) -> EmulatedGrowth:
