@@ -19,7 +19,7 @@ Advice, never a command: no safety function may rest on it. What stability of th
 brake-by-wire allow is not known here, but for the limits of the settings.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 import math
 from typing import Any, TypeAlias
@@ -37,7 +37,8 @@ from squeal_core.stability.quiet_intervals import full_solutions
 SplitSteps: TypeAlias = Generator[None, None, 'SplitAdvice']
 
 NOTHING_KNOWN = 'neither growth emulator nor table; compute them by `squeal tabulate`'
-_SHARES = 17  # compared, over the limits
+_SHARES = 7  # compared first, over the limits
+_HALVINGS = 2  # of their steps, about the best
 _SAME = {'squeal risk': 0.005, 'growth rate': 0.1}  # of two splits so close the nearer is advised
 
 
@@ -133,52 +134,39 @@ class SplitAdviser:
                 return done.value  # type: ignore[no-any-return]
 
     def steps(self, brakes: Sequence[SlidingConditions], front: Sequence[bool]) -> SplitSteps:
-        """Return the advice as `__call__`, in two steps a brake of some milliseconds each."""
+        """Return the advice as `__call__`, in steps of about a full solution each."""
         if self._risk is None and self._look_up is None:
             return SplitAdvice(reason=NOTHING_KNOWN)
-        ahead, present = np.array(front), np.array([at.pressure for at in brakes])
-        factor = np.array([at.friction for at in brakes]) * np.where(
-            ahead, 1.0, self.settings.rear_force)
-        share = float((factor * present)[ahead].sum() / (factor * present).sum())
         low, high = self.settings.front_share
-        shares = np.concatenate([[share], np.linspace(low, high, _SHARES)])
-        pressures = split_pressures(factor, present, ahead, shares)
-        least, most = self.settings.pressure
-        allowed: Any = ((pressures >= least) & (pressures <= most)).all(axis=1)
-        allowed[0] &= low <= share <= high
-        columns = []
-        for at, column in zip(brakes, pressures.T, strict=True):
-            columns.append(self._cost(at, column))
-            yield
-        values, members = self._together(np.array(columns))
-        allowed &= ~np.isnan(values)
-        if not allowed.any() or math.isnan(values[0]):
-            return SplitAdvice(present=share, reason=f'not known at front shares {low:g} to '
-                               f'{high:g}, {least / 1e5:.2f} to {most / 1e5:.2f} bar')
-        near = allowed & (values <= values[allowed].min() + _SAME[self.basis])
-        best = int(np.where(near, np.abs(shares - share), np.inf).argmin())
-        before = after = self.tolerances.growth
-        for at, now, then in zip(brakes, present, pressures[best], strict=True):
-            rates = full_solutions(self.model, at, np.array([now, then]), self.settings.band_hz,
-                                   self.tolerances).real
-            before, after = max(before, float(rates[0])), max(after, float(rates[1]))
-            yield
-        if not after <= before:  # NaN is not
-            return SplitAdvice(present=share, basis=self.basis, reason=(
-                f'front share {shares[best]:.3f} is not confirmed: by full solutions a mode has '
-                f'{after:+.3g} 1/s there, {before:+.3g} 1/s now'))
-        return SplitAdvice(
-            present=share, front_share=float(shares[best]), basis=self.basis, confirmed=True,
-            pressures=tuple(pressures[best].tolist()), least=float(values[best]),
-            gain=float(values[0] - values[best]),
-            confidence=self._confidence(members, best), reason=(
-                f'{self.basis} {values[best]:.2f} at front share {shares[best]:.3f}, '
-                f'{values[0]:.2f} at {share:.3f} now'))
+        splits = _Splits(brakes, np.array(front), self.settings, self._cost, self._risk)
+        yield from splits.add(np.concatenate([[splits.present], np.linspace(low, high, _SHARES)]))
+        for halving in range(1, _HALVINGS + 1):
+            if (best := splits.best()) is None:
+                return SplitAdvice(present=splits.present, reason=f'not known at front shares '
+                                   f'{low:g} to {high:g}, {splits.limits}')
+            step = (high - low) / (_SHARES - 1) / 2.0**halving
+            near = splits.shares[best] + np.array([-step, step])
+            yield from splits.add(near[(near >= low) & (near <= high)])
+        best = splits.best()
+        assert best is not None
+        now = yield from self._worst_in_full(brakes, splits.pressures[0])
+        then = yield from self._worst_in_full(brakes, splits.pressures[best])
+        if not then <= max(now, 0.0) + self.tolerances.growth:  # NaN is not
+            return SplitAdvice(present=splits.present, basis=splits.basis, reason=(
+                f'front share {splits.shares[best]:.3f} is not confirmed: by full solutions a '
+                f'mode has {then:+.3g} 1/s there, {now:+.3g} 1/s now'))
+        return splits.advice(best)
 
-    @property
-    def basis(self) -> str:
-        """What is least."""
-        return 'growth rate' if self._risk is None else 'squeal risk'
+    def _worst_in_full(self, brakes: Sequence[SlidingConditions], pressures: FloatArray
+                       ) -> Generator[None, None, float]:
+        """Return the largest growth rate of brakes [1/s], a full solution a step."""
+        worst = -math.inf
+        for at, pressure in zip(brakes, pressures, strict=True):
+            found = full_solutions(self.model, at, np.array([pressure]), self.settings.band_hz,
+                                   self.tolerances)
+            worst = float(np.maximum(worst, found[0].real))  # NaN stays
+            yield
+        return worst
 
     def _cost(self, at: SlidingConditions, pressures: FloatArray) -> FloatArray:
         """Return growth rates (S,) [1/s] of a brake, or probabilities of squeal (S, M)."""
@@ -188,17 +176,71 @@ class SplitAdviser:
         assert self._look_up is not None
         return np.asarray(self._look_up(at, pressures).real)
 
-    def _together(self, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what is least of all brakes (S,), and risks by member (S, M)."""
-        if self._risk is None:
-            return columns.max(axis=0), columns
-        # the brakes are alike: a member is all of them, their scatter is each one's own
-        members = 1.0 - np.prod(1.0 - columns, axis=0)
-        return over_members(self._risk, members), members
 
-    def _confidence(self, members: FloatArray, best: int) -> float:
-        if self._risk is None:
-            return math.nan
-        no_more = np.where(np.isnan(members[best] + members[0]), math.nan,
-                           members[best] <= members[0] + 1e-9)
-        return float(over_members(self._risk, no_more))
+class _Splits:
+    """Splits that were evaluated, the present one first: shares (S,), pressures (S, B), costs."""
+
+    def __init__(self, brakes: Sequence[SlidingConditions], front: Any, settings: AdviceSettings,
+                 cost: Callable[[SlidingConditions, FloatArray], FloatArray],
+                 risk: SquealRisk | None) -> None:
+        self._brakes, self._front, self._settings = brakes, front, settings
+        self._cost, self._risk = cost, risk
+        self._now = np.array([at.pressure for at in brakes])
+        self._factor = np.array([at.friction for at in brakes]) * np.where(
+            front, 1.0, settings.rear_force)
+        force = self._factor * self._now
+        self.present = float(force[front].sum() / force.sum())
+        self.shares, self.pressures = np.empty(0), np.empty((0, len(brakes)))
+        self._members: list[FloatArray] = []  # of each share: growth rate, or risks of members
+        self.basis = 'growth rate' if risk is None else 'squeal risk'
+
+    @property
+    def limits(self) -> str:
+        low, high = self._settings.pressure
+        return f'{low / 1e5:.2f} to {high / 1e5:.2f} bar'
+
+    def add(self, shares: FloatArray) -> Generator[None, None, None]:
+        """Evaluate more splits, a share of a brake a step."""
+        pressures = split_pressures(self._factor, self._now, self._front, shares)
+        for share in pressures:
+            costs = []
+            for at, pressure in zip(self._brakes, share, strict=True):
+                costs.append(self._cost(at, np.array([pressure]))[0])
+                yield
+            # the brakes are alike: a member is all of them, their scatter is each one's own
+            self._members.append(np.max(costs) if self._risk is None else
+                                 1.0 - np.prod(1.0 - np.array(costs), axis=0))
+        self.shares = np.concatenate([self.shares, shares])
+        self.pressures = np.concatenate([self.pressures, pressures])
+
+    @property
+    def _values(self) -> FloatArray:
+        values = np.array(self._members)
+        return values if self._risk is None else over_members(self._risk, values)
+
+    def best(self) -> int | None:
+        """Return the split of least cost within the limits, of equal ones the nearest."""
+        low, high = self._settings.front_share
+        least, most = self._settings.pressure
+        values = self._values
+        known: Any = ~np.isnan(values) & (self.shares >= low) & (self.shares <= high)
+        known &= ((self.pressures >= least) & (self.pressures <= most)).all(axis=1)
+        if not known.any() or math.isnan(values[0]):
+            return None
+        near = known & (values <= values[known].min() + _SAME[self.basis])
+        return int(np.where(near, np.abs(self.shares - self.present), np.inf).argmin())
+
+    def advice(self, best: int) -> SplitAdvice:
+        """Return a split that full solutions confirm."""
+        values, share = self._values, float(self.shares[best])
+        confidence = math.nan
+        if self._risk is not None:
+            now, then = self._members[0], self._members[best]
+            confidence = float(over_members(self._risk, np.where(
+                np.isnan(now + then), math.nan, then <= now + 1e-9)))
+        return SplitAdvice(
+            present=self.present, front_share=share, basis=self.basis, confirmed=True,
+            pressures=tuple(self.pressures[best].tolist()), least=float(values[best]),
+            gain=float(values[0] - values[best]), confidence=confidence, reason=(
+                f'{self.basis} {values[best]:.2f} at front share {share:.3f}, '
+                f'{values[0]:.2f} at {self.present:.3f} now'))

@@ -93,7 +93,7 @@ def test_least_risk_at_unchanged_force(front: float, rear: float) -> None:
                       (1.0 - share) * (ahead + behind) / behind)
              for share in np.linspace(*LIMITS.front_share, 101)]
     least = min(risk_at(at, pressed(at) * one) for one in scale)
-    assert found.least <= least + 0.01
+    assert found.least <= least + 0.02
     assert 0.5 < found.confidence <= 1.0
     assert found.reason.startswith(f'squeal risk {found.least:.2f} at front share')
 
