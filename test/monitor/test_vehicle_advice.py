@@ -18,6 +18,7 @@ import math
 from typing import Any
 
 import pytest
+from squeal_core import BrakeModel
 from squeal_core.monitor.advice import PressureAdvice
 from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.force_split import SplitAdvice, SplitSteps
@@ -25,6 +26,7 @@ from squeal_core.monitor.reading import Reading
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_advice import front_brakes, VehicleAdvice
 from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.stability.critical_parameter import critical_value
 from support.advised_brakes import falling, falling_growth, falling_risk
 
 MODEL = falling()
@@ -62,6 +64,24 @@ def test_pressures_by_the_emulator_where_there_is_no_table() -> None:
     assert math.isnan(found.above)
     assert found.confirmed
     assert 0.5 < found.confidence_below <= 1.0
+
+
+def test_pressures_by_the_shipped_table_against_full_solutions(
+        kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a part of the band in which K09's brake is stable under high pressure."""
+    monkeypatch.delenv('SQUEAL_TABLES')
+    band = 2000.0, 3000.0
+    chosen = read_settings({'squeal_band_low_hz': band[0], 'squeal_band_high_hz': band[1]})
+    adviser = VehicleAdvice(kang, chosen, VehicleStability(kang, chosen), None)
+    at = assessment('front_left', 3e6, friction=0.42, inputs={
+        'rotor_speed': Reading('good', 20.0, 0.0), 'pressure': Reading('good', 3e6, 0.0)})
+    found = adviser.pressures(at)
+    point = kang.operating_point(rotor_speed=20.0, pressure=3e6, friction=0.42)
+    limits = kang.contact_pressure(2e6), kang.contact_pressure(5e6)
+    truth = critical_value(kang, point, 'contact_pressure', limits, band_hz=band, samples=8).above
+    assert math.isnan(found.below)
+    assert found.confirmed
+    assert 1.0 <= kang.contact_pressure(1.0) * found.above / truth.value < 1.01
 
 
 def test_without_table_and_emulator_nothing_is_known() -> None:

@@ -24,8 +24,9 @@ from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.ensemble import Ensemble
+from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
+from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.squeal_risk import SquealRisk
-from support.linear_growth import EmulatedGrowth, EmulatorError, ModeFamily
 from support.margin_searches import DAMPING, SKEW, W1, W2
 
 PRESSURES = (1e5, 8e6)
@@ -77,8 +78,9 @@ def falling_growth(model: BrakeModel, rotor_speed: Any, pressure: Any, friction:
 class FallingEmulator:
     """The growth of `falling` in closed form, up to some friction."""
 
-    families = (ModeFamily(frequency_hz=W1 / math.tau, decay_rate=0.5 * DAMPING),)
-    error = EmulatorError(rms=0.0)
+    families = (ModeFamily(numbers=(1,), frequency_hz=W1 / math.tau,
+                           decay_rate=0.5 * DAMPING),)
+    error = EmulatorError(rms=0.0, largest=0.0)
 
     def __init__(self, model: BrakeModel, most_friction: float = 1.0) -> None:
         self._model, self._most = model, most_friction
