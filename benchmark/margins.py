@@ -28,16 +28,15 @@ import argparse  # noqa: I100
 from collections import Counter
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 from drives import braking_samples, DRIVES
 from full_solve import median
 import numpy as np
 from squeal_core import BrakeModel
 from squeal_core.brake.operating_point import SlidingConditions
+from squeal_core.monitor.friction_scan import FrictionScan
 from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth
 from squeal_core.monitor.margins import Margin, MarginSettings
-from squeal_core.risk.map_file import map_path, read_operating_map
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, Mode, SQUEAL_BAND, Tolerances
 from squeal_core.surrogate.table_file import read_table
@@ -76,9 +75,9 @@ def _evaluator(model: BrakeModel, path: str, limits: Tolerances) -> MarginEvalua
     settings = MarginSettings(
         band_hz=SQUEAL_BAND, friction=table.domain.friction, rotor_speed=table.domain.rotor_speed,
         pressure=(2e4, 1.6e7), error=table.tolerances.growth)
-    return MarginEvaluator(
-        model, settings, limits, growth_map=read_operating_map(map_path(Path(path)), model),
-        growth=partial(table_growth, table, model, limits, SQUEAL_BAND))
+    growth = partial(table_growth, table, model, limits, SQUEAL_BAND)
+    return MarginEvaluator(model, settings, limits, growth=growth, scan=FrictionScan(
+        lambda rows: growth(rows, 'squeal').real, settings.friction))
 
 
 def _worst(model: BrakeModel, conditions: Sequence[SlidingConditions],

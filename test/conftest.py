@@ -69,13 +69,16 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """
     Keep tables and modes of the user's cache out of the tests, and the shipped tables.
 
-    A monitor then solves in full unless a test gives it a table.
+    A monitor then solves in full unless a test gives it a table. Emulators of growth stay.
     """
     folder = tmp_path_factory.getbasetemp()
+    shipped = tmp_path_factory.mktemp('tables')
+    for path in (config_folder() / 'tables').glob('*.growth.npz'):
+        (shipped / path.name).symlink_to(path)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('XDG_CACHE_HOME', str(
             (folder.parent if 'PYTEST_XDIST_WORKER' in os.environ else folder) / 'cache'))
-        patch.setenv('SQUEAL_TABLES', '')
+        patch.setenv('SQUEAL_TABLES', str(shipped))
         yield
 
 

@@ -52,6 +52,10 @@ class Alarm:
         self._warning, self._low = warning, warning - hysteresis
         self._hold = round(hold * _SECOND)
 
+    def end(self) -> None:
+        """End it whatever the risk, as nothing is known any more."""
+        self._up = False
+
     def update(self, time_ns: int, risk: float) -> bool:
         """
         Return whether the alarm is up at a tick [ns] with this risk.

@@ -21,6 +21,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
+from squeal_core.monitor.brake_risk import BrakeRisk
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.reading import Reading
 from squeal_core.monitor.setting_specs import Signal
@@ -29,7 +30,7 @@ from squeal_core.stability.eigensolution import Mode
 State: TypeAlias = Literal['steady', 'released', 'not sliding', 'stale', 'invalid',
                            'outside validated range']
 
-VALID: tuple[State, ...] = ('steady', 'released')  # states with a risk
+VALID: tuple[State, ...] = ('steady', 'released')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,15 +58,25 @@ class Assessment:
     modes : tuple of Mode
         All unstable modes, worst first: flutter in and below the squeal band, divergence.
     risk : float
-        Probability that a mode in the squeal band grows [-].
+        Squeal risk: probability that a mode has built up until it is audible [-].
+    instability_probability : float
+        That a mode in the squeal band is unstable, over the ensemble of brakes [-].
+    build_up : float
+        Of the mode that has built up most, above its noise floor [nepers].
+    time_to_squeal : float
+        Until it is audible at its present growth rate [s]; inf: it decays, 0: it is.
     growth_rate : float
         Largest Re(lambda) of the oscillating modes in the squeal band [1/s].
+    damping_ratio : float
+        zeta = -Re/|lambda| of that mode [-]; negative: unstable.
     worst_frequency_hz : float
         Frequency of that mode.
     friction_margin : float
         Critical minus present friction [-]; NaN where there is none, or none is known.
     stability : BrakeStability or None
-        Modes with their errors, risk by mode and margins with reasons, of a brake that slides.
+        Modes with their errors and margins with reasons, of a brake that slides.
+    risk_result : BrakeRisk or None
+        Risk with its error and basis, of such a brake.
 
     """
 
@@ -79,15 +90,27 @@ class Assessment:
     point: OperatingPoint | None = None
     modes: tuple[Mode, ...] = ()
     risk: float = math.nan
+    instability_probability: float = math.nan
+    build_up: float = math.nan
+    time_to_squeal: float = math.nan
     growth_rate: float = math.nan
+    damping_ratio: float = math.nan
     worst_frequency_hz: float = math.nan
     friction_margin: float = math.nan
     stability: BrakeStability | None = field(default=None, repr=False, compare=False)
+    risk_result: BrakeRisk | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_valid(self) -> bool:
-        """Whether the risk is a number."""
+        """Whether the brake was assessed."""
         return self.state in VALID
+
+    @property
+    def build_ups(self) -> tuple[float, ...]:
+        """Build-up of the family of each flutter mode [nepers], NaN where it is not known."""
+        if self.risk_result is None:
+            return (math.nan,) * len(self.flutter)
+        return self.risk_result.build_ups(self.flutter)
 
     @property
     def unstable_frequencies_hz(self) -> tuple[float, ...]:
@@ -137,20 +160,20 @@ class AssessmentContext(NamedTuple):
             friction_source=self.friction_source, state=state, reason=reason, **values)
 
 
-def from_stability(context: AssessmentContext,
-                   found: BrakeStability | np.linalg.LinAlgError) -> Assessment:
-    """Return the assessment of a brake that slides, given its stability or why there is none."""
-    if isinstance(found, np.linalg.LinAlgError):
+def from_stability(context: AssessmentContext, found: BrakeStability | np.linalg.LinAlgError,
+                   risk: BrakeRisk | None) -> Assessment:
+    """Return the assessment of a brake that slides, given its stability and risk if known."""
+    if isinstance(found, np.linalg.LinAlgError) or risk is None:
         return context.result('invalid', f'no eigensolution ({found})')
-    if math.isnan(found.risk.probability):
-        return context.result('invalid', 'no risk: modes are not separable here')
-    worst = found.worst
+    worst, known = found.worst, risk.result
     return context.result(
-        'steady', _in_words(worst, found.risk.probability), point=found.point,
-        modes=found.modes.unstable, risk=found.risk.probability,
+        'steady', _in_words(worst, risk), point=found.point, modes=found.modes.unstable,
+        risk=known.squeal_risk, instability_probability=known.instability_probability,
+        build_up=known.build_up, time_to_squeal=known.time_to_squeal,
         growth_rate=worst.growth_rate if worst else math.nan,
+        damping_ratio=worst.damping_ratio if worst else math.nan,
         worst_frequency_hz=worst.frequency_hz if worst else math.nan,
-        friction_margin=found.margins.friction.value, stability=found)
+        friction_margin=found.margins.friction.value, stability=found, risk_result=risk)
 
 
 def explained(found: Assessment) -> Assessment:
@@ -161,9 +184,17 @@ def explained(found: Assessment) -> Assessment:
     return found
 
 
-def _in_words(worst: Mode | None, risk: float) -> str:
+def _in_words(worst: Mode | None, risk: BrakeRisk) -> str:
+    known = risk.result
+    said = f'squeal risk not known: {risk.unknown}' if risk.unknown else (
+        f'squeal risk {known.squeal_risk:.2f}, build-up {known.build_up:.1f} nepers')
+    since = '; a part of this brake application is not known' if known.incomplete else ''
     if worst is None:
-        return 'no mode in the squeal band'
+        return f'{said}: no mode in the squeal band{since}'
     verdict = 'grows' if worst.unstable else 'decays'
-    return (f'squeal risk {risk:.2f}: mode at {worst.frequency_hz:.0f} Hz {verdict} with '
-            f'{worst.growth_rate:+.1f} 1/s')
+    return (f'{said}: mode at {worst.frequency_hz:.0f} Hz {verdict} with '
+            f'{worst.growth_rate:+.1f} 1/s{since}')
+
+
+# of each brake: its assessment, or the context of the one to be made from its stability
+PreparedTick: TypeAlias = tuple[Assessment | AssessmentContext, ...]

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.monitor.margins import Margins
-from squeal_core.risk.probability import Risk
 from squeal_core.stability.eigensolution import ComplexModes, Mode
 
 
@@ -33,7 +32,6 @@ class BrakeStability:
     modes : ComplexModes
     worst : Mode or None
         The least stable mode that oscillates within the squeal band.
-    risk : Risk
     margins : Margins
 
     """
@@ -41,5 +39,4 @@ class BrakeStability:
     point: OperatingPoint
     modes: ComplexModes
     worst: Mode | None
-    risk: Risk
     margins: Margins

@@ -82,6 +82,10 @@ class BrakeSummary:
         Ticks at which braking is neither known nor excluded.
     starting : int
         Ticks before anything was known, not counted as unknown because they were few.
+    risks : int
+        Ticks of sliding under load whose squeal risk is known.
+    total_risk, peak_risk : float
+        Sum and largest of these risks [-].
 
     """
 
@@ -91,6 +95,9 @@ class BrakeSummary:
     sliding: int = 0
     unknown: int = 0
     starting: int = 0
+    risks: int = 0
+    total_risk: float = 0.0
+    peak_risk: float = math.nan
     reasons: dict[str, Reason] = field(default_factory=dict)
 
     @property
@@ -105,6 +112,11 @@ class BrakeSummary:
     def share(self) -> float:
         """Assessed part of the braking time; NaN where there was no braking."""
         return self.assessed / self.braking if self.braking else math.nan
+
+    @property
+    def mean_risk(self) -> float:
+        """Mean squeal risk while braking, where it is known [-]; NaN where it never is."""
+        return self.total_risk / self.risks if self.risks else math.nan
 
     @property
     def never_assessed(self) -> bool:
@@ -164,6 +176,10 @@ class DriveSummary:
             brake.sliding += sliding
             if not known_before and brake.unknown * brake.period <= _BRIEF:
                 brake.starting, brake.unknown = brake.unknown, 0
+        if found.state == 'steady' and not math.isnan(found.risk):
+            brake.risks += 1
+            brake.total_risk += found.risk
+            brake.peak_risk = max(found.risk, brake.peak_risk)  # the first stays beside NaN
         if found.state != 'steady' and found.state not in _AT_REST:
             _note(brake, found, braking=sliding is not False)
 

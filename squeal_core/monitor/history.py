@@ -45,7 +45,11 @@ class AssessmentRecord(NamedTuple):
     pressure_pa: float
     friction: float
     squeal_risk: float
+    instability_probability: float
+    build_up_nepers: float
+    time_to_squeal_s: float
     growth_rate_1_s: float
+    damping_ratio: float
     worst_frequency_hz: float
     friction_margin: float
     unstable_frequencies_hz: tuple[float, ...]
@@ -70,7 +74,10 @@ def row_of(assessment: Assessment) -> AssessmentRecord:
         time_s=assessment.time * 1e-9, brake=assessment.brake, state=assessment.state,
         rotor_speed_rad_s=assessment.inputs['rotor_speed'].value,
         pressure_pa=assessment.inputs['pressure'].value, friction=assessment.friction,
-        squeal_risk=assessment.risk, growth_rate_1_s=assessment.growth_rate,
+        squeal_risk=assessment.risk,
+        instability_probability=assessment.instability_probability,
+        build_up_nepers=assessment.build_up, time_to_squeal_s=assessment.time_to_squeal,
+        growth_rate_1_s=assessment.growth_rate, damping_ratio=assessment.damping_ratio,
         worst_frequency_hz=assessment.worst_frequency_hz,
         friction_margin=assessment.friction_margin,
         unstable_frequencies_hz=assessment.unstable_frequencies_hz,

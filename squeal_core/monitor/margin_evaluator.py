@@ -17,12 +17,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 import math
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.friction_scan import FrictionScan
 from squeal_core.monitor.margins import (
     Kind,
     least_stable,
@@ -52,21 +53,9 @@ _RATIO = 1.2  # of speed and pressure, likewise
 _WIDTH = 1.2e-3
 _TRIALS = 8  # that narrow a bracket at once: look-ups cost by the call rather than by the value
 _BATCH = 16  # values of a walk evaluated at once
-# trials about an estimate by the map, in its steps of 0.02: nine of ten boundaries are between the
-# inner ones, which are as close as a bracket has to be
+# trials about an estimate by the scan, in its steps of 0.02: nine of ten boundaries are between
+# the inner ones, which are as close as a bracket has to be
 _ABOUT = np.concatenate([[-1.0], 0.045 * np.arange(-4.5, 5.0), [1.0]])
-
-
-class GrowthMap(Protocol):
-    """Largest growth rates of the squeal band, interpolated, as of `risk.OperatingMap`."""
-
-    @property
-    def friction(self) -> FloatArray:
-        """Rising frictions (F,) of the map."""
-
-    def growth_along_friction(self, rotor_speed: FloatArray,
-                              contact_pressure: FloatArray) -> FloatArray:
-        """Return growth rates (P, F) [1/s] at speeds and pressures (P,); NaN outside."""
 
 
 class MarginEvaluator:
@@ -82,17 +71,16 @@ class MarginEvaluator:
         What counts as oscillation and as unstable.
     growth : callable, optional
         Look-up in the table, see `Growth`; None: no table.
-    growth_map : GrowthMap, optional
-        Where to look first along friction.
+    scan : FrictionScan, optional
+        Where to look first along friction for the margin of squeal.
 
     """
 
     def __init__(self, model: BrakeModel, settings: MarginSettings, tolerances: Tolerances, *,
-                 growth: Growth | None = None, growth_map: GrowthMap | None = None) -> None:
+                 growth: Growth | None = None, scan: FrictionScan | None = None) -> None:
         self.model, self.settings, self.tolerances = model, settings, tolerances
         self.statistics = MarginStatistics()
-        self._growth, self._map = growth, growth_map
-        self._per_pressure = model.contact_pressure(1.0)
+        self._growth, self._scan = growth, scan
 
     def friction_margins(self, conditions: Sequence[SlidingConditions],
                          worst: Sequence[Mode | None]) -> list[Margin]:
@@ -130,7 +118,7 @@ class MarginEvaluator:
 
     def confirm(self, margin: Margin, conditions: SlidingConditions) -> Margin:
         """
-        Compare a friction margin with a full solution at its critical value.
+        Compare the table with a full solution at the critical value of a friction margin.
 
         Returns
         -------
@@ -149,20 +137,22 @@ class MarginEvaluator:
                            reason=f'{margin.reason}: not confirmed, no eigensolution ({error})')
         full = least_stable(modes.mode_eigenvalues[None], margin.kind, self.settings.band_hz,
                             self.tolerances)[0]
-        if abs(full.real - margin.growth_rate) <= self.settings.error:
+        assert self._growth is not None
+        found = self._growth(_rows([replace(conditions, friction=margin.critical)]), margin.kind)
+        if abs(full.real - found[0].real) <= self.settings.error:
             self.statistics.confirmed += 1
             return replace(margin, confirmed=True)
         self.statistics.not_confirmed += 1
         return replace(margin, critical=math.nan, reason=(
             f'{margin.reason}: not confirmed, a full solution has a growth rate of '
-            f'{full.real:+.3g} 1/s there, not {margin.growth_rate:+.3g} 1/s'))
+            f'{full.real:+.3g} 1/s there, not {found[0].real:+.3g} 1/s'))
 
     def _along_friction(self, rows: FloatArray, here: ComplexArray, kind: Kind) -> list[Margin]:
         low, high = self.settings.friction
         unstable = here.real > self.tolerances.growth
         start = rows[:, 2]
         walks, batch = _walks(start, np.where(unstable, low, high)), _BATCH
-        if self._map is not None and kind == 'squeal':
+        if self._scan is not None and kind == 'squeal':
             walks = np.concatenate([self._estimated(rows, unstable, walks), walks], axis=1)
             batch = _ABOUT.size
         found = self._search(rows, here, walks, 'friction', kind, batch)
@@ -200,10 +190,10 @@ class MarginEvaluator:
         return search(rows[:, column], here, walks, evaluate)
 
     def _estimated(self, rows: FloatArray, unstable: Any, walks: FloatArray) -> FloatArray:
-        """Return values (P, n) about where the map has the boundary; else where walks begin."""
-        assert self._map is not None
-        frictions, start, down = self._map.friction, rows[:, 2:], unstable[:, None]
-        growth = self._map.growth_along_friction(rows[:, 0], self._per_pressure * rows[:, 1])
+        """Return values (P, n) about where the scan has the boundary; else where walks begin."""
+        assert self._scan is not None
+        frictions, start, down = self._scan.friction, rows[:, 2:], unstable[:, None]
+        growth = self._scan.along_friction(rows[:, 0], rows[:, 1])
         other = ((growth > self.tolerances.growth) != down) & ~np.isnan(growth)
         other &= np.where(down, frictions < start, frictions > start)
         count = frictions.size

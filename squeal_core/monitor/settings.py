@@ -16,6 +16,7 @@
 
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
+import math
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from squeal_core.monitor.setting_specs import (
     Signal,
     SIGNALS,
 )
-from squeal_core.risk.uncertainty import InputUncertainty, RiskParameters
+from squeal_core.risk.ensemble import EnsemblePrior
 
 NODE_NAME = 'squeal_monitor'
 MAX_BRAKES = 64  # of one node
@@ -106,10 +107,20 @@ class MonitorSettings:
     slip_time: float
     single_brake_time: float
     lock_time: float
-    friction_deviation: float
-    pressure_deviation: float
-    rotor_speed_deviation: float
+    instability_damping_ratio: float
+    audible_build_up: float
+    audible_build_up_deviation: float
+    noise_floor_nm: float
+    damping_deviation: float
     contact_stiffness_deviation: float
+    friction_bias_deviation: float
+    friction_slope_deviation: float
+    friction_scatter: float
+    damping_scatter: float
+    ensemble_size: float
+    risk_rate: float
+    growth_emulator: str
+    calibration: str
     table: str
     audit_interval: float
     margin_confirm_interval: float
@@ -128,15 +139,20 @@ class MonitorSettings:
         return round(1e9 / self.rate)
 
 
-def risk_parameters(settings: MonitorSettings) -> RiskParameters:
-    """Return what the risk of a monitor with these settings is the probability of."""
-    return RiskParameters(
-        band_hz=(settings.squeal_band_low_hz, settings.squeal_band_high_hz),
-        growth_threshold=settings.growth_threshold,
-        uncertainty=InputUncertainty(
-            friction=settings.friction_deviation, pressure=settings.pressure_deviation,
-            rotor_speed=settings.rotor_speed_deviation,
-            contact_stiffness=settings.contact_stiffness_deviation))
+def band_of(settings: MonitorSettings) -> tuple[float, float]:
+    """Return the ends of the squeal band [Hz]."""
+    return settings.squeal_band_low_hz, settings.squeal_band_high_hz
+
+
+def ensemble_prior(settings: MonitorSettings) -> EnsemblePrior:
+    """Return what an uncalibrated ensemble of brakes is drawn from."""
+    return EnsemblePrior(
+        damping=settings.damping_deviation, contact_stiffness=settings.contact_stiffness_deviation,
+        friction=settings.friction_bias_deviation, slope=settings.friction_slope_deviation,
+        audible_build_up=settings.audible_build_up,
+        audible_build_up_deviation=settings.audible_build_up_deviation,
+        friction_scatter=settings.friction_scatter, damping_scatter=settings.damping_scatter,
+        count=round(settings.ensemble_size))
 
 
 def pressure_references(settings: MonitorSettings) -> str:
@@ -185,6 +201,9 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
         if not low < high:  # type: ignore[operator]
             raise ConfigurationError(name.format('high'), f'is {high} and the low end {low} '
                                      f'{unit}', 'make it the larger')
+    size = top['ensemble_size']
+    if math.log2(size) % 1.0:  # type: ignore[arg-type]
+        raise ConfigurationError('ensemble_size', f'is {size:g}', 'give a power of 2, as 64')
     axles = top['axles']
     assert isinstance(axles, tuple)
     axle_partners(names, axles)

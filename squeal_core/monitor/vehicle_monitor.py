@@ -15,8 +15,9 @@
 """
 The monitor of a vehicle's brakes: samples in, assessments out. No ROS, no clock, no threads.
 
-An assessment is a function of model, table, settings and the samples received before the tick:
-the node and the replay of a bag run this same code and get the same numbers.
+An assessment is a function of model, tables, settings, the samples received before the tick and
+the ticks before it in the same brake application, nothing else: the node and the replay of a bag
+run this same code and get the same numbers.
 
 The monitor is advisory. It is no safety function.
 """
@@ -24,15 +25,13 @@ The monitor is advisory. It is no safety function.
 from collections import Counter
 from collections.abc import Mapping, Sequence
 import math
-from typing import TypeAlias
 
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import (
     Assessment,
     AssessmentContext,
-    explained,
-    from_stability,
+    PreparedTick,
     State,
 )
 from squeal_core.monitor.cross_checks import CrossChecks
@@ -41,7 +40,7 @@ from squeal_core.monitor.margins import confirmation_due
 from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, validated_ranges
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import BrakeSettings, MonitorSettings
-from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
            'MissingValue', 'VehicleMonitor']
@@ -55,18 +54,15 @@ _STATES: dict[Status, State] = {
 
 _OF_SLIDING: tuple[Signal, ...] = ('pressure', 'rotor_speed')
 
-# of each brake: its assessment, or the context of the one to be made from its stability
-PreparedTick: TypeAlias = tuple[Assessment | AssessmentContext, ...]
-
 
 class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
     def __init__(self, brake: BrakeSettings, settings: MonitorSettings, model: BrakeModel,
-                 stability: VehicleStability | None = None) -> None:
+                 evaluator: VehicleEvaluator | None = None) -> None:
         _check_model_serves(brake, model)
         self._model = model
-        self._stability = stability
+        self._evaluator = evaluator
         self._latest: dict[Signal, float] = {}  # by receipt, whatever their stamps
         self._adopt(brake, settings)
         self._inputs = {signal: InputChannel(signal, limits, settings, self._validated[signal])
@@ -121,8 +117,8 @@ class BrakeMonitor:
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
-        self._stability = self._stability or VehicleStability(self._model, self._settings)
-        return completed(self._stability, [(self.prepare(time, self.read(time)),)])[0][0]
+        self._evaluator = self._evaluator or VehicleEvaluator(self._model, self._settings)
+        return self._evaluator.complete([(self.prepare(time, self.read(time)),)])[0][0]
 
     def prepare(self, time: int,
                 inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
@@ -186,8 +182,9 @@ class BrakeMonitor:
         """Assess from inputs that are all good a brake that is released or at rest."""
         speed, pressure = context.inputs['rotor_speed'], context.inputs['pressure']
         if pressure.value < self._settings.release_pressure:
-            return context.result('released', risk=0.0, reason=(
-                f'pressure {pressure.value / 1e5:.2f} bar: brake released'))
+            return context.result(
+                'released', f'pressure {pressure.value / 1e5:.2f} bar: brake released', risk=0.0,
+                instability_probability=0.0, build_up=0.0, time_to_squeal=math.inf)
         if abs(speed.value) < self._settings.minimum_rotor_speed:
             return context.result(
                 'not sliding', f'rotor speed {speed.value:.2f} rad/s: not sliding')
@@ -196,17 +193,6 @@ class BrakeMonitor:
                 low = reading._replace(detail=str(self._validated[name]))
                 return context.result('outside validated range', low.described(name))
         return None
-
-
-def completed(stability: VehicleStability,
-              ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
-    """Return the assessments of prepared ticks; many at once cost less than each alone."""
-    contexts = [one for tick in ticks for one in tick if isinstance(one, AssessmentContext)]
-    results = iter(stability.evaluate([one.conditions for one in contexts],
-                                      [one.confirm for one in contexts]))
-    return [tuple(explained(from_stability(one, next(results)))
-                  if isinstance(one, AssessmentContext) else one for one in tick)
-            for tick in ticks]
 
 
 def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
@@ -224,9 +210,9 @@ class VehicleInputs:
     """The inputs of all brakes of a vehicle: samples in, prepared ticks out."""
 
     def __init__(self, settings: MonitorSettings, model: BrakeModel,
-                 stability: VehicleStability | None = None) -> None:
+                 evaluator: VehicleEvaluator | None = None) -> None:
         self.settings = settings
-        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, stability)
+        self.brakes = {brake.name: BrakeMonitor(brake, settings, model, evaluator)
                        for brake in settings.brakes}
         self.cross_checks = CrossChecks(settings)
 
@@ -276,18 +262,23 @@ class VehicleMonitor(VehicleInputs):
     def __init__(self, settings: MonitorSettings, model: BrakeModel) -> None:
         for brake in settings.brakes:
             _check_model_serves(brake, model)
-        self.stability = VehicleStability(model, settings)
-        super().__init__(settings, model, self.stability)
+        self.evaluator = VehicleEvaluator(model, settings)
+        super().__init__(settings, model, self.evaluator)
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings of the same brakes from the next assessment on; samples stay."""
         super().update_settings(settings)
-        self.stability.update_settings(settings)
+        self.evaluator.update_settings(settings)
+
+    def reset(self) -> None:
+        """Forget all samples and brake applications."""
+        super().reset()
+        self.evaluator.reset()
 
     def assess(self, time: int) -> tuple[Assessment, ...]:
         """Assess all brakes at a time [ns]; what other brakes contradict is invalid."""
         return self.complete([self.prepare(time)])[0]
 
     def complete(self, ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
-        """Return the assessments of ticks in their order; many at once cost less than each."""
-        return completed(self.stability, ticks)
+        """Return the assessments of the ticks that follow; many at once cost less than each."""
+        return self.evaluator.complete(ticks)

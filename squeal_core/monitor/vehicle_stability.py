@@ -18,22 +18,23 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.brake_stability import BrakeStability
+from squeal_core.monitor.friction_scan import FrictionScan
 from squeal_core.monitor.margin_evaluator import MarginEvaluator, table_growth
 from squeal_core.monitor.margins import Kind, Margin, Margins, MarginSettings
-from squeal_core.monitor.settings import MonitorSettings, risk_parameters
-from squeal_core.risk.evaluator import RiskEvaluator
-from squeal_core.risk.map_file import map_path, read_operating_map
+from squeal_core.monitor.settings import band_of, MonitorSettings
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_file import find_table_file, read_table
 from squeal_core.surrogate.tabulated_solver import SolverStatistics, TabulatedSolver
 
+Evaluated: TypeAlias = BrakeStability | np.linalg.LinAlgError
 NO_TABLE = 'none'  # value of the setting `table`
 
 
@@ -60,43 +61,39 @@ class VehicleStability:
         path = _table_file(model, settings)
         self.solver = TabulatedSolver(model, None if path is None else read_table(path, model),
                                       limits=self.tolerances)
-        self._map = None if path is None else read_operating_map(map_path(path), model)
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; the table and the counts of its answers stay."""
         self._band = band_of(settings)
         self.solver.band, self.solver.audit_every = self._band, round(settings.audit_interval)
-        self._risks = RiskEvaluator(self.model, risk_parameters(settings), self._map)
-        of_band = self._map is not None and self._map.parameters.band_hz == self._band
+        margins, known = _margin_settings(self.model, settings, self.solver.table), (
+            self.solver.table is not None)
         self._margins = MarginEvaluator(
-            self.model, _margin_settings(self.model, settings, self.solver.table),
-            self.tolerances, growth=None if self.solver.table is None else self._growth,
-            growth_map=self._map if of_band else None)
+            self.model, margins, self.tolerances, growth=self._growth if known else None,
+            scan=FrictionScan(self._squeal_growth, margins.friction) if known else None)
 
-    def warm_up(self, brakes: int) -> None:
-        """Evaluate brakes once, uncounted, so that the first tick takes no longer than others."""
+    def warm_up(self, brakes: int) -> list[Evaluated]:
+        """Evaluate brakes once, uncounted."""
         bounds = self._margins.settings
         at = SlidingConditions(rotor_speed=0.5 * bounds.rotor_speed[1],
                                pressure=0.5 * bounds.pressure[1],
                                friction=0.5 * bounds.friction[1])
-        self.evaluate([at] * brakes, [False] * brakes)
+        found = self.evaluate([at] * brakes, [False] * brakes)
         self.solver.statistics = SolverStatistics()
-        self._risks.precomputed = self._risks.first_order = 0
+        return found
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Return what is precomputed, in lines for a log."""
+    def note(self) -> str:
+        """Return what is precomputed, in a line for a log."""
         table = self.solver.table
         if table is None:
-            return ('no table: each assessment of a brake is a full solution, its risk of first '
-                    'order, and there are no margins; compute a table by `squeal tabulate`',)
-        lines = (f'table of {len(table.cells)} cells; other points are solved in full',
-                 self._risks.remedy)
-        return tuple(line for line in lines if line)
+            return ('no table: each assessment of a brake is a full solution, and there are no '
+                    'margins; compute a table by `squeal tabulate`')
+        return f'table of {len(table.cells)} cells; other points are solved in full'
 
-    def evaluate(self, conditions: Sequence[SlidingConditions], confirm: Sequence[bool]
-                 ) -> list[BrakeStability | np.linalg.LinAlgError]:
+    def evaluate(self, conditions: Sequence[SlidingConditions],
+                 confirm: Sequence[bool]) -> list[Evaluated]:
         """
         Return the stability of brakes, or why a brake has none.
 
@@ -122,12 +119,11 @@ class VehicleStability:
                    confirm: Sequence[bool]) -> list[BrakeStability]:
         worst = [found.worst_in(*self._band) for found in modes]
         margins = self._margins.friction_margins(conditions, worst)
-        risks = self._risks.assess(conditions, modes)
-        return [BrakeStability(point=point, modes=found, worst=mode, risk=risk, margins=Margins(
+        return [BrakeStability(point=point, modes=found, worst=mode, margins=Margins(
             self._confirmed(margin, at) if due else margin,
             None if self.solver.table is None else partial(self._margins.other_margin, at)))
-                for at, point, found, mode, risk, margin, due in zip(
-                    conditions, points, modes, worst, risks, margins, confirm, strict=True)]
+                for at, point, found, mode, margin, due in zip(
+                    conditions, points, modes, worst, margins, confirm, strict=True)]
 
     def _confirmed(self, margin: Margin, at: SlidingConditions) -> Margin:
         """Compare a margin with a full solution; the table's cell that is wrong goes."""
@@ -152,18 +148,14 @@ class VehicleStability:
         rows[:, 1] = pressures
         return self._growth(rows, 'squeal')
 
+    def _squeal_growth(self, rows: FloatArray) -> FloatArray:
+        return self._growth(rows, 'squeal').real
+
     def figures(self) -> dict[str, float]:
         """Return the counts of answers since the start, by name."""
         return {**{f'solver_{name}': value for name, value in self.solver.figures().items()},
-                'risks_precomputed': self._risks.precomputed,
-                'risks_first_order': self._risks.first_order,
                 **{f'margins_{name}': value
                    for name, value in asdict(self._margins.statistics).items()}}
-
-
-def band_of(settings: MonitorSettings) -> tuple[float, float]:
-    """Return the ends of the squeal band [Hz]."""
-    return settings.squeal_band_low_hz, settings.squeal_band_high_hz
 
 
 def _table_file(model: BrakeModel, settings: MonitorSettings) -> Path | None:

@@ -11,81 +11,88 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+"""Probability that a brake is unstable, to first order in what is uncertain."""
 
-"""Probability that a mode is unstable, to first order in the deviations of the inputs."""
-
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 import math
 
 import numpy as np
-from squeal_core.brake.operating_point import Coefficients, SlidingConditions
+from squeal_core.brake.operating_point import Coefficients, OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.uncertainty import InputUncertainty
-from squeal_core.stability.eigensolution import Mode
+from squeal_core.risk.ensemble import EnsemblePrior
+from squeal_core.stability.eigensolution import ComplexModes, Mode
 from squeal_core.stability.sensitivity import root_sensitivity
 
+_CANDIDATES = 3  # least stable modes; a more stable one hardly changes the maximum
+_CERTAIN = 0.9999  # probability from which on no other mode is looked at
 
-def first_order_probabilities(model: BrakeModel, conditions: SlidingConditions,
-                              modes: Sequence[Mode], uncertainty: InputUncertainty,
-                              growth_threshold: float) -> Iterator[float]:
+
+def first_order_instability(model: BrakeModel, point: OperatingPoint, modes: ComplexModes,
+                            band_hz: tuple[float, float], prior: EnsemblePrior,
+                            damping_ratio: float = 0.0) -> float:
     """
-    Yield the probability that each mode grows faster than a threshold.
+    Return the probability that some mode of a band is unstable; NaN: modes are not separable.
 
     Parameters
     ----------
     model : BrakeModel
-        With a caliper.
-    conditions : SlidingConditions
+        Modal brake model.
+    point : OperatingPoint
         Expected inputs.
-    modes : sequence of Mode
-        Modes of the model at these conditions.
-    uncertainty : InputUncertainty
-        Standard deviations of the inputs.
-    growth_threshold : float
-        Growth rate above which a mode is unstable [1/s].
+    modes : ComplexModes
+        Of the model at this point.
+    band_hz : (2,) floats
+        Squeal band.
+    prior : EnsemblePrior
+        Standard deviations of what is uncertain, within and between brake applications.
+    damping_ratio : float
+        A mode is unstable below minus this.
 
     Notes
     -----
-    The growth rate is Gaussian: its mean is the present value, its variance the sum of the squared
-    changes over one standard deviation of each input, by the tangent. This is exact for growth
-    rates that are linear in the inputs and poor next to an exceptional point.
+    The growth rate of a mode is Gaussian: its mean is the present value, its variance the sum of
+    the squared changes over one standard deviation of each input, by the tangent. This is exact
+    for growth rates that are linear in the inputs and poor next to an exceptional point. The
+    largest probability of the least stable modes stands for that of all.
 
     """
-    point = model.operating_point(**vars(conditions))
-    changes = coefficient_changes(model, conditions, uncertainty)
-    for mode in modes:
-        sensitivity = root_sensitivity(model, point, mode.eigenvalue)
-        slope = np.array([sensitivity.get(name, 0j).real for name in Coefficients._fields])
-        yield _probability(mode.growth_rate - growth_threshold,
-                           math.hypot(*(changes @ slope).tolist()))
+    changes, largest = coefficient_changes(point, prior), 0.0
+    for mode in modes.least_stable(*band_hz, _CANDIDATES):
+        probability = _of_mode(model, point, mode, changes, damping_ratio)
+        largest = probability if math.isnan(probability) else max(largest, probability)
+        if not largest < _CERTAIN:
+            break
+    return largest
 
 
-def coefficient_changes(model: BrakeModel, conditions: SlidingConditions,
-                        uncertainty: InputUncertainty) -> FloatArray:
+def coefficient_changes(point: OperatingPoint, prior: EnsemblePrior) -> FloatArray:
     """Return the change (4, 9) of the coefficients over one standard deviation of each input."""
-    stiffness = conditions.contact_stiffness
-    if stiffness is None:  # an uncertain pressure moves it along the model's table
-        stiffness = model.contact_stiffness_at(model.contact_pressure(conditions.pressure))
-    steps = {
-        'friction': min(uncertainty.friction, 0.5 * conditions.friction),
-        'pressure': uncertainty.pressure * conditions.pressure,
-        'rotor_speed': uncertainty.rotor_speed * conditions.rotor_speed,
-        'contact_stiffness': uncertainty.contact_stiffness * stiffness}
-    nominal = {**vars(conditions)}
+    friction = min(math.hypot(prior.friction, prior.friction_scatter) / abs(point.friction), 0.5)
+    damping = math.hypot(prior.damping, prior.damping_scatter)
 
-    def moved(name: str, step: float) -> Coefficients:
-        value = stiffness if name == 'contact_stiffness' else nominal[name]
-        there = replace(conditions, **{name: value + step})
-        return model.operating_point(**vars(there)).coefficients()
+    def moved(side: float) -> Sequence[OperatingPoint]:
+        factor = 1.0 + side * friction  # the friction slope goes with friction in proportion
+        return (replace(point, friction=factor * point.friction,
+                        friction_slope=factor * point.friction_slope),
+                replace(point, friction_slope=(1.0 + side * prior.slope) * point.friction_slope),
+                replace(point, contact_stiffness=point.contact_stiffness
+                        * math.exp(side * prior.contact_stiffness)),
+                replace(point, damping_scale=point.damping_scale * math.exp(side * damping)))
 
-    return np.array([np.subtract(moved(name, 0.5 * step), moved(name, -0.5 * step))
-                     for name, step in steps.items()])
+    return np.array([np.subtract(above.coefficients(), below.coefficients())
+                     for above, below in zip(moved(0.5), moved(-0.5), strict=True)])
 
 
-def _probability(mean: float, deviation: float) -> float:
-    """P(X > 0) of a Gaussian; a step where the deviation is zero."""
+def _of_mode(model: BrakeModel, point: OperatingPoint, mode: Mode, changes: FloatArray,
+             damping_ratio: float) -> float:
+    above = mode.growth_rate - damping_ratio * abs(mode.eigenvalue)
+    if not changes.any():
+        return float(above > 0.0)
+    sensitivity = root_sensitivity(model, point, mode.eigenvalue)
+    slope = np.array([sensitivity.get(name, 0j).real for name in Coefficients._fields])
+    deviation = math.hypot(*(changes @ slope).tolist())
     if deviation == 0.0:
-        return float(mean > 0.0)
-    return 0.5 * math.erfc(-mean / deviation / math.sqrt(2.0))
+        return float(above > 0.0)
+    return 0.5 * math.erfc(-above / deviation / math.sqrt(2.0))

@@ -89,7 +89,8 @@ class DriveDisplay:
                       title=f'{self._title}   t = {time:6.1f} s   {vehicle_speed * 3.6:5.1f} km/h',
                       title_justify='left', caption=caption, caption_justify='left')
         table.add_column('brake', no_wrap=True)
-        for name in ('pressure\nbar', 'mu', 'squeal\nrisk', 'mode\nHz', 'growth\n1/s'):
+        for name in ('pressure\nbar', 'mu', 'squeal\nrisk', 'build-up\nnepers', 'mode\nHz',
+                     'growth\n1/s'):
             table.add_column(name, justify='right', no_wrap=True, min_width=5)
         table.add_column('state', min_width=11)
         table.add_column('reason', overflow='fold')
@@ -115,7 +116,8 @@ def events_table(events: Sequence[SquealEvent], *, most: int = 12) -> Table:
 
 def _cells(row: AssessmentRecord) -> tuple[str | Text, ...]:
     return (row.brake, _number(row.pressure_pa / 1e5, '.1f'), _number(row.friction, '.3f'),
-            _number(row.squeal_risk, '.2f'), _number(row.worst_frequency_hz, '.0f'),
+            _number(row.squeal_risk, '.2f'), _number(row.build_up_nepers, '.1f'),
+            _number(row.worst_frequency_hz, '.0f'),
             _number(row.growth_rate_1_s, '+.1f'), row.state, Text(_reason(row)))
 
 

@@ -203,11 +203,6 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
     add_range(p, '--friction', 'default 0.001 to 0.65')
     p.add_argument('--stiffness-factor', type=float, default=1.0, metavar='X',
                    help="on the model's contact stiffness (default 1)")
-    p.add_argument('--config', metavar='MONITOR.yaml', help='settings of the monitor: squeal '
-                   'band, growth threshold and standard deviations that risks are precomputed for '
-                   '(default: those of config/monitor.yaml)')
-    p.add_argument('--no-risk-map', action='store_true',
-                   help='do not precompute risks: they are of first order then')
     p.add_argument('--drive', metavar='CYCLE', help='only the cells in which the four brakes of '
                    'a vehicle operate in a drive cycle')
     p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')

@@ -44,6 +44,9 @@ from squeal_core.vehicle.vehicle_model import BrakeSignals
 ORIGIN = 1_000_000_000
 ZERO_CELSIUS = 273.15
 _LONGEST_WAIT = 5.0  # s, for an answer of the monitor
+# columns of the table that a brake's diagnostics have by the same names
+NUMBERS = ('squeal_risk', 'instability_probability', 'build_up_nepers', 'time_to_squeal_s',
+            'growth_rate_1_s', 'damping_ratio', 'worst_frequency_hz', 'friction_margin')
 Record = Callable[[str, str, int, bytes], None]
 
 
@@ -224,9 +227,7 @@ def _row(seconds: float, brake: str, reason: str, values: dict[str, str]) -> Ass
         time_s=seconds, brake=brake, state=values['state'],
         rotor_speed_rad_s=float(values['rotor_speed_input']),
         pressure_pa=float(values['pressure_input']), friction=float(values['friction']),
-        squeal_risk=float(values['squeal_risk']), growth_rate_1_s=float(values['growth_rate_1_s']),
-        worst_frequency_hz=float(values['worst_frequency_hz']),
-        friction_margin=float(values['friction_margin']),
+        **{name: float(values[name]) for name in NUMBERS},
         unstable_frequencies_hz=tuple(map(float, values['unstable_frequencies_hz'].split())),
         unstable_growth_rates_1_s=tuple(map(float, values['unstable_growth_rates_1_s'].split())),
         reason=reason)

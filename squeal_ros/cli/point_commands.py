@@ -206,6 +206,8 @@ def demo(options: argparse.Namespace) -> int:
     cycle, vehicle = _cycle_and_vehicle(options)
     config = Path(options.config or demos.default_config())
     chosen = replace(load_settings(config), rate=rate)
+    if not options.config:
+        chosen = replace(chosen, model=demos.MODEL)
     model = BrakeModel.load(chosen.model)
     signals = signals_of(cycle, vehicle, model, rate=10.0, duration=options.duration)
     files = demos.DemoFiles(folder=Path(options.output))

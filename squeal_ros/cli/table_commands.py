@@ -30,10 +30,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError, TableFileError
 from squeal_core.common.output import make_folder
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.settings import load_settings, read_settings, risk_parameters
-from squeal_core.risk.map_builder import build_operating_map
-from squeal_core.risk.map_file import map_path, write_operating_map
-from squeal_core.risk.operating_map import OperatingMap
+from squeal_core.monitor.settings import read_settings
 from squeal_core.surrogate.build_checkpoint import BuildCheckpoint
 from squeal_core.surrogate.coverage_report import (
     CoverageReport,
@@ -75,15 +72,12 @@ def tabulate(options: argparse.Namespace) -> int:
     try:
         table = _table(model, domain, tolerances, points, options.workers, checkpoint)
         report = measure_coverage(table, model, x=x)
-        risks = None if options.no_risk_map else _map(model, domain, options)
     except KeyboardInterrupt:
         _say(f'{checkpoint.count} rows of boxes are kept beside {output}; the same command goes '
              'on from there')
         raise
-    overwrite = options.force or not options.output
-    write_table(with_coverage(table, report), model, output, overwrite=overwrite)
-    if risks:
-        write_operating_map(risks, model, map_path(output), overwrite=overwrite)
+    write_table(with_coverage(table, report), model, output,
+                overwrite=options.force or not options.output)
     checkpoint.remove()
     return _print(options, table, report, output)
 
@@ -120,8 +114,6 @@ def _check(options: argparse.Namespace) -> None:
     if special and not options.output:
         raise SquealError(f'--{special[0].replace("_", "-")}: give an --output too; the cache '
                           'keeps the table of the usual envelope')
-    if options.config:
-        load_settings(options.config)
 
 
 def _check_output(options: argparse.Namespace) -> None:
@@ -134,24 +126,11 @@ def _check_output(options: argparse.Namespace) -> None:
                               'replace it') from None
     check_output('--output', path, ('.npz',), force=options.force,
                  inputs=(resources.find('models', options.model, '.npz'),))
-    if not options.no_risk_map:
-        check_output('--output', map_path(path), force=options.force)
 
 
 def _special(options: argparse.Namespace) -> list[str]:
     """Return the options by which a table is not that of the usual envelope."""
     return [name for name in _SPECIAL if getattr(options, name) not in (None, 1.0)]
-
-
-def _map(model: BrakeModel, domain: TableDomain, options: argparse.Namespace) -> OperatingMap:
-    """Build the operating map of the risk, for the settings of a monitor."""
-    settings = load_settings(options.config) if options.config else read_settings({})
-    low, high = domain.contact_pressure
-    with ProgressBar('risk, boxes') as progress:
-        return build_operating_map(
-            model, risk_parameters(settings), rotor_speed=domain.rotor_speed,
-            preload=(low * model.contact_area, high * model.contact_area),
-            friction=domain.friction, workers=options.workers, progress=progress)
 
 
 def _domain(model: BrakeModel, options: argparse.Namespace) -> TableDomain:

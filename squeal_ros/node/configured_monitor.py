@@ -14,14 +14,17 @@
 
 """What a node has while it is configured: model, monitor, topics, reports."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from itertools import islice
 import time
 from typing import Any
 
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.alarm_events import AlarmEvent, AlarmEvents
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment, Reading, VehicleMonitor
+from squeal_ros.node import messages
 from squeal_ros.node.diagnostics import Reporter
 from squeal_ros.node.executor import DeferredCallbackGroup, Report, report_exceptions
 from squeal_ros.node.field_check import check_fields
@@ -55,12 +58,14 @@ class ConfiguredMonitor:
 
     def __init__(self, node: Any, settings: MonitorSettings, health: Health,
                  report: Report) -> None:
-        self._node, library = node, RosMessages()
+        self._node, self._library = node, RosMessages()
+        library = self._library
         model = BrakeModel.load(settings.model)
         self.router = Router.of(settings)
         check_fields(settings, library.fields, node.get_logger().warning)
         self.monitor = VehicleMonitor(settings, model)
-        self.monitor.stability.warm_up(len(self.monitor.brakes))
+        self.monitor.evaluator.warm_up(list(self.monitor.brakes))
+        self.alarms = AlarmEvents(settings)
         self._said: set[str] = set()
         aside = DeferredCallbackGroup()
         with ExitStack() as undo:
@@ -78,8 +83,9 @@ class ConfiguredMonitor:
         self.reporter = Reporter(
             self._node.get_fully_qualified_name().lstrip('/'), settings, library, health, model,
             self.inputs, self.outputs, lambda: self.router.problems.total(),
-            lambda: self.monitor.stability.figures(),
-            lambda: self.monitor.cross_checks.summary)
+            lambda: self.monitor.evaluator.figures(),
+            lambda: self.monitor.cross_checks.summary, self.alarms,
+            self.monitor.evaluator.risk.unknown)
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
@@ -97,6 +103,7 @@ class ConfiguredMonitor:
     def update_settings(self, settings: MonitorSettings) -> None:
         self.router = Router.of(settings, self.router.problems)
         self.monitor.update_settings(settings)
+        self.alarms.update_settings(settings)
         self.reporter.update_settings(settings)
         if self.pictures:
             self.pictures.update_settings(settings)
@@ -105,6 +112,7 @@ class ConfiguredMonitor:
         """Assess all brakes at a tick and publish what came out."""
         assessments = self.monitor.assess(tick.time)
         self.outputs.publish(assessments)
+        self._tell(tick.time, self.alarms.update(assessments))
         self.reporter.report(assessments)
         if self.pictures:
             self.pictures.update(assessments, time.monotonic_ns())
@@ -117,6 +125,7 @@ class ConfiguredMonitor:
                        inputs={signal: Reading('stale') for signal in brake.brake.inputs})
             for name, brake in self.monitor.brakes.items())
         self.outputs.publish(assessments)
+        self._tell(now, self.alarms.end(assessments))
         self.reporter.report_unknown(assessments, reason)
         if self.pictures:
             self.pictures.wipe()
@@ -127,6 +136,20 @@ class ConfiguredMonitor:
             self.monitor.receive(brake, name, sample)
         for problem in islice(self.router.problems, problems, None):  # said once, counted after
             self._complain(f'cannot read {problem}')
+
+    def _tell(self, time: int, events: Sequence[AlarmEvent]) -> None:
+        """Publish and log the alarms that began or ended at a tick."""
+        if not events:
+            return
+        logger, name = self._node.get_logger(), self.reporter.name
+        for event in events:
+            text = f'{event.brake}: {event.in_words}'
+            if event.kind == 'start':  # rclpy wants one severity of each line that logs
+                logger.warning(text)
+            else:
+                logger.info(text)
+        self.outputs.publish_events(messages.diagnostics(
+            self._library, time, [messages.event_status(name, event) for event in events]))
 
     def _complain(self, text: str) -> None:
         if text not in self._said:

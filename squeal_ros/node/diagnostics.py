@@ -21,6 +21,7 @@ from typing import Any
 
 from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.alarm_events import AlarmEvents
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
@@ -53,6 +54,10 @@ class Reporter:
         Counts of answers of the table and of full solutions, by name.
     cross_checks : callable
         Which brakes are compared, in words.
+    alarms : AlarmEvents
+        Of the brakes, up to date.
+    unknown_risk : str
+        Why no squeal risk is known of any brake; empty where it is.
 
     """
 
@@ -60,8 +65,9 @@ class Reporter:
                  health: Health, model: BrakeModel, inputs: InputTopics, outputs: OutputTopics,
                  unreadable: Callable[[], int],
                  stability: Callable[[], Mapping[str, float]],
-                 cross_checks: Callable[[], str]) -> None:
-        self._name, self._settings = name, settings
+                 cross_checks: Callable[[], str], alarms: AlarmEvents,
+                 unknown_risk: str) -> None:
+        self.name, self._settings = name, settings
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
         self._model = _model_values(model)
@@ -69,23 +75,23 @@ class Reporter:
         self._topics = {(brake.name, signal): source.topic for brake in settings.brakes
                         for signal, source in brake.inputs.items()}
         self.mode_shapes = 'off'
-        self._alarms = messages.Levels(settings)
+        self._alarms, self._unknown_risk = alarms, unknown_risk
         self._levels: list[int] = []
         self._turns, self._costly = Turns(len(settings.brakes) + 1), CostlyFigures(settings)
         self._confirmed: dict[str, int] = {}  # when margins of brakes last were [ns]
         self._growth = {'deadline misses': Growth(), 'unreadable messages': Growth(),
-                        'errors': Growth(), 'table mismatches': Growth()}
+                        'errors': Growth(), 'table mismatches': Growth(),
+                        'emulator mismatches': Growth()}
 
     def update_settings(self, settings: MonitorSettings) -> None:
         self._settings = settings
-        self._alarms.update_settings(settings)
         self._costly.update_settings(settings)
 
     def report(self, assessments: Sequence[Assessment]) -> None:
         """Take note of a tick, and publish diagnostics if they are due."""
         self._confirmed |= {one.brake: one.time for one in assessments if one.stability
                             and one.stability.margins.friction.confirmed}
-        levels = self._alarms.of(assessments)
+        levels = messages.levels(assessments, self._alarms)
         changed = {place for place, (new, old) in enumerate(zip(
             levels, self._levels or levels, strict=True)) if new != old}
         self._levels = levels
@@ -100,18 +106,18 @@ class Reporter:
     def report_unknown(self, assessments: Sequence[Assessment], reason: str) -> None:
         """Publish diagnostics of brakes of which nothing is known, as there are no ticks."""
         self._costly.forget()
-        levels = self._alarms.of(assessments)
+        levels = messages.levels(assessments, self._alarms)
         self._publish(assessments, levels, set(range(len(levels))), {}, node=True, stopped=reason)
 
     def _publish(self, assessments: Sequence[Assessment], levels: list[int], changed: Set[int],
                  figures: Mapping[int, Mapping[str, object]], *, node: bool,
                  stopped: str = '') -> None:
         """Publish the brakes that changed or have figures, by their place, and the node."""
-        found = [messages.brake_status(self._name, assessment, level, figures.get(place))
+        found = [messages.brake_status(self.name, assessment, level, figures.get(place))
                  for place, (assessment, level) in enumerate(zip(
                      assessments, levels, strict=True)) if place in changed | figures.keys()]
         if node:
-            found.append(self._node_status(assessments, stopped).of(self._name))
+            found.append(self._node_status(assessments, stopped).of(self.name))
         if found:
             self._outputs.publish_diagnostics(
                 messages.diagnostics(self._library, assessments[0].time, found))
@@ -133,7 +139,8 @@ class Reporter:
         stability = self._stability()
         counts = {'deadline misses': self._health.deadline_misses,
                   'unreadable messages': unreadable, 'errors': self._health.errors,
-                  'table mismatches': int(stability['solver_mismatches'])}
+                  'table mismatches': int(stability['solver_mismatches']),
+                  'emulator mismatches': int(stability['emulator_mismatches'])}
         faults = [f'{name}: {count}' for name, count in counts.items()
                   if self._growth[name].recent(count, steady)]
         values: Mapping[str, object] = {
@@ -145,9 +152,9 @@ class Reporter:
             **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)
-        if wrong or contradicted or faults:
-            return messages.NodeStatus(
-                values, messages.WARN, '; '.join([*wrong, *contradicted, *faults]))
+        said = [*filter(None, [self._unknown_risk]), *wrong, *contradicted, *faults]
+        if said:
+            return messages.NodeStatus(values, messages.WARN, '; '.join(said))
         return messages.NodeStatus(values)
 
     def _contradicted(self, assessments: Sequence[Assessment]) -> list[str]:

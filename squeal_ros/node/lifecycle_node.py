@@ -126,9 +126,12 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             return FAILURE
         self.get_logger().info(f'watching {", ".join(self._configured.monitor.brakes)} at '
                                f'{self.settings.rate:g} Hz; {pressure_references(self.settings)}')
-        for note in (self._configured.monitor.cross_checks.summary,
-                     *self._configured.monitor.stability.notes):
+        monitor = self._configured.monitor
+        for note in (monitor.cross_checks.summary, *monitor.evaluator.notes):
             self.get_logger().info(note)
+        if monitor.evaluator.risk.unknown:
+            self.get_logger().warning(
+                f'squeal risk not known: {monitor.evaluator.risk.unknown}', once=True)
         missing = self._configured.outputs.why_no_state
         if missing:
             self.get_logger().info(f'~/<brake>/state is not published: {missing}', once=True)

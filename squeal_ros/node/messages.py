@@ -20,22 +20,21 @@ from functools import lru_cache
 import math
 from typing import Any, cast, NamedTuple, Protocol
 
-from squeal_core.monitor.alarm import Alarm
+from squeal_core.monitor.alarm_events import AlarmEvent, AlarmEvents
 from squeal_core.monitor.margins import OtherMargin, OTHERS
-from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 
-NAMES = ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin')
-TYPES = {'squeal_risk': 'std_msgs/msg/Float64', 'growth_rate': 'std_msgs/msg/Float64',
-         'friction_margin': 'std_msgs/msg/Float64',
+NUMBERS = ('squeal_risk', 'instability_probability', 'build_up', 'growth_rate', 'damping_ratio',
+           'friction_margin')
+TYPES = {**dict.fromkeys(NUMBERS, 'std_msgs/msg/Float64'),
          'unstable_frequencies': 'std_msgs/msg/Float64MultiArray'}
 DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+EVENTS = 'events'  # name of the topic of alarms that begin and end, of DIAGNOSTICS_TYPE
 MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
 
 OK, WARN, ERROR, STALE = range(4)
 
-RISK_BY_MODE = 'risk_by_mode'
-COSTLY = (RISK_BY_MODE, *OTHERS)  # figures of a brake that cost a quarter of a full solution each
+COSTLY = OTHERS  # figures of a brake that cost a quarter of a full solution each
 
 
 class MessageLibrary(Hashable, Protocol):
@@ -53,18 +52,17 @@ class MessageLibrary(Hashable, Protocol):
 
 def brake_messages(library: MessageLibrary,
                    assessment: Assessment) -> Iterator[tuple[str, Any]]:
-    """Yield (name, message) for each name of `NAMES`; what is not known is NaN."""
+    """Yield (name, message) for each name of `TYPES`; what is not known is NaN."""
     float64 = library.type('std_msgs/msg/Float64')
-    for name, value in brake_values(assessment):
+    for name, value in zip(NUMBERS, brake_values(assessment), strict=True):
         yield name, float64(data=value)
     yield 'unstable_frequencies', frequency_list(library, frequencies_hz(assessment))
 
 
-def brake_values(assessment: Assessment) -> tuple[tuple[str, float], ...]:
-    """Return (name, value) for each Float64 of `TYPES`."""
-    return (('squeal_risk', float(assessment.risk)),
-            ('growth_rate', float(assessment.growth_rate)),
-            ('friction_margin', float(assessment.friction_margin)))
+def brake_values(assessment: Assessment) -> tuple[float, ...]:
+    """Return the values of `NUMBERS`."""
+    return (assessment.risk, assessment.instability_probability, assessment.build_up,
+            assessment.growth_rate, assessment.damping_ratio, assessment.friction_margin)
 
 
 def frequencies_hz(assessment: Assessment) -> tuple[float, ...]:
@@ -86,23 +84,9 @@ def _layout(library: MessageLibrary, count: int) -> Any:
     return library.type('std_msgs/msg/MultiArrayLayout')(dim=[dimension], data_offset=0)
 
 
-class Levels:
-    """Diagnostic levels of a vehicle's brakes (REP-107), tick after tick: no chatter."""
-
-    def __init__(self, settings: MonitorSettings) -> None:
-        self._alarms = {brake.name: Alarm(*_thresholds(settings)) for brake in settings.brakes}
-
-    def update_settings(self, settings: MonitorSettings) -> None:
-        for alarm in self._alarms.values():
-            alarm.update_settings(*_thresholds(settings))
-
-    def of(self, assessments: Sequence[Assessment]) -> list[int]:
-        """Return the level of each assessment of a tick."""
-        return [_level(a, self._alarms[a.brake].update(a.time, a.risk)) for a in assessments]
-
-
-def _thresholds(settings: MonitorSettings) -> tuple[float, float, float]:
-    return settings.risk_warning, settings.risk_hysteresis, settings.risk_hold
+def levels(assessments: Sequence[Assessment], alarms: AlarmEvents) -> list[int]:
+    """Return the diagnostic level (REP-107) of each assessment of a tick, given its alarms."""
+    return [_level(one, alarms.is_up(one.brake)) for one in assessments]
 
 
 def _level(assessment: Assessment, alarm: bool) -> int:
@@ -161,16 +145,22 @@ def brake_status(node: str, assessment: Assessment, level: int,
 def costly_figure(assessment: Assessment, name: str) -> dict[str, object]:
     """Return the values of one name of `COSTLY`; none where it is not known."""
     found = assessment.stability
-    if found is None:
-        return {}
-    if name == RISK_BY_MODE:
-        return {name: ' '.join(f'{m.frequency_hz:.1f}:{m.probability:.3f}'
-                               for m in found.risk.modes)}
-    if found.margins.compute_other is None:
+    if found is None or found.margins.compute_other is None:
         return {}
     margin = found.margins.compute_other(cast(OtherMargin, name))
     return {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
             f'margin_{name}_reason': margin.reason}
+
+
+def event_status(node: str, event: AlarmEvent) -> StatusTexts:
+    """Return the start or the end of an alarm: level WARN or OK."""
+    return StatusTexts(
+        WARN if event.kind == 'start' else OK, f'{node}: {event.brake}', event.in_words,
+        event.brake, _as_texts({
+            'event': event.kind, 'brake': event.brake, 'modes': ' '.join(map(str, event.modes)),
+            'frequency_hz': event.frequency_hz, 'squeal_risk': event.risk,
+            'peak_risk': event.peak_risk, 'duration_s': round(event.duration, 9),
+            'cause': event.cause}))
 
 
 def diagnostics(library: MessageLibrary, time: int, statuses: Sequence[StatusTexts]) -> Any:
@@ -192,11 +182,15 @@ def _status(library: MessageLibrary, status: StatusTexts) -> Any:
 
 def _figures(assessment: Assessment) -> dict[str, object]:
     figures: dict[str, object] = {
-        'squeal_risk': assessment.risk, 'growth_rate_1_s': assessment.growth_rate,
+        'squeal_risk': assessment.risk,
+        'instability_probability': assessment.instability_probability,
+        'build_up_nepers': assessment.build_up, 'time_to_squeal_s': assessment.time_to_squeal,
+        'growth_rate_1_s': assessment.growth_rate, 'damping_ratio': assessment.damping_ratio,
         'worst_frequency_hz': assessment.worst_frequency_hz,
         'friction_margin': assessment.friction_margin,
         'unstable_frequencies_hz': ' '.join(map(repr, assessment.unstable_frequencies_hz)),
         'unstable_growth_rates_1_s': ' '.join(map(repr, assessment.unstable_growth_rates)),
+        'unstable_build_ups_nepers': ' '.join(map(repr, assessment.build_ups)),
         'divergent_modes': sum(m.kind == 'divergence' for m in assessment.modes),
         'friction': assessment.friction, 'friction_source': assessment.friction_source,
         **_of_stability(assessment)}
@@ -208,13 +202,17 @@ def _figures(assessment: Assessment) -> dict[str, object]:
 
 
 def _of_stability(assessment: Assessment) -> dict[str, object]:
-    """Return the source and error of modes and risk, and the friction margin with its reason."""
+    """Return source and error of modes, what the risk is, the friction margin with its reason."""
     found = assessment.stability
     if found is None:
         return {}
-    margin = found.margins.friction
+    margin, risk = found.margins.friction, assessment.risk_result
     return {
         'modes_from': found.modes.source, 'modes_error_1_s': float(found.modes.errors.max()),
-        'risk_basis': found.risk.basis, 'risk_error': found.risk.error,
+        **({} if risk is None else {
+            'risk_basis': risk.result.basis, 'risk_error': risk.result.error,
+            'risk_incomplete': risk.result.incomplete, 'peak_risk': risk.result.peak_risk,
+            'likely_modes': ' '.join(map(str, risk.modes)),
+            'likely_frequency_hz': risk.result.frequency_hz}),
         'friction_margin_hz': margin.frequency_hz, 'friction_margin_reason': margin.reason,
         'friction_margin_confirmed': margin.confirmed}

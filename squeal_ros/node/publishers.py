@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Publishers of the node: reliable, the unstable list latched, silent unless it is active."""
+"""Publishers of the node: reliable, lists and events latched, silent unless it is active."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -29,6 +29,8 @@ from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.subscriptions import naming, POLICIES
 
 _LATCHED = ('unstable_frequencies', 'mode_shape')
+_DIAGNOSTICS = '/diagnostics'
+_EVENTS = 50  # that a late subscriber gets
 
 
 class OutputTopics:
@@ -66,16 +68,20 @@ class OutputTopics:
             for brake in brakes:
                 for name, type_name in types.items():
                     self._publishers[brake, name] = self._create(
-                        f'~/{brake}/{name}', type_name, latched=name in _LATCHED)
-            self._diagnostics = self._create('/diagnostics', messages.DIAGNOSTICS_TYPE)
+                        f'~/{brake}/{name}', type_name, latched=int(name in _LATCHED))
+            self._publishers['', _DIAGNOSTICS] = self._create(
+                _DIAGNOSTICS, messages.DIAGNOSTICS_TYPE)
+            self._publishers['', messages.EVENTS] = self._create(
+                f'~/{messages.EVENTS}', messages.DIAGNOSTICS_TYPE, latched=_EVENTS)
         except Exception:
             self.destroy()
             raise
 
-    def _create(self, topic: str, type_name: str, *, latched: bool = False) -> Any:
+    def _create(self, topic: str, type_name: str, *, latched: int = 0) -> Any:
+        """Create a publisher, of which late subscribers get so many messages."""
         qos = QoSProfile(depth=10)
         if latched:
-            qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+            qos = QoSProfile(depth=latched, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         with naming(topic):
             return self._node.create_lifecycle_publisher(
                 self._library.type(type_name), topic, qos, callback_group=self._aside,
@@ -93,14 +99,15 @@ class OutputTopics:
         self._publishers[brake, 'mode_shape'].publish(markers)
 
     def publish_diagnostics(self, message: Any) -> None:
-        self._diagnostics.publish(message)
+        self._publishers['', _DIAGNOSTICS].publish(message)
+
+    def publish_events(self, message: Any) -> None:
+        self._publishers['', messages.EVENTS].publish(message)
 
     def destroy(self) -> None:
-        for publisher in (*self._publishers.values(), getattr(self, '_diagnostics', None)):
-            if publisher is not None:
-                self._node.destroy_lifecycle_publisher(publisher)
+        for publisher in self._publishers.values():
+            self._node.destroy_lifecycle_publisher(publisher)
         self._publishers.clear()
-        self._diagnostics = None
 
 
 def why_no_state(library: RosMessages) -> str:

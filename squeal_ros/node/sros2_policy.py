@@ -73,8 +73,8 @@ def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
 
 
 def _published(settings: MonitorSettings) -> Iterator[str]:
-    yield from ('/diagnostics', *_TOPICS)
-    outputs = [*messages.NAMES, state_message.NAME]  # that one where squeal_msgs is installed
+    yield from ('/diagnostics', f'~/{messages.EVENTS}', *_TOPICS)
+    outputs = [*messages.TYPES, state_message.NAME]  # that one where squeal_msgs is installed
     if settings.mode_shapes:
         outputs.append('mode_shape')
     for brake in settings.brakes:

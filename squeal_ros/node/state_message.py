@@ -21,7 +21,6 @@ ten times as long to make and publish (142 us against 15). `squeal_msgs/` define
 
 from collections.abc import Mapping
 from functools import lru_cache
-import math
 import struct
 
 from squeal_core.monitor.assessment import State
@@ -45,22 +44,21 @@ _LITTLE_ENDIAN = b'\0\1\0\0'
 
 
 def serialised_state(assessment: Assessment) -> bytes:
-    """Return the CDR bytes of a BrakeSqueal; NaN: not known, or not computed."""
-    worst = assessment.stability.worst if assessment.stability else None
+    """Return the CDR bytes of a BrakeSqueal; NaN: not known."""
     modes = assessment.flutter
     count = len(modes)
     return b''.join((
         _BEGIN.pack(_LITTLE_ENDIAN, *divmod(assessment.time, 1_000_000_000)),
         _names_and_state(assessment.brake, CODES[assessment.state]),
         _numbers(count).pack(
-            assessment.risk, math.nan, math.nan, assessment.worst_frequency_hz,
-            assessment.growth_rate, worst.damping_ratio if worst else math.nan,
+            assessment.risk, assessment.instability_probability, assessment.build_up,
+            assessment.worst_frequency_hz, assessment.growth_rate, assessment.damping_ratio,
             assessment.friction_margin,
             count, *[mode.index for mode in modes],
             count, *[mode.frequency_hz for mode in modes],
             count, *[mode.growth_rate for mode in modes],
             count, *[mode.damping_ratio for mode in modes],
-            count, *[math.nan] * count)))
+            count, *assessment.build_ups)))
 
 
 @lru_cache(maxsize=1024)

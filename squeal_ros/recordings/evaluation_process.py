@@ -34,8 +34,8 @@ from types import TracebackType
 from typing import Any
 
 from squeal_core.common.errors import SquealError
-from squeal_core.monitor.vehicle_monitor import completed, PreparedTick
-from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.monitor.assessment import PreparedTick
+from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_ros.recordings.replay import Outputs, Replay
 from squeal_ros.recordings.tick_record import TickRecord
 
@@ -149,9 +149,9 @@ def work() -> None:
     with suppress(EOFError, pickle.UnpicklingError, BrokenPipeError):  # the other process ended
         try:
             model, settings, recorder = pickle.load(sys.stdin.buffer)
-            stability = VehicleStability(model, settings)
+            evaluator = VehicleEvaluator(model, settings)
             while (block := pickle.load(sys.stdin.buffer)) is not None:
-                _answer([*map(recorder.record, completed(stability, block))])
+                _answer([*map(recorder.record, evaluator.complete(block))])
             _answer(recorder)
         except SquealError as error:
             _answer(str(error))

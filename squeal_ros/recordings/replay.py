@@ -21,16 +21,12 @@ from pathlib import Path
 
 from squeal_core.common.output import check_target, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.assessment import Assessment, PreparedTick
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_core.monitor.history import CsvWriter, SquealEvent
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.monitor.vehicle_monitor import (
-    Assessment,
-    completed,
-    PreparedTick,
-    VehicleInputs,
-)
-from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
+from squeal_core.monitor.vehicle_monitor import VehicleInputs
 from squeal_ros.recordings.bag_reader import Bag, BagError, Record
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.findings import Finding, InputFindings
@@ -88,9 +84,9 @@ class Replay:
             For a bag that cannot be read, or has no message on the topics of the settings.
 
         """
-        stability = VehicleStability(self.model, self.settings)
+        evaluator = VehicleEvaluator(self.model, self.settings)
         for block in self.blocks():
-            yield from completed(stability, block)
+            yield from evaluator.complete(block)
 
     def blocks(self) -> Iterator[list[PreparedTick]]:
         """Yield the ticks, prepared and in blocks; raises as `__iter__`."""

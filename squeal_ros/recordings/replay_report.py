@@ -83,6 +83,7 @@ class ReplayReport:
             'brakes': {name: {
                 'assessed_share': brake.share, 'braking_s': brake.braking * brake.period,
                 'assessed_s': brake.assessed * brake.period,
+                'mean_risk': brake.mean_risk, 'peak_risk': brake.peak_risk,
                 'ticks_by_state': dict(brake.states),
                 'reasons': [self._reason_json(reason, brake)
                             for reason in brake.ranked()[:_MOST_LINES]]}
@@ -157,7 +158,9 @@ def _brake_line(brake: BrakeSummary) -> str:
     share = 'no braking' if math.isnan(brake.share) else (
         f'{_percent(brake.share):>6} of {brake.braking * brake.period:.1f} s')
     states = ', '.join(f'{count} {state}' for state, count in brake.states.most_common())
-    return f'{share}; ticks: {states}'
+    risk = '' if math.isnan(brake.mean_risk) else (
+        f'; squeal risk {brake.mean_risk:.2f} on average, up to {brake.peak_risk:.2f}')
+    return f'{share}{risk}; ticks: {states}'
 
 
 def _percent(share: float) -> str:

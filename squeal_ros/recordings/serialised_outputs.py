@@ -24,6 +24,7 @@ import math
 import struct
 from typing import Any
 
+from squeal_core.monitor.history import AssessmentRecord
 from squeal_ros.node import messages, state_message
 from squeal_ros.recordings.tick_record import TickRecord
 from squeal_ros.recordings.typestore import BagMessages, JAZZY
@@ -48,17 +49,23 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
     """
     before, pack = _before_double(), _DOUBLE.pack
     for row, state in zip(record.rows, record.states, strict=True):
-        risk, growth_rate, margin, listed, whole = _topics(node, row.brake)
-        yield *risk, before + pack(row.squeal_risk)
-        yield *growth_rate, before + pack(row.growth_rate_1_s)
-        yield *margin, before + pack(row.friction_margin)
+        *numbers, listed, whole = _topics(node, row.brake)
+        for topic, value in zip(numbers, _numbers(row), strict=True):
+            yield *topic, before + pack(value)
         frequencies = row.unstable_frequencies_hz if row.is_valid else (math.nan,)
         yield *listed, _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
         yield *whole, state
-    if record.statuses:
-        yield ('/diagnostics', messages.DIAGNOSTICS_TYPE,
-               _diagnostics(record.time, record.statuses))
+    for name, statuses in (('/diagnostics', record.statuses),
+                           (f'{node}/{messages.EVENTS}', record.events)):
+        if statuses:
+            yield name, messages.DIAGNOSTICS_TYPE, _diagnostics(record.time, statuses)
+
+
+def _numbers(row: AssessmentRecord) -> tuple[float, ...]:
+    """Return the values of `messages.NUMBERS`."""
+    return (row.squeal_risk, row.instability_probability, row.build_up_nepers,
+            row.growth_rate_1_s, row.damping_ratio, row.friction_margin)
 
 
 @lru_cache(maxsize=1024)

@@ -17,6 +17,7 @@
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from squeal_core.monitor.alarm_events import AlarmEvents
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_core.monitor.history import AssessmentRecord, EventDetector, row_of
 from squeal_core.monitor.margins import confirmation_due as is_due
@@ -42,6 +43,8 @@ class TickRecord(NamedTuple):
         Likewise, as squeal_msgs/BrakeSqueal.
     statuses : list of StatusTexts
         Of the diagnostics, those that are due at this tick.
+    events : list of StatusTexts
+        Of `~/events`: alarms that began or ended.
 
     """
 
@@ -49,6 +52,7 @@ class TickRecord(NamedTuple):
     rows: list[AssessmentRecord]
     states: list[bytes]
     statuses: list[messages.StatusTexts]
+    events: list[messages.StatusTexts]
 
 
 class Recorder:
@@ -65,7 +69,7 @@ class Recorder:
 
     def __init__(self, settings: MonitorSettings, node: str) -> None:
         self._node = node.lstrip('/')
-        self._alarms = messages.Levels(settings)
+        self._alarms = AlarmEvents(settings)
         self._levels: list[int] = []
         self._period = settings.period
         self._interval = round(_SECOND / settings.diagnostics_rate)
@@ -77,8 +81,11 @@ class Recorder:
         self.summary.add(assessments)
         for assessment in assessments:
             self.detector.add(assessment)
-        return TickRecord(assessments[0].time, [*map(row_of, assessments)],
-                          [*map(serialised_state, assessments)], [*self._statuses(assessments)])
+        events = [messages.event_status(self._node, event)
+                  for event in self._alarms.update(assessments)]
+        return TickRecord(
+            assessments[0].time, [*map(row_of, assessments)],
+            [*map(serialised_state, assessments)], [*self._statuses(assessments)], events)
 
     def _statuses(self, assessments: Sequence[Assessment]) -> Iterator[messages.StatusTexts]:
         """
@@ -88,7 +95,7 @@ class Recorder:
         level; all at the first tick.
         """
         time, count = assessments[0].time, len(assessments)
-        levels, before = self._alarms.of(assessments), self._levels
+        levels, before = messages.levels(assessments, self._alarms), self._levels
         self._levels = levels
         due = [not before or is_due(time, self._period, self._interval, place, count + 1)
                for place in range(count + 1)]

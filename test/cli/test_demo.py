@@ -41,7 +41,7 @@ from squeal_ros.cli.demo import (  # noqa: E402
     NAMESPACE,
     own_domain,
 )
-from squeal_ros.cli.player import BrakePlayer  # noqa: E402
+from squeal_ros.cli.player import BrakePlayer, NUMBERS  # noqa: E402
 
 COMMAND = [sys.executable, '-m', 'squeal_ros.cli', 'demo', '--speed-up', '4']
 ENVIRONMENT: dict[str, str] = {}
@@ -171,8 +171,7 @@ def diagnostics(node: str, brakes: dict[str, float]) -> DiagnosticArray:
         return DiagnosticStatus(name=f'{node}: {name}', message='why', hardware_id=name, values=[
             KeyValue(key=key, value=str(value)) for key, value in values.items()])
 
-    figures = dict.fromkeys(('rotor_speed_input', 'pressure_input', 'friction', 'growth_rate_1_s',
-                             'worst_frequency_hz', 'friction_margin'), 1.0)
+    figures = dict.fromkeys(('rotor_speed_input', 'pressure_input', 'friction', *NUMBERS), 1.0)
     return DiagnosticArray(status=[
         *(status(name, {**figures, 'state': 'steady', 'squeal_risk': risk,
                         'unstable_frequencies_hz': '', 'unstable_growth_rates_1_s': ''})
@@ -207,7 +206,9 @@ def test_the_table_gives_the_reason_of_what_is_not_known() -> None:
     """In full, with the brackets of a field path; a steady brake's columns say all of it."""
     row = AssessmentRecord(time_s=1.0, brake='front_left', state='stale', rotor_speed_rad_s=40.0,
                            pressure_pa=1e6, friction=0.4, squeal_risk=float('nan'),
-                           growth_rate_1_s=1.0, worst_frequency_hz=2000.0, friction_margin=0.1,
+                           instability_probability=0.4, build_up_nepers=2.0,
+                           time_to_squeal_s=3.0, growth_rate_1_s=1.0, damping_ratio=-8e-5,
+                           worst_frequency_hz=2000.0, friction_margin=0.1,
                            unstable_frequencies_hz=(), unstable_growth_rates_1_s=(),
                            reason='no velocity[name=fl] in the list')
     console = drive_console()

@@ -25,7 +25,6 @@ import numpy as np
 import pytest
 from squeal_core import BrakeModel
 from squeal_core.brake.friction import FrictionLaw
-from squeal_core.risk.map_file import map_path
 from squeal_ros.cli.main import main
 from support.archives import parts, rewrite
 from support.engine_models import random_model
@@ -87,14 +86,14 @@ def test_a_build_that_was_ended_goes_on_with_the_same_table(
         number: int, code: int, model: Path, whole: Path, tmp_path: Path,
         capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / 'table.npz'
-    first = ended(number, command(model, path, '--workers', '2', '--no-risk-map'))
+    first = ended(number, command(model, path, '--workers', '2'))
     assert first.returncode == code
     assert 'Traceback' not in first.stderr
     assert ('squeal: 1 rows of boxes are kept' in first.stderr) == (number == signal.SIGINT)
     assert not path.exists()
     [folder] = folders(path)
     assert [file.suffix for file in folder.iterdir()] == ['.npz']
-    assert main(command(model, path, '--no-risk-map')) == 0
+    assert main(command(model, path)) == 0
     assert '1 of 2 rows of boxes were kept from an earlier build' in capsys.readouterr().err
     assert same(path, whole)
     assert not folders(path)
@@ -108,7 +107,7 @@ def test_damaged_and_foreign_rows_are_built_again(
     [row] = folder.iterdir()
     rewrite(row, {'row': 7})
     (folder / '1.npz').write_bytes(row.read_bytes()[:-10])
-    assert main(command(model, path, '--no-risk-map')) == 0
+    assert main(command(model, path)) == 0
     said = capsys.readouterr().err
     assert 'is a row of another table; it is built again' in said
     assert '1.npz: is damaged' in said
@@ -121,17 +120,9 @@ def test_rows_of_other_settings_are_not_taken_and_removed(
     path = tmp_path / 'table.npz'
     ended(signal.SIGKILL, command(model, path))
     assert len(folders(path)) == 1
-    assert main(command(model, path, '--no-risk-map', '--tolerance', '0.2')) == 0
+    assert main(command(model, path, '--tolerance', '0.2')) == 0
     assert 'were kept' not in capsys.readouterr().err
     assert not folders(path)
-
-
-def test_a_risk_map_is_beside_the_table_unless_it_is_unwanted(
-        model: Path, whole: Path, tmp_path: Path) -> None:
-    assert map_path(whole).exists()
-    path = tmp_path / 'table.npz'
-    assert main(command(model, path, '--no-risk-map')) == 0
-    assert [file.name for file in tmp_path.iterdir()] == ['table.npz']
 
 
 def test_what_is_not_replaced_unasked_is_named(
@@ -155,6 +146,3 @@ def test_what_is_not_replaced_unasked_is_named(
     assert "is no table file; it holds 'gains'" in refusal()
     BrakeModel.load('kang2009').save(path)
     assert "its header says 'squeal_ros brake model'" in refusal()
-    path.unlink()
-    map_path(path).write_bytes(b'')
-    assert 'table.map: exists' in refusal()

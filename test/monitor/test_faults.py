@@ -95,7 +95,8 @@ def test_one_fault(name: str, signals: tuple[Signal, ...]) -> None:
         seen = 0
         for tick, found, sound in zip(TICKS, said, well, strict=True):
             if tick < START or tick >= END + MAX_AGE:  # recovered, with the very same numbers
-                assert repr((found.risk, found.inputs)) == repr((sound.risk, sound.inputs))
+                assert repr((found.growth_rate, found.inputs)) == repr(
+                    (sound.growth_rate, sound.inputs))
             elif tick < END and bad(fault, signal, stream, tick):
                 check(found, [(signal, fault)])
                 seen += 1
@@ -246,7 +247,7 @@ def check_sound(found: Assessment) -> None:
         assert np.isnan([found.risk, found.growth_rate]).all()
         assert found.reason
         return
-    assert 0.0 <= found.risk <= 1.0
+    assert 0.0 <= found.instability_probability <= 1.0
     for signal, reading in found.inputs.items():
         if found.state == 'released' and signal == 'friction':
             continue  # it is not needed

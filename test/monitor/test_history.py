@@ -42,7 +42,9 @@ def row(time: float, risk: float, growth: float = 1.0, frequency: float = 2000.0
         brake: str = 'fl') -> AssessmentRecord:
     return AssessmentRecord(time_s=time, brake=brake, state='steady', rotor_speed_rad_s=40.0,
                             pressure_pa=1e6, friction=0.4, squeal_risk=risk,
-                            growth_rate_1_s=growth, worst_frequency_hz=frequency,
+                            instability_probability=risk, build_up_nepers=NAN,
+                            time_to_squeal_s=NAN, growth_rate_1_s=growth, damping_ratio=NAN,
+                            worst_frequency_hz=frequency,
                             friction_margin=NAN, unstable_frequencies_hz=(),
                             unstable_growth_rates_1_s=(), reason='')
 

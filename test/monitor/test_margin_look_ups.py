@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Margins by a table or a map of growth rates: their range, confirmation, calls."""
+"""Margins by a table: their range, confirmation, calls."""
 
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -23,6 +23,7 @@ import pytest
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common.arrays import FloatArray
+from squeal_core.monitor.friction_scan import FrictionScan
 from squeal_core.monitor.margin_evaluator import MarginEvaluator, NO_TABLE, table_growth
 from squeal_core.monitor.margins import confirmation_due, Margins
 from squeal_core.stability.critical_parameter import critical_value
@@ -118,25 +119,46 @@ def test_confirmations_are_of_absolute_time() -> None:
 
 @dataclass
 class Estimate:
-    """A map of growth rates that are straight lines through some friction."""
+    """A scan of growth rates that are straight lines through some friction."""
 
     zero: float
     friction: FloatArray = field(default_factory=lambda: np.linspace(0.0, 0.66, 34))
 
-    def growth_along_friction(self, rotor_speed: FloatArray,
-                              contact_pressure: FloatArray) -> FloatArray:
-        sliding = rotor_speed * contact_pressure > 0.0
+    def along_friction(self, rotor_speed: FloatArray, pressure: FloatArray) -> FloatArray:
+        sliding = rotor_speed * pressure > 0.0
         return np.where(sliding[:, None], self.friction - self.zero, np.nan)
+
+
+def test_a_scan_looks_rows_up_once_and_interpolates() -> None:
+    """Growth that is linear in ln speed, ln pressure and friction is given as it is."""
+    asked: list[FloatArray] = []
+
+    def growth(rows: FloatArray) -> FloatArray:
+        asked.append(rows)
+        found = np.log(rows[:, 0]) + 2.0 * np.log(rows[:, 1]) + 3.0 * rows[:, 2]
+        return np.where(rows[:, 0] > 30.0, np.nan, found)
+
+    scan = FrictionScan(growth, (0.0, 0.65))
+    speeds, pressures = np.array([10.0, 20.3, 40.0]), np.array([1e6, 1.1e6, 1e6])
+    for _ in range(2):
+        found = scan.along_friction(speeds, pressures)
+        expected = (np.log(speeds) + 2.0 * np.log(pressures))[:, None] + 3.0 * scan.friction
+        assert found[:2] == pytest.approx(expected[:2])
+        assert np.isnan(found[2]).all()  # outside of what is known
+    assert len(asked) == 1
+    assert len(asked[0]) == 12 * scan.friction.size
+    assert (scan.friction[0], scan.friction[-1]) == (0.0, 0.65)
+    assert np.diff(scan.friction).max() <= 0.02
 
 
 @pytest.mark.parametrize('friction', [0.3, 0.55])
 @pytest.mark.parametrize('zero', [0.41, 0.42, 0.35, 0.5, 0.7])
-def test_a_map_saves_look_ups_and_cannot_mislead(zero: float, friction: float) -> None:
-    """The boundary is at 0.42; whatever the map says, that is what comes out."""
+def test_a_scan_saves_look_ups_and_cannot_mislead(zero: float, friction: float) -> None:
+    """The boundary is at 0.42; whatever the scan says, that is what comes out."""
     model, at = flutter(5e-4), replace(HERE, friction=friction)
     expected, = friction_margins(evaluator(FullSolutions(model)), [at])
     growth = FullSolutions(model)
-    found, = friction_margins(evaluator(growth, growth_map=Estimate(zero)), [at])
+    found, = friction_margins(evaluator(growth, scan=Estimate(zero)), [at])
     assert found.critical == pytest.approx(expected.critical, abs=2e-5)
     if abs(zero - 0.42) < 0.02:
         assert growth.points <= 22

@@ -86,6 +86,6 @@ def test_no_number_unless_steady_or_released(samples: Events, time: int, before:
     found = watch.assess(time)
     assert found.state == expected_state(samples, time)
     if found.state in ('steady', 'released'):
-        assert 0.0 <= found.risk <= 1.0
+        assert 0.0 <= found.instability_probability <= 1.0
     else:
         check_unknown(found, found.state, found.reason)

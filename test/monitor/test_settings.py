@@ -125,7 +125,7 @@ def test_numbers_out_of_range(key: SettingSpec) -> None:
 
 @each('key', [
     'rate', 'diagnostics_rate', 'release_pressure', 'minimum_rotor_speed', 'squeal_band_low_hz',
-    'risk_warning', 'friction_deviation', 'pressure_deviation', 'rotor_speed_deviation',
+    'risk_warning', 'damping_deviation', 'friction_bias_deviation', 'friction_scatter',
     'contact_stiffness_deviation', 'a.rotor_speed.max_age', 'a.friction.max_age'])
 def test_what_must_not_be_negative(key: str) -> None:
     assert 'give a number from' in refused(key, -1e-9)

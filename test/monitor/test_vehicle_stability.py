@@ -60,16 +60,6 @@ def test_modes_are_those_of_the_full_solution(kang: BrakeModel) -> None:
     assert found.worst == truth.least_stable(1250.0, 16000.0)[0]
 
 
-def test_without_uncertainty_the_risk_is_zero_or_one(kang: BrakeModel) -> None:
-    certain = {f'{name}_deviation': 0.0 for name in (
-        'friction', 'pressure', 'rotor_speed', 'contact_stiffness')}
-    for friction, risk in ((0.42, 1.0), (0.05, 0.0)):
-        at = SlidingConditions(rotor_speed=20.0, pressure=7.84e5, friction=friction)
-        assert evaluated(kang, at, **certain).risk.probability == risk
-
-
-# ---------------------------------------------------------------- brakes and the vehicle
-
 def vehicle(model: BrakeModel, inputs: dict[str, tuple[float, float, float]]) -> VehicleMonitor:
     watch = VehicleMonitor(read_settings({'brakes': list(inputs), 'table': 'none'}), model)
     signals: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
@@ -104,7 +94,7 @@ def test_no_eigensolution_of_one_brake_is_its_own(kang: BrakeModel,
                            for i in range(4)}).assess(TICK)
     assert [one.state for one in found] == ['steady', 'invalid', 'steady', 'steady']
     assert found[1].reason == 'no eigensolution (did not converge)'
-    assert all(math.isfinite(one.risk) for one in (found[0], *found[2:]))
+    assert all(math.isfinite(one.growth_rate) for one in (found[0], *found[2:]))
 
 
 def test_many_ticks_at_once_are_each_of_them(kang: BrakeModel) -> None:

@@ -34,6 +34,7 @@ from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
+from squeal_ros.node.messages import TYPES  # noqa: E402
 from std_msgs.msg import Float64  # noqa: E402
 from support.node_outputs import LATCHED  # noqa: E402, I100
 from support.node_runs import needs_squeal_msgs, NO_STATE, vehicle  # noqa: E402
@@ -205,8 +206,7 @@ def test_plotjuggler_has_the_series(said: Said, curve: str) -> None:
 
 def test_layouts_show_every_output_of_every_brake(said: Said) -> None:
     for brake in BRAKES:
-        for name in ('squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin',
-                     'state'):
+        for name in (*TYPES, 'state'):
             topic = f'/squeal_monitor/{brake.name}/{name}'
             assert any(path.startswith(f'{topic}.') for path in PATHS), topic
             assert any(curve.startswith(f'{topic}/') for curve in CURVES), topic

@@ -23,13 +23,13 @@ import pytest
 pytest.importorskip('rclpy', reason='needs rclpy')
 
 from sensor_msgs.msg import JointState  # noqa: E402
+from squeal_core.monitor.alarm_events import AlarmEvents  # noqa: E402
 from squeal_core.monitor.margins import Margin, OTHERS  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
-from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
-from squeal_core.risk.probability import ModeRisk, Risk  # noqa: E402
+from squeal_core.monitor.vehicle_monitor import Assessment, Reading  # noqa: E402
 from squeal_ros.node import diagnostics as reporting  # noqa: E402
 from squeal_ros.node.costly_figures import CostlyFigures  # noqa: E402
-from squeal_ros.node.messages import COSTLY, Levels, OK, RISK_BY_MODE, WARN  # noqa: E402
+from squeal_ros.node.messages import COSTLY, levels, OK, WARN  # noqa: E402
 from support.node_runs import vehicle  # noqa: E402, I100
 from support.vehicle import Vehicle  # noqa: E402
 
@@ -66,8 +66,9 @@ def test_every_figure_is_a_value() -> None:
         assert [s.name for s in (fl, fr, node)] == [
             f'squeal_monitor: {part}' for part in ('fl', 'fr', 'node')]
         assert [s.hardware_id for s in (fl, fr)] == ['fl', 'fr']
-        texts = {'state', 'friction_source', 'modes_from', 'risk_basis', 'risk_by_mode',
-                 'unstable_frequencies_hz', 'unstable_growth_rates_1_s', 'mode_shapes', 'model',
+        texts = {'state', 'friction_source', 'modes_from', 'risk_basis', 'risk_incomplete',
+                 'likely_modes', 'unstable_frequencies_hz', 'unstable_growth_rates_1_s',
+                 'unstable_build_ups_nepers', 'mode_shapes', 'model',
                  'audit_failed_names', 'cross_checks', 'friction_margin_reason',
                  'friction_margin_confirmed'}
         for status in (fl, fr, node):
@@ -81,7 +82,7 @@ def test_every_figure_is_a_value() -> None:
 
 
 @pytest.mark.parametrize(('rate', 'diagnostics_rate', 'at_once'), [
-    (100.0, 1.0, 1), (10.0, 1.0, 2), (10.0, 10.0, 15)])
+    (100.0, 1.0, 1), (10.0, 1.0, 2), (10.0, 10.0, 12)])
 def test_costly_figures_are_spread_over_ticks(rate: float, diagnostics_rate: float,
                                               at_once: int) -> None:
     """Each from its tick's assessment; a brake is complete before the next one's turn."""
@@ -92,13 +93,7 @@ def test_costly_figures_are_spread_over_ticks(rate: float, diagnostics_rate: flo
             computed.append((tick, f'{name} {key}'))
             return Margin(parameter='friction', kind='squeal', present=0.4, reason='')
 
-        def modes() -> tuple[ModeRisk, ...]:
-            computed.append((tick, f'{name} {RISK_BY_MODE}'))
-            return (ModeRisk(3, 2000.0, 10.0, 0.5),)
-
-        stability: Any = SimpleNamespace(
-            risk=Risk(0.5, 0.0, 'precomputed', modes),
-            margins=SimpleNamespace(compute_other=margin))
+        stability: Any = SimpleNamespace(margins=SimpleNamespace(compute_other=margin))
         return Assessment(brake=name, time=tick, state='steady', reason='', stability=stability)
 
     settings = read_settings({'brakes': ['fl', 'fr'], 'rate': rate,
@@ -111,18 +106,20 @@ def test_costly_figures_are_spread_over_ticks(rate: float, diagnostics_rate: flo
         found |= costly.compute([brake(tick, name) for name in ('fl', 'fr')])
     assert [name for _, name in computed] == [f'{b} {n}' for b in ('fl', 'fr') for n in COSTLY]
     assert [tick for tick, _ in computed] == [i // at_once for i in range(len(computed))]
-    assert all(values['risk_by_mode'] == '2000.0:0.500' for values in found.values())
     assert all(f'margin_{name}' in values for name in OTHERS for values in found.values())
     assert costly.compute([brake(99, name) for name in ('fl', 'fr')]) == {}
 
 
 def test_a_risk_about_its_threshold_does_not_chatter() -> None:
     settings = read_settings({'brakes': ['fl'], 'risk_warning': 0.5, 'risk_hysteresis': 0.1})
-    levels = Levels(settings)
+    alarms = AlarmEvents(settings)
+    inputs = {'rotor_speed': Reading('good'), 'pressure': Reading('good')}
 
     def level(tick: int, risk: float) -> int:
-        return levels.of([Assessment(brake='fl', time=tick * 100_000_000, state='steady',
-                                     reason='', risk=risk)])[0]
+        found = [Assessment(brake='fl', time=tick * 100_000_000, state='steady', reason='',
+                            inputs=inputs, risk=risk)]
+        alarms.update(found)
+        return levels(found, alarms)[0]
 
     said = [level(tick, 0.5 + 0.05 * (-1) ** tick) for tick in range(100)]
     assert said == [WARN] * 100

@@ -21,7 +21,9 @@ from squeal_ros.recordings.agreement import agreement
 
 DRIVE = [AssessmentRecord(time_s=float(time), brake=brake, state='steady',
                           rotor_speed_rad_s=40.0 - time, pressure_pa=1e6, friction=0.4,
-                          squeal_risk=0.1 * time, growth_rate_1_s=5.0, worst_frequency_hz=2500.0,
+                          squeal_risk=0.1 * time, instability_probability=0.9,
+                          build_up_nepers=2.0, time_to_squeal_s=0.7, growth_rate_1_s=5.0,
+                          damping_ratio=-3e-4, worst_frequency_hz=2500.0,
                           friction_margin=math.nan, unstable_frequencies_hz=(2500.0,),
                           unstable_growth_rates_1_s=(5.0,), reason='live')
          for time in range(6) for brake in ('left', 'right')]

@@ -41,11 +41,13 @@ from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonit
 from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
+from squeal_ros.node.messages import TYPES  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
 from support.bags import FLOAT, float_messages, SECOND, STORE, write_floats  # noqa: E402, I100
+from support.brake_monitors import EAGER  # noqa: E402
 
 QOS = Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, QosDurability.VOLATILE,
           QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
@@ -57,7 +59,7 @@ def settings() -> MonitorSettings:
              'fl.rotor_speed.field': 'data'}
     pressure = {'fl.pressure.topic': 'pressure', 'fl.pressure.type': FLOAT,
                 'fl.pressure.field': 'data'}
-    return read_settings({'brakes': ['fl'], 'rate': 2.0, **speed, **pressure})
+    return read_settings({**EAGER, 'brakes': ['fl'], 'rate': 2.0, **speed, **pressure})
 
 
 def replay(path: Path, settings: MonitorSettings, model: BrakeModel
@@ -92,8 +94,7 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
         states = [reader.deserialize(data, connection.msgtype) for connection, _, data
                   in reader.messages() if connection.topic.endswith('/state')]
     assert counts == {**dict.fromkeys([f'/squeal_monitor/fl/{name}' for name in (
-        'squeal_risk', 'unstable_frequencies', 'growth_rate', 'friction_margin', 'state')], 9),
-        '/diagnostics': 9}
+        *TYPES, 'state')], 9), '/diagnostics': 9, '/squeal_monitor/events': 2}
     # text, so that NaN equals NaN
     rows = list(read_rows(outputs.csv_path))
     assert repr(rows) == repr([row_of(a) for tick in ticks for a in tick])

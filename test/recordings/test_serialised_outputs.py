@@ -58,8 +58,10 @@ def check(assessments: tuple[Assessment, ...], status: messages.NodeStatus) -> N
             serialised_state(assessment), TYPE)  # what it holds: test/node/test_state_message.py
     expected['/diagnostics'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
         library, time, statuses)
+    expected[f'{NODE}/events'] = messages.DIAGNOSTICS_TYPE, messages.diagnostics(
+        library, time, statuses[:1])
     record = TickRecord(time, [*map(row_of, assessments)],
-                        [*map(serialised_state, assessments)], statuses)
+                        [*map(serialised_state, assessments)], statuses, statuses[:1])
     seen = {topic: (kind, data) for topic, kind, data in serialised_outputs(NODE, record)}
     assert list(seen) == list(expected)  # in order
     for topic, (kind, message) in expected.items():

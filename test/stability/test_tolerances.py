@@ -224,18 +224,15 @@ def test_divergence_and_rest_of_order_one() -> None:
 # ---------------------------------------------------------------- the monitor's setting
 
 def test_the_threshold_of_growth_is_a_setting(kang: BrakeModel) -> None:
-    """From which growth rate on a mode is unstable: in verdicts and risks alike."""
-    common = {'brakes': ['front'], **{
-        f'{name}_deviation': 0.0 for name in ('friction', 'pressure', 'rotor_speed',
-                                              'contact_stiffness')}}
+    """From which growth rate on a mode is unstable in verdicts."""
     counts = []
     for threshold in (0.01, 20.0, 1000.0):
-        settings_ = read_settings({**common, 'table': 'none', 'growth_threshold': threshold})
+        settings_ = read_settings({
+            'brakes': ['front'], 'table': 'none', 'growth_threshold': threshold})
         found, = VehicleStability(kang, settings_).evaluate([
             SlidingConditions(rotor_speed=20.0, pressure=7.84e5, friction=0.42)], [False])
         assert isinstance(found, BrakeStability)
         rates = [mode.growth_rate for mode in found.modes.unstable]
         assert all(rate > threshold for rate in rates)
-        assert found.risk.probability == float(bool(found.modes.flutter_in(1250.0, 16000.0)))
         counts.append(len(rates))
     assert counts[0] > counts[1] > counts[2] == 0

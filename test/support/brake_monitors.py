@@ -38,8 +38,12 @@ ANY_LEAP = {'wheel_acceleration_peak': 0.0, 'bar_suspected_below': 0.0}
 WITH_TABLE = {'a.temperature.topic': '/temperature'}
 TABLE_ONLY = {**WITH_TABLE, 'a.friction.topic': ''}
 # no cells are made for it, which take longer than a test should
-CERTAIN = {f'{name}_deviation': 0.0
-           for name in ('friction', 'pressure', 'rotor_speed', 'contact_stiffness')}
+CERTAIN = dict.fromkeys((
+    'damping_deviation', 'contact_stiffness_deviation', 'friction_bias_deviation',
+    'friction_slope_deviation', 'friction_scatter', 'damping_scatter'), 0.0)
+# one brake without uncertainty, whose squeal risk is 1 soon after a mode begins to grow
+EAGER = {**CERTAIN, 'ensemble_size': 1.0, 'audible_build_up': 1.0,
+         'audible_build_up_deviation': 0.0}
 NAN = math.nan
 
 

@@ -59,10 +59,10 @@ class FullSolutions:
 
 
 def evaluator(growth: FullSolutions, settings: MarginSettings = SETTINGS,
-              growth_map: Any = None) -> MarginEvaluator:
+              scan: Any = None) -> MarginEvaluator:
     settings = replace(settings, band_hz=growth.band_hz)
     return MarginEvaluator(growth.model, settings, Tolerances.of(growth.model), growth=growth,
-                           growth_map=growth_map)
+                           scan=scan)
 
 
 def friction_margins(margins: MarginEvaluator, conditions: Sequence[SlidingConditions]

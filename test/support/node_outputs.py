@@ -22,9 +22,11 @@ pytest.importorskip('rclpy', reason='needs rclpy')
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from squeal_ros.node.messages import NUMBERS  # noqa: E402
 from std_msgs.msg import Float64, Float64MultiArray  # noqa: E402
 
 SECOND = 1_000_000_000  # ns
+EVENTS = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -38,11 +40,14 @@ class NodeOutputs:
         self._fresh: set[str] = set()  # heard of since time went on
         self.count = 0
         outputs = f'{namespace}/squeal_monitor/{brake}'
-        for name in ('squeal_risk', 'growth_rate', 'friction_margin'):
+        for name in NUMBERS:
             self._listen(Float64, f'{outputs}/{name}', name)
         self._listen(Float64MultiArray, f'{outputs}/unstable_frequencies', 'unstable', LATCHED)
         self._listen(DiagnosticArray, '/diagnostics', 'diagnostics')
         self._listeners = {s.topic_name: s for s in self.node.subscriptions}
+        self.events: list[Any] = []  # alarms that began or ended: not heard at every tick
+        self.node.create_subscription(
+            DiagnosticArray, f'{namespace}/squeal_monitor/events', self.events.append, EVENTS)
 
     def _listen(self, kind: Any, topic: str, name: str, qos: Any = 10) -> None:
         def hear(message: Any) -> None:

@@ -33,6 +33,7 @@ from rclpy.context import Context  # noqa: E402
 from squeal_ros.node.lifecycle_node import SquealMonitor  # noqa: E402
 from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from squeal_ros.node.publishers import why_no_state  # noqa: E402
+from support.brake_monitors import EAGER  # noqa: E402
 from support.domains import free_domain  # noqa: E402
 from support.vehicle import parameters, Vehicle  # noqa: E402
 
@@ -51,8 +52,8 @@ def vehicle(*, brake: str = 'fl', namespace: str = '', bring_up: bool = True,
     Time is simulated and stands still while the node is waited for: no clock has stopped. With
     `use_sim_time=False` it is the system's, and `PATIENT` what keeps samples of a busy machine.
     """
-    chosen = {'brakes': [brake], 'rate': 20.0, 'diagnostics_rate': 20.0, 'use_sim_time': True,
-              'clock_timeout': 600.0, **values}
+    chosen = {**EAGER, 'brakes': [brake], 'rate': 20.0, 'diagnostics_rate': 20.0,
+              'use_sim_time': True, 'clock_timeout': 600.0, **values}
     with free_domain() as domain:
         context = Context()
         rclpy.init(context=context, domain_id=domain)

@@ -26,6 +26,7 @@ import sys
 from typing import Any
 
 import pytest
+from support.brake_monitors import EAGER
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _MEGABYTE = 1e6
@@ -77,7 +78,7 @@ def _end_with_parent() -> None:
 def monitor(domain: int, *, transport: str = 'shared memory', namespace: str = '',
             streams: dict[str, Any] | None = None, **parameters: Any) -> Any:
     """Run the node for a brake `fl`, or for those given as `brakes`, as a process."""
-    chosen = {'brakes': '[fl]', 'rate': 20.0, 'diagnostics_rate': 20.0, **parameters}
+    chosen = {**EAGER, 'brakes': '[fl]', 'rate': 20.0, 'diagnostics_rate': 20.0, **parameters}
     command = ['-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn']
     for name, value in chosen.items():
         command += ['-p', f'{name.replace("__", ".")}:={value}']

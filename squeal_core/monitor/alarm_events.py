@@ -1,0 +1,158 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Starts and ends of the squeal alarms of a vehicle's brakes, from its assessments."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+import math
+from typing import Literal, TypeAlias
+
+from squeal_core.monitor.alarm import Alarm
+from squeal_core.monitor.assessment import Assessment
+from squeal_core.monitor.settings import MonitorSettings
+
+Kind: TypeAlias = Literal['start', 'end']
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlarmEvent:
+    """
+    Start or end of the squeal alarm of a brake.
+
+    Parameters
+    ----------
+    kind : str
+        'start' or 'end'.
+    brake : str
+    time : int
+        Tick at which the alarm began or ended [ns].
+    since : int
+        Tick at which it began [ns].
+    risk : float
+        Squeal risk at `time` [-]; NaN: not known.
+    peak_risk : float
+        Largest one since it began [-].
+    modes : tuple of int
+        Numbers of the coupled modes that most probably squeal, by frequency at mu = 0: at the
+        start, and at the end those of the largest risk.
+    frequency_hz : float
+        Their frequency.
+    cause : str
+        Why it began or ended, in words.
+
+    """
+
+    kind: Kind
+    brake: str
+    time: int
+    since: int
+    risk: float
+    peak_risk: float
+    modes: tuple[int, ...]
+    frequency_hz: float
+    cause: str
+
+    @property
+    def duration(self) -> float:
+        """Time since the alarm began [s]."""
+        return (self.time - self.since) * 1e-9
+
+    @property
+    def in_words(self) -> str:
+        """Return the event in a line."""
+        modes = '/'.join(map(str, self.modes))
+        pitch = f'mode {modes} at {self.frequency_hz:.0f} Hz' if modes else 'no mode known'
+        if self.kind == 'start':
+            return f'squeal probable, risk {self.risk:.2f}: {pitch}; {self.cause}'
+        return (f'squeal alarm over after {self.duration:.1f} s, risk up to '
+                f'{self.peak_risk:.2f}: {pitch}; {self.cause}')
+
+
+class AlarmEvents:
+    """
+    The alarms of a vehicle's brakes, tick after tick.
+
+    Parameters
+    ----------
+    settings : MonitorSettings
+        `risk_warning`, `risk_hysteresis` and `risk_hold` decide.
+
+    """
+
+    def __init__(self, settings: MonitorSettings) -> None:
+        self._alarms = {brake.name: Alarm.of(settings) for brake in settings.brakes}
+        self._up: dict[str, AlarmEvent] = {}  # with the largest risk up to now
+
+    def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings; an alarm that is up stays up by the new ones."""
+        for alarm in self._alarms.values():
+            alarm.update_settings(settings.risk_warning, settings.risk_hysteresis,
+                                  settings.risk_hold)
+
+    def is_up(self, brake: str) -> bool:
+        """Tell whether the alarm of a brake is up."""
+        return brake in self._up
+
+    def update(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
+        """Take the assessments of a tick; return the alarms that began or ended."""
+        changes = [self._updated(found) for found in assessments]
+        return [change for change in changes if change is not None]
+
+    def end(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
+        """End all alarms, as these assessments say that nothing is known; return those ended."""
+        ended = [_ended(self._up.pop(found.brake), found) for found in assessments
+                 if self.is_up(found.brake)]
+        for event in ended:
+            self._alarms[event.brake].end()
+        return ended
+
+    def _updated(self, found: Assessment) -> AlarmEvent | None:
+        brake, before = found.brake, self._up.get(found.brake)
+        if not self._alarms[brake].update(found.time, found.risk):
+            if before is None:
+                return None
+            del self._up[brake]
+            return _ended(before, found)
+        if before is None:
+            self._up[brake] = started = _started(found)
+            return started
+        if found.risk > before.peak_risk:
+            self._up[brake] = _started(found, since=before.since)
+        return None
+
+
+def _started(found: Assessment, since: int | None = None) -> AlarmEvent:
+    risk = found.risk_result
+    return AlarmEvent(
+        kind='start', brake=found.brake, time=found.time,
+        since=found.time if since is None else since, risk=found.risk, peak_risk=found.risk,
+        modes=risk.modes if risk else (),
+        frequency_hz=risk.result.frequency_hz if risk else math.nan, cause=_conditions(found))
+
+
+def _ended(before: AlarmEvent, found: Assessment) -> AlarmEvent:
+    cause = 'the risk fell' if found.state == 'steady' and not math.isnan(found.risk) else (
+        found.reason)
+    return AlarmEvent(
+        kind='end', brake=found.brake, time=found.time, since=before.since, risk=found.risk,
+        peak_risk=before.peak_risk, modes=before.modes, frequency_hz=before.frequency_hz,
+        cause=cause)
+
+
+def _conditions(found: Assessment) -> str:
+    """Return what raised the risk: how far and how fast a mode built up, and where."""
+    speed, pressure = found.inputs['rotor_speed'].value, found.inputs['pressure'].value
+    return (f'build-up {found.build_up:.1f} nepers, growth {found.growth_rate:+.1f} 1/s at '
+            f'{speed:.1f} rad/s, {pressure / 1e5:.1f} bar, friction {found.friction:.3f}')

@@ -1,0 +1,282 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Squeal risk of a vehicle's brakes, through their brake applications."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+import math
+from pathlib import Path
+
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.calibration.calibration_file import read_calibration
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.assessment import Assessment, AssessmentContext, PreparedTick
+from squeal_core.monitor.brake_risk import BrakeRisk, unknown_risk
+from squeal_core.monitor.brake_stability import BrakeStability
+from squeal_core.monitor.margins import confirmation_due as is_due
+from squeal_core.monitor.settings import band_of, ensemble_prior, MonitorSettings
+from squeal_core.monitor.vehicle_stability import Evaluated
+from squeal_core.risk.application_risk import ApplicationRisk
+from squeal_core.risk.emulator_builder import audit
+from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.ensemble import Ensemble, prior_ensemble
+from squeal_core.risk.first_order import first_order_instability
+from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_core.risk.risk_records import MemberGrowth, RiskResult, RiskSettings
+from squeal_core.risk.squeal_risk import SquealRisk
+
+NONE = 'none'  # value of the setting `growth_emulator`
+NO_EMULATOR = ('no growth emulator of the model; build one before the drive by '
+               '`squeal tabulate MODEL --growth-only`')
+OUTSIDE = 'outside the range of the growth emulator'
+_AT_ONCE = 16  # operating points that the emulator evaluates at once: some ten MB
+_ALLOWED = 2.0  # largest published errors, as they are the largest of some hundred points
+_GAP = 0.5  # s between two evaluations, or 1.5 intervals, of more than which nothing is known
+
+
+@dataclass
+class EmulatorStatistics:
+    """Counts since the start; `worst_audit` over the largest published error."""
+
+    evaluations: int = 0
+    audits: int = 0
+    mismatches: int = 0
+    worst_audit: float = 0.0
+
+
+class VehicleRisk:
+    """
+    Evaluates the risk of brakes, tick after tick in the order of time, by their applications.
+
+    A brake is evaluated at its first tick of sliding under load, and then `risk_rate` times a
+    second of absolute time; in between its risk is held.
+
+    Parameters
+    ----------
+    model : BrakeModel
+        With a caliper.
+    settings : MonitorSettings
+
+    Attributes
+    ----------
+    unknown : str
+        Why the squeal risk of no brake is known, and the remedy; empty where it is.
+
+    Raises
+    ------
+    TableFileError
+        Where the settings name an emulator or a calibration that cannot be used.
+
+    """
+
+    def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
+        self._model, self._prior = model, ensemble_prior(settings)
+        self._risk = ensemble_risk(model, settings)
+        self.unknown = '' if self._risk else NO_EMULATOR
+        self._statistics = EmulatorStatistics()
+        self.reset()
+        self.update_settings(settings)
+
+    def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings; the ensemble stays, and brake applications unless risks change."""
+        self._period, self._interval = settings.period, round(1e9 / settings.risk_rate)
+        self._audit_every, self._settings = round(settings.audit_interval), risk_settings(settings)
+        if self._risk is not None and self._risk.settings != self._settings:
+            self._risk = SquealRisk(self._risk.emulator, self._risk.ensemble, self._settings)
+            self.reset()
+        self._places = {} if self._risk is None else {
+            number: place for place, family in enumerate(self._risk.families.tolist())
+            for number in self._risk.emulator.families[family].numbers}
+
+    @property
+    def squeal_risk(self) -> SquealRisk | None:
+        """Return the ensemble and its emulator; None without one."""
+        return self._risk
+
+    def reset(self) -> None:
+        """Forget all brake applications."""
+        self._planned, self._taken = 0, 0  # times of the last ticks [ns]
+        self._sliding: set[str] = set()
+        self._applications: dict[str, ApplicationRisk] = {}
+        self._shown: dict[str, BrakeRisk] = {}
+
+    def warm_up(self, brakes: Sequence[str], found: Sequence[Evaluated]) -> None:
+        """Evaluate brakes once, uncounted."""
+        self.evaluate([tuple(AssessmentContext(name, 0, {}) for name in brakes)], found)
+        self.reset()
+
+    @property
+    def note(self) -> str:
+        """Return what the risk rests on, in a line for a log; empty where none is known."""
+        if self._risk is None:
+            return ''
+        error = self._risk.emulator.error
+        return (f'squeal risk by an ensemble of {self._risk.ensemble.weights.size}, growth rates '
+                f'within {error.rms:.2g} 1/s (rms); {self._risk.basis}')
+
+    def figures(self) -> dict[str, float]:
+        """Return the counts of evaluations since the start, by name."""
+        return {f'emulator_{name}': value for name, value in asdict(self._statistics).items()}
+
+    def evaluate(self, ticks: Sequence[PreparedTick],
+                 found: Sequence[Evaluated]) -> list[BrakeRisk | None]:
+        """
+        Return the risk of each brake at each tick: while it slides, and of the end at a release.
+
+        None where there is none, or the stability of the brake is not known.
+
+        Parameters
+        ----------
+        ticks : sequence of PreparedTick
+            In order of time, none left out.
+        found : sequence of BrakeStability or LinAlgError
+            Of each context among them.
+
+        """
+        steps = [*self._plan(ticks, iter(found))]
+        growths = self._growths([at.point for _, at, due in steps if at and due])
+        return [self._step(one, at, next(growths) if at and due else None, due=due)
+                for one, at, due in steps]
+
+    def _plan(self, ticks: Sequence[PreparedTick], found: Iterator[Evaluated]
+              ) -> Iterator[tuple[Assessment | AssessmentContext, BrakeStability | None, bool]]:
+        """Yield what is known of each brake at each tick, and whether its risk is evaluated."""
+        for tick in ticks:
+            if not 0 <= tick[0].time - self._planned <= 1e9 * self._settings.longest_interval:
+                self._sliding.clear()
+            self._planned = tick[0].time
+            for place, one in enumerate(tick):
+                at = next(found) if isinstance(one, AssessmentContext) else None
+                if not isinstance(at, BrakeStability):
+                    self._sliding.discard(one.brake)
+                    yield one, None, False
+                    continue
+                due = one.brake not in self._sliding or is_due(
+                    one.time, self._period, self._interval, place, len(tick))
+                self._sliding.add(one.brake)
+                yield one, at, due
+
+    def _growths(self, points: Sequence[OperatingPoint]) -> Iterator[MemberGrowth | None]:
+        """Yield the growth of the ensemble at points; None without an emulator."""
+        for start in range(0, len(points), _AT_ONCE):
+            chosen = points[start:start + _AT_ONCE]
+            if self._risk is None:
+                yield from [None] * len(chosen)
+                continue
+            growth = self._risk.growth(
+                [abs(at.rotor_speed) for at in chosen], [at.contact_pressure for at in chosen],
+                [abs(at.friction) for at in chosen], [at.contact_stiffness for at in chosen])
+            yield from map(growth.at, range(len(chosen)))
+
+    def _step(self, one: Assessment | AssessmentContext, at: BrakeStability | None,
+              growth: MemberGrowth | None, *, due: bool) -> BrakeRisk | None:
+        """Take a tick of a brake into its application; return its risk."""
+        if one.time < self._taken:  # the clock was set back
+            self._applications.clear()
+        self._taken = one.time
+        if at is None:
+            return self._pass(one)
+        if due:
+            self._shown[one.brake] = self._evaluated(one, at, growth)
+        elif self._risk is not None:
+            self._application(one.brake).hold(one.time)
+        return self._shown[one.brake]
+
+    def _pass(self, one: Assessment | AssessmentContext) -> BrakeRisk | None:
+        """Take a tick at which a brake does not slide under load, or nothing is known of it."""
+        if self._risk is None:
+            return None
+        application = self._application(one.brake)
+        state = one.state if isinstance(one, Assessment) else 'invalid'
+        if state == 'released':
+            return self._known(application.release(one.time))
+        if state == 'not sliding':
+            application.rest(one.time)
+        else:
+            application.skip(one.time)
+        return None
+
+    def _evaluated(self, one: Assessment | AssessmentContext, at: BrakeStability,
+                   growth: MemberGrowth | None) -> BrakeRisk:
+        if growth is None:
+            return unknown_risk(first_order_instability(
+                self._model, at.point, at.modes, self._settings.band_hz, self._prior,
+                self._settings.instability_damping_ratio), 'first order', self.unknown)
+        self._count(at.point)
+        risk = self._known(self._application(one.brake).update(one.time, growth))
+        return risk or unknown_risk(math.nan, OUTSIDE, OUTSIDE)
+
+    def _known(self, result: RiskResult | None) -> BrakeRisk | None:
+        if result is None or self._risk is None:
+            return None
+        families = self._risk.emulator.families
+        return BrakeRisk(result=result, places=self._places, modes=(
+            families[result.family].numbers if result.family >= 0 else ()))
+
+    def _count(self, point: OperatingPoint) -> None:
+        """Count an evaluation; compare the emulator with a full solution now and then."""
+        counts, risk = self._statistics, self._risk
+        counts.evaluations += 1
+        if risk is None or not self._audit_every or counts.evaluations % self._audit_every:
+            return
+        assert isinstance(risk.emulator, GrowthEmulator)
+        members = risk.ensemble.inputs(point.rotor_speed, point.contact_pressure,
+                                       abs(point.friction))
+        member = counts.audits % len(members)
+        off = audit(risk.emulator, members[member]) / risk.emulator.error.largest
+        counts.audits += 1
+        if not math.isnan(off):
+            counts.mismatches += off > _ALLOWED
+            counts.worst_audit = max(counts.worst_audit, off)
+
+    def _application(self, brake: str) -> ApplicationRisk:
+        assert self._risk is not None
+        if brake not in self._applications:
+            self._applications[brake] = ApplicationRisk(self._risk)
+        return self._applications[brake]
+
+
+def risk_settings(settings: MonitorSettings) -> RiskSettings:
+    """Return what counts as squeal by the settings of a monitor."""
+    interval = 1.0 / min(settings.rate, settings.risk_rate)
+    return RiskSettings(
+        band_hz=band_of(settings), noise_floor=1e-9 * settings.noise_floor_nm,
+        instability_damping_ratio=settings.instability_damping_ratio,
+        longest_interval=max(_GAP, 1.5 * interval))
+
+
+def ensemble_risk(model: BrakeModel, settings: MonitorSettings) -> SquealRisk | None:
+    """
+    Return the ensemble of brakes that the settings name, with its emulator; None without one.
+
+    Raises
+    ------
+    SquealError
+        Where the settings name an emulator or a calibration that cannot be used.
+
+    """
+    if settings.growth_emulator == NONE:
+        return None
+    path = Path(settings.growth_emulator) if settings.growth_emulator else (
+        find_emulator_file(model))
+    if path is None:
+        return None
+    return SquealRisk(read_emulator(path, model), _ensemble(model, settings),
+                      risk_settings(settings))
+
+
+def _ensemble(model: BrakeModel, settings: MonitorSettings) -> Ensemble:
+    if settings.calibration:
+        return read_calibration(settings.calibration, model)
+    return prior_ensemble(ensemble_prior(settings))
