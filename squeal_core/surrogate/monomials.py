@@ -14,7 +14,6 @@
 
 """Products of powers of several variables, degree by degree: the bookkeeping of power series."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import combinations_with_replacement
@@ -57,31 +56,11 @@ class Monomials:
         return sum(len(terms) for terms in self.terms)
 
     @cache  # noqa: B019 - few, and kept for good
-    def factors(self, degree: int) -> tuple[tuple[int, int, int], ...]:
-        """Return (term, variable, term of one degree less) for each variable a term contains."""
-        return tuple(self._factors(degree))
-
-    @cache  # noqa: B019
-    def factors_of(self, degree: int, variable: int) -> tuple[tuple[int, int, int], ...]:
-        """Return those of `factors` that are of one variable."""
-        return tuple(found for found in self.factors(degree) if found[1] == variable)
-
-    @cache  # noqa: B019
     def products(self, first: int, second: int) -> tuple[tuple[int, int, int], ...]:
         """Return (term, term of degree `first`, of `second`): the term is their product."""
-        return tuple(self._products(first, second))
-
-    def _factors(self, degree: int) -> Iterator[tuple[int, int, int]]:
-        for place, term in enumerate(self.terms[degree]):
-            for variable in dict.fromkeys(term):
-                rest = list(term)
-                rest.remove(variable)
-                yield place, variable, self.places[degree - 1][tuple(rest)]
-
-    def _products(self, first: int, second: int) -> Iterator[tuple[int, int, int]]:
-        for i, left in enumerate(self.terms[first]):
-            for j, right in enumerate(self.terms[second]):
-                yield self.places[first + second][tuple(sorted(left + right))], i, j
+        return tuple((self.places[first + second][tuple(sorted(left + right))], i, j)
+                     for i, left in enumerate(self.terms[first])
+                     for j, right in enumerate(self.terms[second]))
 
     @cached_property
     def _factors_of_all(self) -> tuple[IndexArray, ...]:
@@ -101,8 +80,3 @@ class Monomials:
         for places in others:
             found *= factors.take(places, axis=-1)
         return found
-
-    def __call__(self, values: FloatArray) -> list[FloatArray]:
-        """Return the terms of each degree at points: (variables, P) -> (terms of d, P) each."""
-        ends = np.cumsum([len(terms) for terms in self.terms])
-        return np.split(np.ascontiguousarray(self.at(values.T).T), ends[:-1])

@@ -80,8 +80,9 @@ class RiccatiRecursion:
         moved = np.empty_like(side)
         for variable, coupling in enumerate(couplings):
             places = np.matmul(coupling, side, out=moved).reshape(size, count, columns)
-            for term, _, rest in self.monomials.factors_of(degree, variable):
-                product[term] += places[:, rest]
+            for term, factor, rest in self.monomials.products(1, degree - 1):
+                if factor == variable:
+                    product[term] += places[:, rest]
         return product
 
     def terms(self) -> list[ComplexArray]:
@@ -106,7 +107,7 @@ class RiccatiRecursion:
             moved = [np.einsum(formula, e[block], side, optimize=formula[-1] == 'c')
                      for e in couplings]
             part = np.zeros((len(self.monomials.terms[degree]), *moved[0].shape[1:]), side.dtype)
-            for term, variable, rest in self.monomials.factors(degree):
+            for term, variable, rest in self.monomials.products(1, degree - 1):
                 part[term] += moved[variable][rest]
             parts.append(part.reshape(len(part), -1))
         return np.concatenate(parts, axis=1)

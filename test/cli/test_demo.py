@@ -25,7 +25,7 @@ import time
 
 import pytest
 from squeal_core.monitor.settings import load_settings
-from support.domains import free_domain
+from support.domains import own_environment
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('rosbags', reason='needs rosbags')
@@ -50,9 +50,8 @@ ENVIRONMENT: dict[str, str] = {}
 @pytest.fixture(scope='module', autouse=True)
 def environment() -> Iterator[dict[str, str]]:
     """Run every process of this module in a domain of its own."""
-    with free_domain() as domain:
-        ENVIRONMENT.update(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-                           FASTDDS_BUILTIN_TRANSPORTS='UDPv4', ROS_DOMAIN_ID=str(domain))
+    with own_environment() as own:
+        ENVIRONMENT.update(own)
         yield ENVIRONMENT
 
 

@@ -28,6 +28,7 @@ from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_ros.cli.main import main
 from support.commands import answer, squeal
+from support.eigenvalues import companion
 
 PRELOAD, STIFFNESS = 2000.0, 0.35e11
 
@@ -44,8 +45,7 @@ def matrices(kang: BrakeModel, speed: float, friction: float, slope: float = 0.0
 
 
 def roots(d: ComplexArray, k: ComplexArray) -> ComplexArray:
-    n = len(d)
-    return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-k, -d]]))
+    return np.linalg.eigvals(companion(k, d))
 
 
 def near(found: ComplexArray, hertz: float) -> complex:

@@ -34,6 +34,7 @@ from squeal_core.stability.eigensolution import eigenvalues
 from squeal_core.stability.mode_tracking import track
 from squeal_core.surrogate.table_file import model_hash
 from support.archives import parts
+from support.eigenvalues import companion_at
 from support.engine_models import random_model
 
 POINT = OperatingPoint(rotor_speed=7.0, friction=0.45, friction_slope=-0.02, contact_pressure=5e5,
@@ -93,8 +94,7 @@ def test_energy_of_a_free_vibration(friction: float) -> None:
         contact_stiffness=operators.contact_stiffness([face]),
         friction_couple=operators.friction_couple([face]))
     point = replace(POINT, friction=friction)
-    state = np.block([[np.zeros((4, 4)), np.eye(4)],
-                      [-model.stiffness(point), -model.damping(point)]])
+    state = companion_at(model, point)
     start = np.concatenate([1e-6 * np.array([1.0, -0.4, 0.7, 0.2]), np.zeros(4)])
 
     def energy(a: FloatArray, v: FloatArray) -> float:

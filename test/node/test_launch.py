@@ -17,7 +17,6 @@
 import ast
 from collections.abc import Iterator
 import importlib.util
-import os
 from pathlib import Path
 import re
 import signal
@@ -27,7 +26,7 @@ from typing import Any
 
 import pytest
 from squeal_core.monitor.settings import is_built_in, settings_keys
-from support.domains import free_domain
+from support.domains import own_environment
 import yaml
 
 ROOT = Path(__file__).parents[2]
@@ -171,9 +170,8 @@ def test_launch_loads_it(name: str) -> None:
 
 @pytest.fixture
 def environment() -> Iterator[dict[str, str]]:
-    with free_domain() as domain:
-        yield {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-               'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'ROS_DOMAIN_ID': str(domain)}
+    with own_environment() as own:
+        yield own
 
 
 def start(arguments: list[str], environment: dict[str, str]) -> tuple[str, int]:

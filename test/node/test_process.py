@@ -16,7 +16,6 @@
 
 from collections.abc import Iterator
 import json
-import os
 from pathlib import Path
 import signal
 import subprocess
@@ -24,7 +23,7 @@ import sys
 from typing import Any
 
 import pytest
-from support.domains import free_domain
+from support.domains import own_environment
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
@@ -40,9 +39,8 @@ ENVIRONMENT: dict[str, str] = {}
 @pytest.fixture(scope='module', autouse=True)
 def environment() -> Iterator[dict[str, str]]:
     """Run every process of this module in a domain of its own."""
-    with free_domain() as domain:
-        ENVIRONMENT.update(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-                           FASTDDS_BUILTIN_TRANSPORTS='UDPv4', ROS_DOMAIN_ID=str(domain))
+    with own_environment() as own:
+        ENVIRONMENT.update(own)
         yield ENVIRONMENT
 
 

@@ -25,6 +25,7 @@ from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.operators import ContactFace
 from squeal_core.simulation import OperatingHistory, Transient, TransientBlock
+from support.eigenvalues import companion_at
 
 Faces = tuple[ContactFace, ContactFace]
 # rotor speed, brake pressure, friction
@@ -40,9 +41,7 @@ def eigenvectors(model: BrakeModel, point: OperatingPoint, least: float
                  ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """Return eigenvalues, left and right vectors of the modes that grow faster than `least`."""
     from scipy.linalg import eig
-    n = model.size
-    values, left, right = eig(np.block([[np.zeros((n, n)), np.eye(n)], [
-        -model.stiffness(point), -model.damping(point)]]), left=True)
+    values, left, right = eig(companion_at(model, point), left=True)
     chosen = (values.imag > 100.0) & (values.real > least)
     return values[chosen], left[:, chosen], right[:, chosen]
 

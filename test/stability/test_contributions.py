@@ -32,6 +32,7 @@ from squeal_core.stability.mechanism import (
     ROTATION,
     TERMS,
 )
+from support.eigenvalues import companion
 from support.stability_models import (
     kang_point,
     kang_point_by_law,
@@ -63,8 +64,7 @@ def scaled(model: BrakeModel, point: OperatingPoint, term: str, factor: float) -
                                         + point.friction * model.friction_couple)
     d = d + model.contact_retardation_time * spring * (
         factor if term == 'contact_damping' else 1.0)
-    n = model.size
-    return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-k, -d]]))
+    return np.linalg.eigvals(companion(k, d))
 
 
 @pytest.mark.parametrize('scale', [1.0, 0.3])

@@ -27,6 +27,7 @@ from squeal_core.stability.sensitivity import (
     parameter_sensitivity,
     root_sensitivity,
 )
+from support.eigenvalues import companion
 from support.engine_models import dense_model
 from support.stability_models import kang_point, POINT
 
@@ -46,8 +47,7 @@ def roots_at(model: BrakeModel, coefficients: Coefficients) -> ComplexArray:
             damping = damping + factor * array
         elif array is not None:
             stiffness = stiffness + factor * array
-    n = model.size
-    return np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
+    return np.linalg.eigvals(companion(stiffness, damping))
 
 
 def viscous_model(seed: int) -> BrakeModel:

@@ -18,9 +18,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from scipy.optimize import linear_sum_assignment
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import (
     classify,
     complex_modes,
@@ -29,6 +28,7 @@ from squeal_core.stability.eigensolution import (
     Tolerances,
 )
 from squeal_core.stability.eigenvectors import mode_vectors
+from support.eigenvalues import companion_at, companion_roots, distance
 from support.engine_models import dense_model
 
 TOLERANCES = Tolerances(oscillation=1.0, growth=1e-2)
@@ -44,18 +44,6 @@ def at(model: BrakeModel, speed: float = 5.0, **changes: float) -> OperatingPoin
     return OperatingPoint(rotor_speed=speed, **(values | changes))
 
 
-def state_matrix(model: BrakeModel, point: OperatingPoint) -> FloatArray:
-    """Return the companion form, all 2N rows."""
-    n = model.size
-    return np.block([[np.zeros((n, n)), np.eye(n)],
-                     [-model.stiffness(point), -model.damping(point)]])
-
-
-def distance(first: ComplexArray, second: ComplexArray) -> float:
-    gaps = np.abs(first[:, None] - second)
-    return float(gaps[linear_sum_assignment(gaps)].max())
-
-
 # ---------------------------------------------------------------- roots
 
 @pytest.mark.parametrize('seed', range(5))
@@ -63,14 +51,14 @@ def test_all_roots_of_random_models(seed: int) -> None:
     model = dense_model(seed, 5)
     found = complex_modes(model, POINT).eigenvalues
     # roots up to 1e4 with conditions up to 1e2: eps * 1e6
-    assert distance(found, np.linalg.eigvals(state_matrix(model, POINT))) < 1e-8
+    assert distance(found, companion_roots(model, POINT)) < 1e-8
 
 
 @pytest.mark.parametrize('slope', [0.0, -0.1])
 def test_all_roots_of_the_shipped_model(slope: float, kang: BrakeModel) -> None:
     point = at(kang, friction_slope=slope)
     found = complex_modes(kang, point).eigenvalues
-    whole = np.linalg.eigvals(state_matrix(kang, point))
+    whole = companion_roots(kang, point)
     assert found.size == 184
     assert np.count_nonzero(found == 0.0) >= 6  # a zero for each free coordinate, to the last bit
     # the whole matrix' zeros are defective: sqrt(eps) of what couples them; others eps * 2e5 * 1e3
@@ -207,7 +195,7 @@ def test_vectors_of_the_shipped_model(speed: float, slope: float, kang: BrakeMod
 def test_vectors_against_numpy(seed: int) -> None:
     """Same lines as eigenvectors of the state matrix and of its transpose, with all six arrays."""
     model = dense_model(seed, 5)
-    state, n = state_matrix(model, POINT), model.size
+    state, n = companion_at(model, POINT), model.size
     roots, right = np.linalg.eig(state)
     for root, x in zip(roots, right[:n].T, strict=True):
         v = mode_vectors(model, POINT, complex(root))

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core import BrakeModel, OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.common.arrays import FloatArray
 
 STIFFNESS = 0.35e11
 
@@ -89,10 +89,3 @@ def between(start: OperatingPoint, end: OperatingPoint, part: float) -> Operatin
     """Return a point on the straight way between two."""
     return OperatingPoint(**{name: value + part * (getattr(end, name) - value)
                              for name, value in start.__dict__.items()})
-
-
-def companion_roots(model: BrakeModel, at: OperatingPoint) -> ComplexArray:
-    """All roots (2N,) of the whole first-order form, coordinates without stiffness included."""
-    eye = np.eye(model.size)
-    return np.asarray(np.linalg.eigvals(np.block(
-        [[np.zeros_like(eye), eye], [-model.stiffness(at), -model.damping(at)]])))
