@@ -40,8 +40,6 @@ from squeal_core.risk.growth_emulator import (
     EmulatorError,
     GrowthEmulator,
     PolynomialBasis,
-    roots_of,
-    slope_terms,
 )
 from squeal_core.risk.mode_families import coupled, ModeFamily, ReferenceModes
 from squeal_core.stability.eigensolution import eigenvalues, SQUEAL_BAND, Tolerances
@@ -205,9 +203,9 @@ def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, train
             reference: ReferenceModes, band_hz: tuple[float, float]) -> GrowthEmulator:
     """Return the emulator of full solutions, its error not yet known."""
     basis = _basis(model, inputs)
-    variables, by_own = basis.variables(affine_coefficients(model, inputs)[0])
-    factors, slopes = basis.terms(variables)
-    rows = np.stack([factors.prod(axis=0), *(slope_terms(factors, slopes, i) for i in range(6))])
+    coefficients, _ = affine_coefficients(model, inputs)
+    _, by_own = basis.variables(coefficients)
+    rows = basis.terms(coefficients, np.eye(6)[:, None] / by_own)  # slopes by own variables
     found = []
     for places in _families(training, band_hz):
         values, by = _invariants_of(training.eigenvalues[:, places], training.slopes[:, places])
@@ -216,7 +214,8 @@ def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, train
     if not found:
         raise ModelError('no mode of the squeal band comes near to growing; there is nothing to '
                          'emulate')
-    weights = np.concatenate([part for _, part in found], axis=1)
+    weights = np.concatenate([part[:, :1] for _, part in found]
+                             + [part[:, 1:] for _, part in found], axis=1)
     return GrowthEmulator(model, _described(model, reference, [item for item, _ in found]),
                           domain, basis, np.ascontiguousarray(weights).view(float),
                           EmulatorError(np.nan, np.nan))
@@ -259,22 +258,11 @@ def _basis(model: BrakeModel, inputs: FloatArray) -> PolynomialBasis:
 
 def _invariants_of(values: ComplexArray, slopes: ComplexArray) -> tuple[Any, Any]:
     """Return invariants (P, n) of families (P, n), and their slopes (P, n, 6)."""
-    mean, mean_slope = values.mean(axis=1), slopes.mean(axis=1)
-    away, turns = values - mean[:, None], slopes - mean_slope[:, None]
-    by = np.zeros((*values.shape, 6), complex)
-    for i in range(values.shape[1]):
-        by -= _polynomial(np.delete(away, i, axis=1))[:, :, None] * turns[:, i, None]
-    return (np.column_stack([mean, _polynomial(away)[:, 2:]]),
-            np.concatenate([mean_slope[:, None], by[:, 1:]], axis=1))
-
-
-def _polynomial(roots: ComplexArray) -> ComplexArray:
-    """Return the coefficients (P, n + 1) of the polynomials of roots (P, n), 1 first."""
-    found = np.zeros((len(roots), roots.shape[1] + 1), complex)
-    found[:, 0] = 1.0
-    for root in roots.T:
-        found[:, 1:] -= root[:, None] * found[:, :-1]
-    return found
+    if values.shape[1] == 1:
+        return values, slopes
+    half, turn = 0.5 * (values[:, 0] - values[:, 1]), 0.5 * (slopes[:, 0] - slopes[:, 1])
+    return (np.column_stack([values.mean(axis=1), half**2]),
+            np.stack([slopes.mean(axis=1), 2.0 * half[:, None] * turn], axis=1))
 
 
 def _fit(rows: FloatArray, wanted: ComplexArray, training: _Solutions,
@@ -298,7 +286,8 @@ def _fit(rows: FloatArray, wanted: ComplexArray, training: _Solutions,
     trusted, weights = np.ones_like(weight), np.empty(0, complex)
     for _ in range(_REFITS):
         weights = _least_squares(rows, wanted / scale, kinds * weight * trusted) * scale
-        off = np.abs(roots_of(rows[0] @ weights).real.max(axis=1) - growth)
+        mean, *square = (rows[0] @ weights).T
+        off = np.abs(mean.real + sum(np.sqrt(item).real for item in square) - growth)
         usual = 4.0 * np.median(off) + 0.05
         trusted = 1.0 / (1.0 + (off / usual) ** 2)
     return weights

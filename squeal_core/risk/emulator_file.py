@@ -155,8 +155,9 @@ def _emulator(header: Mapping[str, Any], arrays: Mapping[str, Any],
         tuple(map(int, item['numbers'])), float(item['frequency_hz']), float(item['decay_rate']))
         for item in header['families'])
     exponents, scales = arrays['exponents'], arrays['scales']
-    if not families or 2 * sum(len(item.numbers) for item in families) != (
-            arrays['weights'].shape[1]) or list(header['inputs']) != list(INPUTS):
+    sizes = [len(item.numbers) for item in families]
+    if sizes != sorted(sizes) or not {*sizes} <= {1, 2} or list(header['inputs']) != list(
+            INPUTS) or arrays['weights'].shape[1] != 2 * sum(sizes) or not sizes:
         raise ValueError('the families do not fit the weights')
     if not exponents.size or exponents.min() < 0 or exponents.max() > _MOST_DEGREE:
         raise ValueError(f'degrees {exponents.min(initial=0)} to {exponents.max(initial=0)}')

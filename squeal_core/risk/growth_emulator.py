@@ -15,13 +15,11 @@
 """
 Growth rates of a brake's families of modes, from functions fitted to full solutions beforehand.
 
-Eigenvalues that meet are no smooth functions of the inputs, but the coefficients of the
-characteristic polynomial of a family are: its mean m and c_2 ... c_n of prod (z - z_k) = z^n + c_2
-z^(n-2) + ... + c_n, z = lambda - m. They are analytic in the coefficients of the affine family
-D(q), K(q); so they are polynomials in these here, and growth rates follow in closed form.
+Eigenvalues that meet are no smooth functions of the inputs, but the mean of a pair and the square
+of half its difference are. They are analytic in the coefficients of the affine family D(q), K(q);
+so they are polynomials in these here, and growth rates follow in closed form.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -38,7 +36,8 @@ INPUTS = ('ln_rotor_speed', 'ln_contact_pressure', 'friction', 'ln_contact_stiff
 """ln of |Omega| [rad/s] and of p0 [Pa]; mu [-]; ln of the factors on the model's k_c at this p0
 and on its damping; factor on the friction slope by the model's law."""
 
-_LEAST_GAP = 2.0  # 1/s of eigenvalues, below which slopes no longer rise as they meet
+_CHUNK = 256  # rows evaluated at once: their terms stay in the cache
+_LEAST_HALF = 1.0  # 1/s; slopes of eigenvalues nearer to each other than twice that are limited
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,23 +136,54 @@ class PolynomialBasis:
         half = 0.5 * (self.high - self.low)
         return (found - self.low) / half - 1.0, slopes / half
 
-    def terms(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return factors and their slopes by the own variable, (6, P, T) each."""
-        values, slopes = [np.ones_like(variables), variables], [np.zeros_like(variables),
-                                                                np.ones_like(variables)]
+    def terms(self, coefficients: FloatArray, directions: FloatArray) -> FloatArray:
+        """
+        Return the terms and their slopes in D directions (1 + D, P, T).
+
+        Parameters
+        ----------
+        coefficients : (P, 6) array
+            By `affine_coefficients`.
+        directions : (D, P, 6) array
+            Changes of the coefficients.
+
+        """
+        variables, by_own = self.variables(coefficients)
+        values, slopes = self._chebyshev(variables)
+        turns = np.concatenate([np.zeros((1, *variables.shape)), directions * by_own])
+        first, second = (self._products(values, slopes, turns, start) for start in (0, 3))
+        found = first[:1] * second  # the product rule
+        found[1:] += first[1:] * second[0]
+        return np.asarray(found)
+
+    def _chebyshev(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return all polynomials of all variables and their slopes (P, degree, 6)."""
+        values = [np.ones_like(variables), variables]
+        slopes = [np.zeros_like(variables), np.ones_like(variables)]
         for _ in range(2, int(self.exponents.max(initial=1)) + 1):
             slopes.append(2.0 * (values[-1] + variables * slopes[-1]) - slopes[-2])
             values.append(2.0 * variables * values[-1] - values[-2])
-        stacks = np.stack(values, axis=1), np.stack(slopes, axis=1)  # (P, degree, 6)
-        first, second = (np.stack([stack[:, self.exponents[:, i], i] for i in range(6)])
-                         for stack in stacks)
-        return first, second
+        return np.stack(values, axis=1), np.stack(slopes, axis=1)
 
+    def _products(self, values: FloatArray, slopes: FloatArray, turns: FloatArray,
+                  start: int) -> FloatArray:
+        """Return the factors (1 + D, P, T) of terms by three variables, and their slopes."""
+        powers, places = self._halves[start // 3]
+        axes = [start, start + 1, start + 2]
+        x, y, z = (values[:, powers[:, i], axis] for i, axis in enumerate(axes))
+        u, v, w = (slopes[:, powers[:, i], axis] for i, axis in enumerate(axes))
+        found = np.stack([turn[:, start:start + 1] * (u * y * z)
+                          + turn[:, start + 1:start + 2] * (x * v * z)
+                          + turn[:, start + 2:start + 3] * (x * y * w) for turn in turns])
+        found[0] = x * y * z
+        return np.take(found, places, axis=-1)
 
-def slope_terms(factors: FloatArray, slopes: FloatArray, place: int) -> FloatArray:
-    """Return the slopes (P, T) of the products of factors (6, P, T) by one variable."""
-    others = np.delete(factors, place, axis=0)
-    return np.asarray(others.prod(axis=0) * slopes[place])
+    @cached_property
+    def _halves(self) -> tuple[tuple[IndexArray, IndexArray], ...]:
+        """Return different degrees in the first three variables and each term's, so the others."""
+        halves = (np.unique(self.exponents[:, start:start + 3], axis=0, return_inverse=True)
+                  for start in (0, 3))
+        return tuple((powers, places.ravel()) for powers, places in halves)
 
 
 def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -181,11 +211,12 @@ class GrowthEmulator:
     model : BrakeModel
         Whose modes they are.
     families : tuple of ModeFamily
-        In ascending order of size.
+        Single modes first.
     domain : EmulatorDomain
     basis : PolynomialBasis
     weights : (T, 2 K) array
-        Real and imaginary part, in turns, of the factor of each term in each of K invariants.
+        Real and imaginary part, in turns, of the factor of each term in each of K invariants: the
+        eigenvalues of single modes, the means of pairs, and the squares of half their differences.
     error : EmulatorError
 
     """
@@ -202,75 +233,36 @@ class GrowthEmulator:
         shape = (*inputs.shape[:-1], len(self.families))
         inside = self.domain.covers(inputs).ravel()
         found = np.full((4, inside.size, len(self.families)), np.nan)
-        if inside.any():
-            found[:, inside] = self._evaluate(inputs.reshape(-1, 6)[inside])
+        rows = np.flatnonzero(inside)
+        for start in range(0, rows.size, _CHUNK):
+            part = rows[start:start + _CHUNK]
+            found[:, part] = self._evaluate(inputs.reshape(-1, 6)[part])
         return EmulatedGrowth(*found.reshape(4, *shape))
 
     def eigenvalues(self, inputs: FloatArray) -> ComplexArray:
         """Return all eigenvalues (P, K) of the families at inputs (P, 6) of the domain [1/s]."""
         coefficients, _ = affine_coefficients(self.model, inputs)
-        factors, _ = self.basis.terms(self.basis.variables(coefficients)[0])
-        invariants = self._invariants(factors.prod(axis=0))
-        return np.concatenate([roots_of(invariants[:, columns]) for columns in self._columns],
-                              axis=1)
+        [terms] = self.basis.terms(coefficients, np.empty((0, *coefficients.shape)))
+        single, mean, square = self._invariants(terms)
+        half = np.sqrt(square)
+        return np.concatenate([single, mean + half, mean - half], axis=1)
 
     def _evaluate(self, inputs: FloatArray) -> FloatArray:
         """Return what `EmulatedGrowth` has (4, P, F)."""
         coefficients, _ = affine_coefficients(self.model, inputs)
-        variables, by_own = self.basis.variables(coefficients)
-        factors, slopes = self.basis.terms(variables)
-        by = [slope_terms(factors, slopes, i) * by_own[:, i:i + 1] for i in (1, 2, 4, 5)]
-        friction = coefficients[:, 4:5]  # radial dissipation and slope are in proportion to it
-        by_friction = (by[0] * coefficients[:, 1:2] + by[1] * coefficients[:, 2:3]
-                       ) / friction + by[2]
-        terms = np.stack([factors.prod(axis=0), by_friction, by[3] * coefficients[:, 5:]])
-        invariants = self._invariants(terms)
-        return np.stack([_least_stable(invariants[..., columns]) for columns in self._columns],
-                        axis=-1)
+        directions = np.zeros((2, *coefficients.shape))
+        # radial dissipation and slope are in proportion to the friction coefficient
+        directions[0, :, 1:3] = coefficients[:, 1:3] / coefficients[:, 4:5]
+        directions[0, :, 4], directions[1, :, 5] = 1.0, coefficients[:, 5]
+        terms = self.basis.terms(coefficients, directions)
+        single, mean, square = self._invariants(terms)
+        half = np.sqrt(square[0])  # of a real part above zero, so it leads to the less stable one
+        slopes = 0.5 * half.conj() / np.maximum(np.abs(half), _LEAST_HALF) ** 2 * square[1:]
+        found = np.concatenate([single, mean + np.stack([half, *slopes])], axis=2)
+        return np.stack([found[0].real, found[0].imag / (2.0 * np.pi), *found[1:].real])
 
-    def _invariants(self, terms: FloatArray) -> ComplexArray:
+    def _invariants(self, terms: FloatArray) -> Any:
+        """Return the invariants of single modes, the means of pairs and their squares."""
+        pairs = self.weights.shape[1] // 2 - len(self.families)
         found: ComplexArray = (terms @ self.weights).view(complex)
-        return found
-
-    @cached_property
-    def _columns(self) -> tuple[slice, ...]:
-        return tuple(columns_of(len(family.numbers) for family in self.families))
-
-
-def columns_of(sizes: Any) -> Iterator[slice]:
-    """Yield where the invariants of families of these sizes are."""
-    start = 0
-    for size in sizes:
-        yield slice(start, start + size)
-        start += size
-
-
-def roots_of(invariants: ComplexArray) -> ComplexArray:
-    """Return the eigenvalues (P, n) of a family of these invariants (P, n)."""
-    size = invariants.shape[1]
-    if size == 1:
-        return invariants
-    if size == 2:
-        half = np.sqrt(-invariants[:, 1])
-        return np.stack([invariants[:, 0] + half, invariants[:, 0] - half], axis=1)
-    companion = np.zeros((len(invariants), size, size), complex)
-    companion[:, range(1, size), range(size - 1)] = 1.0
-    companion[:, 0, 1:] = -invariants[:, 1:]
-    return np.asarray(invariants[:, :1] + np.linalg.eigvals(companion))
-
-
-def _least_stable(invariants: ComplexArray) -> FloatArray:
-    """Return growth, frequency and slopes (4, P) from invariants and their slopes (3, P, n)."""
-    value, size = invariants[0], invariants.shape[2]
-    roots = roots_of(value)
-    root = roots[np.arange(len(roots)), roots.real.argmax(axis=1)]
-    z = root - value[:, 0]
-    slopes = invariants[1:, :, 0]
-    if size > 1:
-        powers = z[:, None] ** np.arange(size - 2, -1, -1)
-        steep = size * z ** (size - 1) + (
-            powers[:, 1:] * value[:, 1:-1] * np.arange(size - 2, 0, -1)).sum(axis=1)
-        gap = np.abs(steep)
-        limited = steep.conj() / np.maximum(gap, _LEAST_GAP) / np.maximum(gap, 1e-200)
-        slopes = slopes - (invariants[1:, :, 1:] * powers).sum(axis=2) * limited
-    return np.stack([root.real, root.imag / (2.0 * np.pi), *slopes.real])
+        return np.split(found, [len(self.families) - pairs, len(self.families)], axis=-1)

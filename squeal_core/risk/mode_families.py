@@ -12,26 +12,25 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Families of modes that couple, by the shapes of the modes without friction."""
+"""Families of modes that couple, single ones or pairs, by the shapes of modes without friction."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from scipy.sparse.csgraph import connected_components
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
 
 _STEP = 0.025  # of ln k_c between reference shapes
-_NEAR = 0.015  # relative distance of eigenvalues within which mixed shapes mean coupling
-_COUPLED = 0.02  # mean squared projection from which on modes are of one family
+_NEAR = 0.03  # relative distance of eigenvalues within which mixed shapes mean coupling
+_COUPLED = 0.03  # mean squared projection from which on modes are of one family
 
 
 @dataclass(frozen=True)
 class ModeFamily:
     """
-    Modes that couple, such as a doublet.
+    A mode, or two that couple, such as a doublet.
 
     Parameters
     ----------
@@ -108,7 +107,7 @@ def _followed(model: BrakeModel, stiffnesses: FloatArray) -> Iterator[FloatArray
 
 def coupled(eigenvalues: ComplexArray, projections: FloatArray) -> list[IndexArray]:
     """
-    Return the places of modes that couple with each other: one array for each family.
+    Return the places of the modes of each family: single modes, and pairs that couple most.
 
     Parameters
     ----------
@@ -121,5 +120,10 @@ def coupled(eigenvalues: ComplexArray, projections: FloatArray) -> list[IndexArr
     apart = np.abs(eigenvalues[:, :, None] - eigenvalues[:, None, :])
     near = apart < _NEAR * np.abs(eigenvalues)[:, :, None]
     mixed = np.where(near, projections, 0.0).mean(axis=0)
-    _, labels = connected_components(np.maximum(mixed, mixed.T) > _COUPLED, directed=False)
-    return [np.flatnonzero(labels == label) for label in np.unique(labels)]
+    mixed = np.triu(np.maximum(mixed, mixed.T), 1)
+    free, found = np.ones(len(mixed), bool), []
+    for i, j in np.argwhere(mixed > _COUPLED)[np.argsort(-mixed[mixed > _COUPLED])]:
+        if free[i] and free[j]:
+            free[[i, j]] = False
+            found.append(np.array([i, j]))
+    return sorted([*found, *np.flatnonzero(free)[:, None]], key=lambda places: int(places[0]))
