@@ -57,8 +57,9 @@ KIND = ArchiveKind(
 
 
 def emulator_path(table: str | Path) -> Path:
-    """Return where the emulator of a table file is: beside it."""
-    return Path(table).with_suffix(SUFFIX)
+    """Return where the emulator of a table file is: beside it; its own path as it is."""
+    path = Path(table)
+    return path if path.name.endswith(SUFFIX) else path.with_suffix(SUFFIX)
 
 
 def write_emulator(path: str | Path, emulator: GrowthEmulator, model: BrakeModel, *,

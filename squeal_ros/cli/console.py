@@ -16,6 +16,7 @@
 
 import math
 import sys
+import time
 from typing import Any
 
 from squeal_core.common.errors import in_one_line
@@ -52,6 +53,14 @@ class ProgressBar:
     def __exit__(self, *_: object) -> None:
         if self._drawn:
             print(file=sys.stderr)
+
+
+def time_left(begun: float, done: int, total: int) -> str:
+    """Say how long the rest takes, of work begun at a `time.monotonic`; empty before any."""
+    if done <= 0:
+        return ''
+    left = (time.monotonic() - begun) / done * (total - done)
+    return f', {left / 60.0:.0f} min left' if left >= 60.0 else f', {left:.0f} s left'
 
 
 def plain(value: Any) -> Any:

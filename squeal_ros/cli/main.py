@@ -107,7 +107,7 @@ def parser() -> argparse.ArgumentParser:
     _map(sub.add_parser('map', help='stability over one or two parameters'))
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
-    _tabulate(sub.add_parser('tabulate', help='precompute the look-up table of a model'))
+    _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
     simulated = sub.add_parser('simulate', help='squeal in the time domain: sound and events',
                                description=DESCRIPTION)
     simulated.set_defaults(run=_from_module('simulate_commands', 'simulate'))
@@ -203,6 +203,11 @@ def _tabulate(p: argparse.ArgumentParser) -> None:
     add_range(p, '--friction', 'default 0.001 to 0.65')
     p.add_argument('--stiffness-factor', type=float, default=1.0, metavar='X',
                    help="on the model's contact stiffness (default 1)")
+    growth = p.add_mutually_exclusive_group()
+    growth.add_argument('--growth-only', action='store_true',
+                        help='build the emulator of growth rates alone, TABLE.growth.npz; it '
+                        'takes a minute or two')
+    growth.add_argument('--no-growth', action='store_true', help='build the table alone')
     p.add_argument('--drive', metavar='CYCLE', help='only the cells in which the four brakes of '
                    'a vehicle operate in a drive cycle')
     p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')

@@ -32,6 +32,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.model_file import load_with_header
 from squeal_core.monitor.settings import load_settings, pressure_references
 from squeal_core.monitor.settings_document import settings_document
+from squeal_core.risk.emulator_file import is_emulator, read_emulator_header
 from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.eigenvectors import eigenvalue_conditions, EigenvalueCondition
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
@@ -44,7 +45,12 @@ from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
 from squeal_ros.cli.listing import counts_in_words, rank
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
-from squeal_ros.cli.table_info import model_table_lines, table_lines
+from squeal_ros.cli.table_info import (
+    emulator_lines,
+    model_emulator_lines,
+    model_table_lines,
+    table_lines,
+)
 
 
 def build(options: argparse.Namespace) -> int:
@@ -69,7 +75,11 @@ def build(options: argparse.Namespace) -> int:
 
 
 def info(options: argparse.Namespace) -> int:
-    """Show what a model file holds, or a table file."""
+    """Show what a model file holds, or the file of a table or of a growth emulator."""
+    if is_emulator(options.model):
+        print(json.dumps(plain(read_emulator_header(options.model))) if options.json
+              else '\n'.join(emulator_lines(options.model)))
+        return 0
     if is_table(options.model):
         print(json.dumps(plain(read_table_header(options.model))) if options.json
               else '\n'.join(table_lines(options.model)))
@@ -81,8 +91,8 @@ def info(options: argparse.Namespace) -> int:
     else:
         for line in model_lines(header, model, options.model):
             print(line)
-        for line in model_table_lines(model, options.model):
-            print(line)
+        for lines in (model_table_lines, model_emulator_lines):
+            print('\n'.join(lines(model, options.model)))
     return 0
 
 

@@ -27,10 +27,11 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import SquealError, TableFileError
+from squeal_core.common.errors import ModelError, SquealError, TableFileError
 from squeal_core.common.output import make_folder
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
+from squeal_core.risk.emulator_file import emulator_path
 from squeal_core.surrogate.build_checkpoint import BuildCheckpoint
 from squeal_core.surrogate.coverage_report import (
     CoverageReport,
@@ -49,8 +50,9 @@ from squeal_core.surrogate.table_domain import (
 )
 from squeal_core.surrogate.table_file import cached_path, read_table_header, write_table
 from squeal_ros.cli.arguments import check_output, check_workers, positive
-from squeal_ros.cli.console import plain, ProgressBar
+from squeal_ros.cli.console import plain, ProgressBar, time_left
 from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
+from squeal_ros.cli.growth_commands import tabulate_growth
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.table_info import coverage_lines
 
@@ -62,6 +64,8 @@ def tabulate(options: argparse.Namespace) -> int:
     """Build a table, measure what it answers, write it; 1 where it has gaps."""
     _check(options)
     model = BrakeModel.load(options.model)
+    if options.growth_only:
+        return tabulate_growth(model, options)
     domain = _domain(model, options)
     tolerances = TableTolerances.of(model, growth=options.tolerance)
     points = driven_points(model, options) if options.drive else None
@@ -79,6 +83,11 @@ def tabulate(options: argparse.Namespace) -> int:
     write_table(with_coverage(table, report), model, output,
                 overwrite=options.force or not options.output)
     checkpoint.remove()
+    if not options.no_growth:
+        try:
+            tabulate_growth(model, options, quiet=True)
+        except ModelError as error:
+            _say(f'no growth emulator: {error}')
     return _print(options, table, report, output)
 
 
@@ -93,9 +102,7 @@ def _table(model: BrakeModel, domain: TableDomain, tolerances: TableTolerances,
     with ProgressBar('rows of boxes') as progress:
 
         def show(done: int, total: int) -> None:
-            left = (time.monotonic() - begun) / max(1, done - kept) * (total - done)
-            progress(done, total, '' if done <= kept else
-                     f', {left / 60.0:.0f} min left' if left >= 60.0 else f', {left:.0f} s left')
+            progress(done, total, time_left(begun, done - kept, total - kept))
 
         return build_table(model, domain, tolerances=tolerances, points=points, workers=workers,
                            progress=show, checkpoint=checkpoint)
@@ -111,6 +118,9 @@ def _check(options: argparse.Namespace) -> None:
     check_workers(options.workers)
     check_point(options)
     special = _special(options)
+    if special and options.growth_only:
+        raise SquealError(f'--{special[0].replace("_", "-")}: is of the table, and --growth-only '
+                          'builds none; leave one of them out')
     if special and not options.output:
         raise SquealError(f'--{special[0].replace("_", "-")}: give an --output too; the cache '
                           'keeps the table of the usual envelope')
@@ -118,6 +128,10 @@ def _check(options: argparse.Namespace) -> None:
 
 def _check_output(options: argparse.Namespace) -> None:
     path = Path(options.output)
+    if not options.no_growth:
+        check_output('--output', emulator_path(path), ('.npz',), force=options.force)
+    if options.growth_only:
+        return
     if path.is_file() and path.suffix == '.npz' and not options.force:
         try:
             read_table_header(path)

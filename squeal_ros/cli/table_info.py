@@ -12,14 +12,18 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What `squeal info` says of a table."""
+"""What `squeal info` says of a table and of a growth emulator."""
 
 from collections.abc import Iterator, Mapping
+import math
 from pathlib import Path
+import textwrap
 from typing import Any
 
 from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.emulator_file import find_emulator_file, read_emulator_header
+from squeal_core.risk.growth_emulator import INPUTS
 from squeal_core.surrogate.table_file import find_table_file, read_table_header
 
 
@@ -66,8 +70,42 @@ def model_table_lines(model: BrakeModel, name: str) -> Iterator[str]:
         yield from table_lines(path)
 
 
-def _number(value: object) -> str:
-    return f'{value:.3g}' if isinstance(value, int | float) else printable(value)
+def emulator_lines(path: str | Path) -> Iterator[str]:
+    """Yield the lines that describe the file of a growth emulator."""
+    header = read_emulator_header(path)
+    yield f'growth emulator  {path}, {Path(path).stat().st_size / 1e6:.2f} MB'
+    yield f'model            {printable(header.get("model"))}'
+    yield f'written by       squeal_ros {printable(header.get("version"))}'
+    for name, low, high in zip(INPUTS, header['low'], header['high'], strict=True):
+        plain, ends = name.removeprefix('ln_'), (low, high)
+        if plain != name:
+            ends = math.exp(low), math.exp(high)
+        unit = {'rotor_speed': ' rad/s', 'contact_pressure': ' Pa', 'friction': ''}.get(
+            plain, " times the model's")
+        title = plain.replace('_', ' ').removeprefix('contact ')
+        yield f'{title:16} {ends[0]:.3g} to {ends[1]:.3g}{unit}'
+    families = header.get('families')
+    listed = [_mapping(item) for item in families] if isinstance(families, list) else []
+    yield textwrap.fill(f'{"families, Hz":16} ' + ', '.join(
+        _number(item.get('frequency_hz'), '.0f') + len(item.get('numbers', ())[1:]) * ' (2)'
+        for item in listed), 99, subsequent_indent=17 * ' ')
+    error = _mapping(header.get('error'))
+    yield (f'error            {_number(error.get("rms"))} 1/s rms, '
+           f'{_number(error.get("largest"))} 1/s at most, by '
+           f'{printable(error.get("points"))} full solutions')
+
+
+def model_emulator_lines(model: BrakeModel, name: str) -> Iterator[str]:
+    """Yield the lines on the growth emulator that the monitor uses for a model."""
+    path = find_emulator_file(model)
+    if path is None:
+        yield f'growth emulator  none; build one with `squeal tabulate {name} --growth-only`'
+    else:
+        yield from emulator_lines(path)
+
+
+def _number(value: object, form: str = '.3g') -> str:
+    return format(value, form) if isinstance(value, int | float) else printable(value)
 
 
 def _mapping(value: object) -> dict[str, Any]:

@@ -14,6 +14,7 @@
 
 """`squeal tabulate`: builds that were ended go on; what is refused before the work."""
 
+import json
 from pathlib import Path
 import re
 import signal
@@ -62,7 +63,8 @@ def whole(model: Path) -> Path:
 
 
 def command(model: Path, path: Path, *more: str) -> list[str]:
-    return ['tabulate', str(model), '-o', str(path), '--workers', '0', *RANGES, *more]
+    return ['tabulate', str(model), '-o', str(path), '--workers', '0', '--no-growth', *RANGES,
+            *more]
 
 
 def ended(number: int, arguments: list[str]) -> Any:
@@ -146,3 +148,25 @@ def test_what_is_not_replaced_unasked_is_named(
     assert "is no table file; it holds 'gains'" in refusal()
     BrakeModel.load('kang2009').save(path)
     assert "its header says 'squeal_ros brake model'" in refusal()
+
+
+def test_the_growth_emulator_is_built_alone_shown_and_not_replaced_unasked(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = tmp_path / 'model' / 'small.npz'
+    model.parent.mkdir()
+    random_model(3, 3, friction_law=FrictionLaw()).save(model)
+    alone = ['tabulate', str(model), '-o', str(tmp_path / 'brake.npz'), '--growth-only',
+             '--workers', '0']
+    assert main([*alone, '--json']) == 0
+    summary = json.loads(capsys.readouterr().out)
+    path = tmp_path / 'brake.growth.npz'
+    assert summary['output'] == str(path)
+    assert not (tmp_path / 'brake.npz').exists()
+    assert main(['info', str(path)]) == 0
+    shown = capsys.readouterr().out
+    assert f'{summary["error"]["rms"]:.3g} 1/s rms' in shown
+    assert 'rotor speed      0.5 to 120 rad/s' in shown
+    assert main(alone) == 2
+    assert 'brake.growth.npz: exists; give --force' in capsys.readouterr().err
+    assert main([*alone, '--force', '--friction', '0.3', '0.4']) == 2
+    assert '--friction: is of the table' in capsys.readouterr().err
