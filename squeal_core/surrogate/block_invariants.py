@@ -20,34 +20,43 @@ characteristic polynomial of all that meet are. A block of n eigenvalues is n nu
 and the coefficients c_2 ... c_n of prod (z - z_k) = z^n + c_2 z^(n-2) + ... + c_n, z = lambda - m.
 """
 
-from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.surrogate.block_layout import BlockSizes
+from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 
 _TINY = 1e-200  # so small that nothing finite over it overflows
 
 
-class BlockInvariants(BlockSizes):
+@dataclass(frozen=True, eq=False)
+class BlockInvariants:
     """
     Where the invariants of blocks stand: single eigenvalues, means and squares of pairs, others.
 
     There are as many of them as eigenvalues.
+
+    Parameters
+    ----------
+    sizes : (blocks,) index array
+        Sizes of the blocks, ascending.
+
     """
+
+    sizes: IndexArray
+
+    @cached_property
+    def count(self) -> int:
+        """Return the number of eigenvalues."""
+        return int(self.sizes.sum())
 
     @cached_property
     def larger(self) -> tuple[slice, ...]:
         """Place of each larger block among the eigenvalues and invariants."""
-        return tuple(self._larger())
-
-    def _larger(self) -> Iterator[slice]:
-        start = self.singles + 2 * self.pairs
-        for size in self.sizes[self.singles + self.pairs:].tolist():
-            yield slice(start, start + size)
-            start += size
+        ends = np.cumsum(self.sizes).tolist()
+        return tuple(slice(end - size, end) for end, size in zip(
+            ends, self.sizes.tolist(), strict=True) if size > 2)
 
     def of(self, eigenvalues: ComplexArray) -> ComplexArray:
         """Return the invariants (..., n) of eigenvalues (..., n), block by block."""
@@ -62,8 +71,9 @@ class BlockInvariants(BlockSizes):
 
     @cached_property
     def _ends(self) -> tuple[int, int, int]:
-        first = self.singles
-        return first, first + self.pairs, first + 2 * self.pairs
+        """Places of the means of pairs, of their squares, of the larger blocks."""
+        singles, pairs = (int(np.count_nonzero(self.sizes == size)) for size in (1, 2))
+        return singles, singles + pairs, singles + 2 * pairs
 
     def eigenvalues(self, invariants: ComplexArray,
                     bounds: FloatArray) -> tuple[ComplexArray, FloatArray]:

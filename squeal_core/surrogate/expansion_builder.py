@@ -25,7 +25,6 @@ from squeal_core.brake.operating_point import Coefficients, DAMPING, DASHPOTS, O
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.state_space import frequency_scale, state_matrix
-from squeal_core.surrogate.block_layout import BlockLayout
 from squeal_core.surrogate.monomials import Monomials
 from squeal_core.surrogate.riccati_recursion import RiccatiRecursion
 from squeal_core.surrogate.spectral_expansion import DEGREE, SpectralExpansion
@@ -39,8 +38,8 @@ _SMALL = 0.01  # of the damping or stiffness that is the spectrum's scale
 _FIXED = ('material_damping', *DASHPOTS.values())  # or fixed to a stiffness, by the damping scale
 
 
-def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
-                    stiffness_step: float = _STIFFNESS_STEP) -> SpectralExpansion:
+def expand_spectrum(model: BrakeModel, point: OperatingPoint, *,
+                    degree: int = DEGREE) -> SpectralExpansion:
     """
     Return the series of the spectrum around a point, from one full solve with all vectors.
 
@@ -52,8 +51,6 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = D
         Operating point.
     degree : int
         Of the series, 3 at least.
-    stiffness_step : float
-        Part of the contact stiffness by which modes should not meet those of other blocks.
 
     Raises
     ------
@@ -61,7 +58,7 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = D
         Where the eigensolution fails or its vectors do not span the space.
 
     """
-    frame = _Frame.at(model, point, stiffness_step)
+    frame = _Frame.at(model, point)
     roots, right = _eigensolution(model, point)
     couplings = _projected(model, point, frame, roots, right)
     return _series(frame, roots, couplings, _blocks(roots, couplings, frame.steps), degree)
@@ -77,13 +74,13 @@ class _Frame:
     steps: Sequence[FloatArray]
 
     @classmethod
-    def at(cls, model: BrakeModel, point: OperatingPoint, stiffness_step: float) -> '_Frame':
+    def at(cls, model: BrakeModel, point: OperatingPoint) -> '_Frame':
         rows = np.array([i for i, name in enumerate(Coefficients._fields) if name not in _FIXED
                          and (array := getattr(model, name)) is not None and np.any(array)],
                         dtype=np.intp)
         centre = np.array(point.coefficients())[rows]
         steps = [np.array(there.coefficients())[rows] - centre
-                 for there in _neighbours(point, stiffness_step)]
+                 for there in _neighbours(point)]
         scales = np.abs(steps).max(axis=0, initial=0.0)
         still = np.flatnonzero(scales == 0.0)
         scales[still] = [_small_change(model, point, rows[i]) for i in still.tolist()]
@@ -108,16 +105,14 @@ def _series(frame: _Frame, roots: ComplexArray, couplings: ComplexArray,
     """Return the series of the blocks of a spectrum with couplings E_i (v, M, M)."""
     recursion = RiccatiRecursion(roots, couplings, blocks, _monomials(frame.rows.size, degree))
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
-    layout = BlockLayout(readonly(sizes, np.intp))
-    terms = [layout.laid_out(rows_of) for rows_of in recursion.terms()]
     own = np.repeat(np.arange(sizes.size), sizes)
     least = 5e-15 * abs(roots).max(initial=0.0)
     whole = np.array([abs(roots[block].imag.sum()) <= least + 1e-9 * abs(roots[block]).sum()
                       for block in blocks])
     return SpectralExpansion(
         rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
-        monomials=recursion.monomials, sizes=layout.sizes,
-        series=readonly(np.concatenate(terms), complex),
+        monomials=recursion.monomials, sizes=readonly(sizes, np.intp),
+        series=readonly(np.concatenate(recursion.terms()), complex),
         mirrored=readonly(~whole[own], bool) if own.size else np.zeros(0, bool))
 
 
@@ -126,12 +121,12 @@ def _monomials(variables: int, degree: int) -> Monomials:
     return Monomials(variables, degree)
 
 
-def _neighbours(point: OperatingPoint, stiffness_step: float) -> list[OperatingPoint]:
+def _neighbours(point: OperatingPoint) -> list[OperatingPoint]:
     """Return points a step of each parameter away."""
     slope = point.friction_slope
     moved = [replace(point, **{name: (1.0 + step) * getattr(point, name)})
              for name, step in (('rotor_speed', _STEP), ('contact_pressure', _STEP),
-                                ('contact_stiffness', stiffness_step))]
+                                ('contact_stiffness', _STIFFNESS_STEP))]
     friction = replace(point, friction=(1.0 + _STEP) * point.friction,
                        friction_slope=(1.0 + _STEP) * slope)
     return [*moved, friction, replace(point, friction_slope=slope + _SLOPE_STEP)]
