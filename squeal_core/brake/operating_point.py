@@ -187,6 +187,12 @@ class OperatingPoints:
         return np.stack(coefficients_of(self))
 
 
+RELEASE_PRESSURE = 0.5e5
+"""Brake pressure below which a brake is released, by default [Pa]."""
+MINIMUM_ROTOR_SPEED = 0.5
+"""Rotor speed below which a disc does not slide steadily, by default [rad/s]."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SlidingConditions:
     """

@@ -65,7 +65,6 @@ class AssessmentRecord(NamedTuple):
 _TEXTS = ('brake', 'state', 'reason')
 _LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
 _COLUMNS = AssessmentRecord._fields
-_FIRST_LIST = _COLUMNS.index(_LISTS[0])  # the lists are the columns from here to the last one
 
 
 def row_of(assessment: Assessment) -> AssessmentRecord:

@@ -104,30 +104,6 @@ class MarginStatistics:
     not_confirmed: int = 0
 
 
-def confirmation_due(time: int, period: int, interval: int, place: int, brakes: int) -> bool:
-    """
-    Tell whether a tick is a brake's first one in an interval of absolute time.
-
-    Whatever the ticks before, so that a replay of any part of a drive confirms the same margins.
-
-    Parameters
-    ----------
-    time : int
-        The tick [ns].
-    period : int
-        Between ticks [ns].
-    interval : int
-        Between confirmations of a brake [ns]; 0: none.
-    place, brakes : int
-        Which of the brakes it is: their intervals begin one after the other.
-
-    """
-    if not interval:
-        return False
-    shifted = time + place * interval // brakes
-    return shifted // interval != (shifted - period) // interval
-
-
 @dataclass(frozen=True, eq=False)
 class Margins:
     """
@@ -143,13 +119,6 @@ class Margins:
 
     friction: Margin
     compute_other: Callable[[OtherMargin], Margin] | None = None
-
-    def by_name(self) -> dict[str, Margin]:
-        """Return all margins by name; that of friction first."""
-        found = {'friction': self.friction}
-        if self.compute_other is not None:
-            found |= {name: self.compute_other(name) for name in OTHERS}
-        return found
 
 
 def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],

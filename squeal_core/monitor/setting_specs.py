@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import math
 from typing import Any, Literal, TypeAlias
 
+from squeal_core.brake.operating_point import MINIMUM_ROTOR_SPEED, RELEASE_PRESSURE
 from squeal_core.common.errors import ConfigurationError, did_you_mean, short_repr
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
@@ -82,9 +83,9 @@ MONITOR_KEYS = (
                 0.1, 1000.0),
     SettingSpec('diagnostics_rate', 1.0, 'Hz',
                 'diagnostics a second, besides those on a change of state', 0.01, 1000.0),
-    SettingSpec('release_pressure', 0.5e5, 'Pa', 'below it a brake counts as released: risk 0',
-                0.0, 1e7),
-    SettingSpec('minimum_rotor_speed', 0.5, 'rad/s',
+    SettingSpec('release_pressure', RELEASE_PRESSURE, 'Pa',
+                'below it a brake counts as released: risk 0', 0.0, 1e7),
+    SettingSpec('minimum_rotor_speed', MINIMUM_ROTOR_SPEED, 'rad/s',
                 'below it the disc counts as not sliding: no number', 1e-3, 100.0),
     SettingSpec('squeal_band_low_hz', SQUEAL_BAND[0], 'Hz',
                 'least frequency that counts as squeal', 0.0, 1e5),

@@ -36,10 +36,10 @@ from squeal_core.monitor.assessment import (
 )
 from squeal_core.monitor.cross_checks import CrossChecks
 from squeal_core.monitor.input_channel import InputChannel
-from squeal_core.monitor.margins import confirmation_due
 from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, validated_ranges
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import BrakeSettings, MonitorSettings
+from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
@@ -136,7 +136,7 @@ class BrakeMonitor:
             return context._replace(friction=math.nan, friction_source='').result(
                 next(s for s in _STATES.values() if s in states),
                 '; '.join(r.described(name) for name, r in bad.items()))
-        return self._without_sliding(context) or AssessmentContext(*context[:-1], confirmation_due(
+        return self._without_sliding(context) or AssessmentContext(*context[:-1], is_due(
             time, self._settings.period, round(1e9 * self._settings.margin_confirm_interval),
             self._place, len(self._settings.brakes)))
 

@@ -24,8 +24,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, AssessmentContext, PreparedTick
 from squeal_core.monitor.brake_risk import BrakeRisk, unknown_risk
 from squeal_core.monitor.brake_stability import BrakeStability
-from squeal_core.monitor.margins import confirmation_due as is_due
 from squeal_core.monitor.settings import band_of, ensemble_prior, MonitorSettings
+from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_stability import Evaluated
 from squeal_core.risk.application_risk import ApplicationRisk
 from squeal_core.risk.emulator_builder import audit

@@ -17,7 +17,6 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -31,7 +30,7 @@ from squeal_core.monitor.margins import Kind, Margin, Margins, MarginSettings
 from squeal_core.monitor.settings import band_of, MonitorSettings
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
-from squeal_core.surrogate.table_file import find_table_file, read_table
+from squeal_core.surrogate.table_file import find_table, read_table
 from squeal_core.surrogate.tabulated_solver import SolverStatistics, TabulatedSolver
 
 Evaluated: TypeAlias = BrakeStability | np.linalg.LinAlgError
@@ -58,9 +57,7 @@ class VehicleStability:
     def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
         self.model = model
         self.tolerances = Tolerances.of(model, growth=settings.growth_threshold)
-        path = _table_file(model, settings)
-        self.solver = TabulatedSolver(model, None if path is None else read_table(path, model),
-                                      limits=self.tolerances)
+        self.solver = TabulatedSolver(model, _table(model, settings), limits=self.tolerances)
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
@@ -158,10 +155,13 @@ class VehicleStability:
                    for name, value in asdict(self._margins.statistics).items()}}
 
 
-def _table_file(model: BrakeModel, settings: MonitorSettings) -> Path | None:
+def _table(model: BrakeModel, settings: MonitorSettings) -> ExpansionTable | None:
     if settings.table == NO_TABLE:
         return None
-    return Path(settings.table) if settings.table else find_table_file(model)
+    if settings.table:
+        return read_table(settings.table, model)
+    found = find_table(model)
+    return found and found[1]
 
 
 def _margin_settings(model: BrakeModel, settings: MonitorSettings,

@@ -20,15 +20,16 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.brake.operating_point import (
+    MINIMUM_ROTOR_SPEED,
+    OperatingPoint,
+    RELEASE_PRESSURE,
+)
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import ModelError, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.simulation.contact import SlidingState
-
-RELEASED = 0.5e5  # Pa, brake pressure below which a brake is released, as by the monitor's default
-SLOWEST = 0.5  # rad/s, below which it does not slide steadily, as by the monitor's default
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +124,8 @@ class OperatingHistory:
         by_law, stiffness = sliding_laws(model, speed, p0, friction)
         return cls(brakes=brakes, time=time, rotor_speed=speed, contact_pressure=p0,
                    friction=friction, friction_slope=by_law if slope is None else slope,
-                   contact_stiffness=stiffness, least_pressure=model.contact_pressure(RELEASED))
+                   contact_stiffness=stiffness,
+                   least_pressure=model.contact_pressure(RELEASE_PRESSURE))
 
     def at(self, time: float) -> SlidingState:
         """Return the state of all brakes at a time [s]; constant before and after the history."""
@@ -139,7 +141,7 @@ class OperatingHistory:
         """Return a mask (B,) of the brakes that slide under load at a time [s]."""
         state = self.at(time)
         loaded = (state.contact_pressure > 0.0) & (state.contact_pressure >= self.least_pressure)
-        return np.asarray(loaded & (np.abs(state.rotor_speed) >= SLOWEST))
+        return np.asarray(loaded & (np.abs(state.rotor_speed) >= MINIMUM_ROTOR_SPEED))
 
     @property
     def mean_stiffness(self) -> float:

@@ -21,7 +21,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.brake.operating_point import OperatingPoint, OperatingPoints
+from squeal_core.brake.operating_point import (
+    MINIMUM_ROTOR_SPEED,
+    OperatingPoint,
+    OperatingPoints,
+)
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
@@ -29,7 +33,7 @@ from squeal_core.model.sliding_laws import sliding_laws
 
 Range: TypeAlias = tuple[float, float]
 
-ROTOR_SPEED: Range = (0.5, 120.0)  # rad/s, from the slowest that is evaluated to 130 km/h
+ROTOR_SPEED: Range = (MINIMUM_ROTOR_SPEED, 120.0)  # rad/s, to 130 km/h
 PRELOAD: Range = (100.0, 20000.0)  # N
 FRICTION: Range = (0.001, 0.65)  # linings have 0.15 and more; critical values lie below
 STEEPEST = 6000.0  # N s, preload times friction over rotor speed: creeping under full brakes

@@ -29,7 +29,6 @@ from squeal_core.common.arrays import readonly
 from squeal_core.common.errors import SquealError, TableFileError
 from squeal_core.common.npz_archive import (
     ArchiveKind,
-    Arrays,
     content_hash,
     Header,
     is_archive,
@@ -92,10 +91,17 @@ def read_table(path: str | Path, model: BrakeModel) -> ExpansionTable:
         One line: which file, what is wrong with it, and what to do.
 
     """
-    header, arrays = _read(path)
-    if header.get('model') != model_hash(model):
-        raise TableFileError(path, 'is the table of another model',
-                             'build one for this model with `squeal tabulate`')
+    return _read_table(Path(path), model, model_hash(model))
+
+
+def _read_table(path: Path, model: BrakeModel, wanted: str) -> ExpansionTable:
+    def kinds(header: Header) -> Mapping[str, str]:
+        if header.get('model') != wanted:  # told before anything else is read
+            raise TableFileError(path, 'is the table of another model',
+                                 'build one for this model with `squeal tabulate`')
+        return _KINDS
+
+    header, arrays = read_archive(path, KIND, kinds, _check_shapes)
     try:
         return _table(header, arrays, model)
     except (SquealError, AttributeError, LookupError, TypeError, ValueError,
@@ -106,7 +112,7 @@ def read_table(path: str | Path, model: BrakeModel) -> ExpansionTable:
 
 def read_table_header(path: str | Path) -> dict[str, Any]:
     """Return the header of a table file, checked against its contents."""
-    return _read(path)[0]
+    return read_archive(path, KIND, lambda _: _KINDS, _check_shapes)[0]
 
 
 def is_table(path: str | Path) -> bool:
@@ -126,10 +132,6 @@ def model_hash(model: BrakeModel) -> str:
         **{name: getattr(model, name) for name in (
             'contact_area', 'contact_radius', 'nominal_contact_stiffness')}, **damping},
         {name: array for name in names if (array := getattr(model, name)) is not None})
-
-
-def _read(path: str | Path) -> tuple[Header, Arrays]:
-    return read_archive(path, KIND, lambda _: _KINDS, _check_shapes)
 
 
 def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
@@ -164,13 +166,12 @@ def cached_path(model: BrakeModel) -> Path:
     return resources.cache_folder() / f'table_{model_hash(model)[:16]}_{SCHEMA}.npz'
 
 
-def find_table_file(model: BrakeModel) -> Path | None:
-    """Return the table file of a model in the user's cache, else that is shipped, or None."""
+def find_table(model: BrakeModel) -> tuple[Path, ExpansionTable] | None:
+    """Return file and table of a model from the user's cache, else the shipped one, or None."""
     wanted = model_hash(model)
     for path in (cached_path(model), *resources.table_files()):
         try:
-            if read_table_header(path).get('model') == wanted:
-                return path
-        except TableFileError:  # none is there, or one of an earlier version
+            return path, _read_table(path, model, wanted)
+        except TableFileError:  # none is there, or of another model, or of an earlier version
             continue
     return None

@@ -24,7 +24,7 @@ from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_file import find_emulator_file, read_emulator_header
 from squeal_core.risk.growth_emulator import INPUTS
-from squeal_core.surrogate.table_file import find_table_file, read_table_header
+from squeal_core.surrogate.table_file import find_table, read_table_header
 
 
 def table_lines(path: str | Path) -> Iterator[str]:
@@ -63,11 +63,11 @@ def coverage_lines(report: Mapping[str, Any], *, drive: str | None = None) -> li
 
 def model_table_lines(model: BrakeModel, name: str) -> Iterator[str]:
     """Yield the lines on the table that the monitor uses for a model."""
-    path = find_table_file(model)
-    if path is None:
+    found = find_table(model)
+    if found is None:
         yield f'table            none; build one with `squeal tabulate {name}`'
     else:
-        yield from table_lines(path)
+        yield from table_lines(found[0])
 
 
 def emulator_lines(path: str | Path) -> Iterator[str]:

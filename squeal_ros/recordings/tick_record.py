@@ -20,8 +20,8 @@ from typing import NamedTuple
 from squeal_core.monitor.alarm_events import AlarmEvents
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_core.monitor.history import AssessmentRecord, EventDetector, row_of
-from squeal_core.monitor.margins import confirmation_due as is_due
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
 from squeal_ros.node.state_message import serialised_state

@@ -31,7 +31,7 @@ from squeal_core.surrogate.table_cell import TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_file import (
     cached_path,
-    find_table_file,
+    find_table,
     read_table,
     write_table,
 )
@@ -238,7 +238,7 @@ def test_the_command_line_builds_a_table_and_shows_it(
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
     path, table = tmp_path / 'model.npz', tmp_path / 'table.npz'
     model.save(path)
-    assert find_table_file(model) is None
+    assert find_table(model) is None
     assert main(['tabulate', str(path), '-o', str(table), '--workers', '0', '--rotor-speed', '10',
                  '11', '--preload', '1000', '1100', '--friction', '0.3', '0.32',
                  '--tolerance', '0.1']) == 0
@@ -248,7 +248,9 @@ def test_the_command_line_builds_a_table_and_shows_it(
     cached = cached_path(model)
     cached.parent.mkdir(parents=True)
     table.rename(cached)
-    assert find_table_file(model) == cached
+    found = find_table(model)
+    assert found is not None
+    assert found[0] == cached
     assert main(['info', str(path)]) == 0
     assert f'table            {cached}' in capsys.readouterr().out
 
