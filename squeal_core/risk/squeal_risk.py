@@ -95,13 +95,14 @@ class SquealRisk:
         """
         members = self.ensemble
         inputs = members.inputs(rotor_speed, contact_pressure, friction)
-        found = self.emulator.evaluate(inputs)
-        cap = saturation_energy(
-            np.exp(inputs[..., 1]), np.asarray(contact_stiffness)[..., None]
-            * np.exp(inputs[..., 3]), self.settings.noise_floor)
+        # one tick at a time: their terms fit into the cache, and bits are those of single ticks
+        ticks = [self.emulator.evaluate(tick) for tick in inputs.reshape(-1, *inputs.shape[-2:])]
+        stiffness = np.asarray(contact_stiffness)[..., None] * np.exp(inputs[..., 3])
+        cap = saturation_energy(np.exp(inputs[..., 1]), stiffness, self.settings.noise_floor)
         rate, frequency, by_friction, by_damping = (
-            np.ascontiguousarray(values[..., self.families].swapaxes(-1, -2)) for values in (
-                found.growth_rate, found.frequency_hz, found.by_friction, found.by_damping))
+            np.stack([getattr(tick, name)[:, self.families].T for tick in ticks]).reshape(
+                *inputs.shape[:-2], self.families.size, -1)
+            for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping'))
         return MemberGrowth(
             rate, frequency, members.friction_scatter * by_friction,
             members.damping_scatter * by_damping, cap)
