@@ -121,7 +121,7 @@ class ReplayReport:
         more = count - _MOST_LINES
         return [f'{ticks}, {count} squeal event{"s" * (count != 1)}',
                 *(f'  {e.brake}, {e.start:.1f} to {e.end:.1f} s: risk up to {e.peak_risk:.2f}, '
-                  f'{e.frequency_hz:.0f} Hz growing with {e.growth_rate:+.1f} 1/s'
+                  f'{e.frequency_hz:.0f} Hz, growth {e.growth_rate:+.1f} 1/s'
                   for e in self._events[:_MOST_LINES]),
                 *([f'  and {more} more: see the table'] if more > 0 else [])]
 
