@@ -111,6 +111,8 @@ def test_a_fall_of_the_hdf5_library(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     path = tmp_path / 'pad.h5'
     write_nastran_h5(path)
     for script, message in (('kill -ABRT $$', 'the HDF5 library fell by signal 6'),
+                            ('ulimit -S -t $7; while :; do :; done',
+                             'the HDF5 library did not end within 1 s of processor time'),
                             ('exec sleep 30', 'the HDF5 library did not end within 1 s')):
         program = tmp_path / 'python'
         program.write_text(f'#!/bin/sh\n{script}\n')
@@ -118,6 +120,8 @@ def test_a_fall_of_the_hdf5_library(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         with monkeypatch.context() as patch:
             patch.setattr('sys.executable', str(program))
             patch.setattr('squeal_core.modes.readers.nastran_h5._PATIENCE_S', 0.9)
+            if 'sleep' in script:
+                patch.setattr('squeal_core.modes.readers.nastran_h5._BUSY', 1.0)
             assert refusal(path, **options('nastran_h5')) == (
                 f'is damaged or no HDF5 file ({message}); export it again')
 

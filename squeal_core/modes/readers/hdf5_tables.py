@@ -20,6 +20,7 @@ process, and its parent says in one line that the file is damaged.
 """
 
 import json
+import resource
 import sys
 from typing import Any
 
@@ -101,6 +102,8 @@ def _numbers(name: str, field: str, table: Any) -> Any:
 
 
 if __name__ == '__main__':
+    seconds = int(sys.argv[5])  # of processor time: a busy machine takes none of it
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
     try:
         copy_tables(sys.argv[1], sys.argv[2], json.loads(sys.argv[3]), int(sys.argv[4]))
     except Refused as error:

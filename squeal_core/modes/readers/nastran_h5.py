@@ -17,8 +17,10 @@
 from collections.abc import Mapping
 import importlib.util
 import json
+import math
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 import tempfile
@@ -59,7 +61,8 @@ _WANTED = {GRID: ['ID', 'CP', 'X', 'CD'], DOMAINS: ['ID', 'MODE'],
            VECTORS: ['ID', 'X', 'Y', 'Z', 'DOMAIN_ID'],
            VALUES: ['MODE', 'EIGEN', 'FREQ', 'MASS'],
            **{f'{_ELEMENT}/{element}': ['EID', 'G'] for element in (*ELEMENTS, *PYRAMIDS)}}
-_PATIENCE_S, _BYTES_PER_S = 10.0, 10e6
+# processor time of the HDF5 library; and how many times that may pass on a busy machine
+_PATIENCE_S, _BYTES_PER_S, _BUSY = 10.0, 10e6, 30.0
 
 
 def read(path: Path) -> RawModes:
@@ -76,18 +79,21 @@ def read(path: Path) -> RawModes:
 def _tables(path: Path, target: Path) -> Tables:
     """Tables by name and field, read by a process that a damaged file may end."""
     script = str(Path(__file__).with_name('hdf5_tables.py'))
-    patience = _PATIENCE_S + path.stat().st_size / _BYTES_PER_S
+    patience = math.ceil(_PATIENCE_S + path.stat().st_size / _BYTES_PER_S)
     try:
         run = subprocess.run(
             [sys.executable, '-P', script, str(path), str(target), json.dumps(_WANTED),
-             str(8 * MAX_VALUES)], capture_output=True, timeout=patience, check=False,
+             str(8 * MAX_VALUES), str(patience)], capture_output=True,
+            timeout=_BUSY * patience, check=False,
             env={**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))})
         said = run.stderr.decode('utf-8', errors='replace').strip().split('\n')[-1][:200]
     except subprocess.TimeoutExpired:
-        run, said = None, f'the HDF5 library did not end within {patience:.0f} s'
+        run, said = None, f'the HDF5 library did not end within {_BUSY * patience:.0f} s'
     if run is None or run.returncode:
         if run is not None and run.returncode < 0:
-            said = f'the HDF5 library fell by signal {-run.returncode}'
+            said = (f'the HDF5 library did not end within {patience} s of processor time'
+                    if -run.returncode == signal.SIGXCPU
+                    else f'the HDF5 library fell by signal {-run.returncode}')
         if said.startswith('refused: '):
             raise ReaderError(f'{path}, {said.removeprefix("refused: ").partition(" ")[0]}',
                               said.partition(' ')[2].partition(' ')[2],
