@@ -101,7 +101,7 @@ class SquealRisk:
         cap = saturation_energy(np.exp(inputs[..., 1]), stiffness, self.settings.noise_floor)
         rate, frequency, by_friction, by_damping = (
             np.stack([getattr(tick, name)[:, self.families].T for tick in ticks]).reshape(
-                *inputs.shape[:-2], self.families.size, -1)
+                *inputs.shape[:-2], self.families.size, members.count)
             for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping'))
         return MemberGrowth(
             rate, frequency, members.friction_scatter * by_friction,
