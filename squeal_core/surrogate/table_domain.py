@@ -120,18 +120,22 @@ class TableDomain:
             rotor_speed=speed, friction=x[:, 2], contact_pressure=pressure, friction_slope=slope,
             contact_stiffness=self.stiffness_factor * stiffness)
 
-    def follow(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> Any:
-        """Tell which points (P,) have the slope, stiffness and damping the table is built with."""
-        found = np.empty(len(points), bool)
-        law, factor = model.friction_law, self.stiffness_factor
-        for i, point in enumerate(points):
+    def places(self, model: BrakeModel, points: Sequence[OperatingPoint]) -> FloatArray:
+        """
+        Return the places x (P, 3) of points.
+
+        NaN where a point has not the slope, stiffness and damping that the table is built with.
+        """
+        x, law = places_of(points), model.friction_law
+        for place, (point, friction) in enumerate(zip(points, x[:, 2].tolist(), strict=True)):
             slope = 0.0 if law is None else law.slope_at(
-                model.contact_radius * point.rotor_speed, opposing_friction(point))
-            stiffness = factor * model.contact_stiffness_at(point.contact_pressure)
-            found[i] = (abs(point.friction_slope - slope) <= _LAW * abs(slope)
-                        and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness
-                        and point.damping_scale == 1.0)
-        return found
+                model.contact_radius * point.rotor_speed, friction)
+            stiffness = self.stiffness_factor * model.contact_stiffness_at(point.contact_pressure)
+            if not (abs(point.friction_slope - slope) <= _LAW * abs(slope)
+                    and abs(point.contact_stiffness - stiffness) <= _LAW * stiffness
+                    and point.damping_scale == 1.0):
+                x[place] = np.nan
+        return x
 
 
 def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
@@ -145,13 +149,13 @@ def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
 
 
 def places_of(points: Sequence[OperatingPoint]) -> FloatArray:
-    """Return the places x (P, 3) of points; -inf at a pressure of zero."""
+    """
+    Return the places x (P, 3) of points, whatever their slope, stiffness and damping.
+
+    -inf at a pressure of zero; friction that does not oppose the sliding is negative.
+    """
     return np.array([
         (math.log(abs(point.rotor_speed)),
          math.log(point.contact_pressure) if point.contact_pressure else -math.inf,
-         opposing_friction(point)) for point in points]).reshape(-1, 3)
-
-
-def opposing_friction(point: OperatingPoint) -> float:
-    """Return the friction [-], negative where it does not oppose the sliding."""
-    return math.copysign(1.0, point.rotor_speed) * point.friction
+         math.copysign(1.0, point.rotor_speed) * point.friction)
+        for point in points]).reshape(-1, 3)

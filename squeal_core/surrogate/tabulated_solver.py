@@ -87,9 +87,8 @@ class TabulatedSolver:
         """
         if self.table is None or not points:
             return [self._in_full(point) for point in points]
-        found = self.table.evaluate(places_of(points), self.limits)
-        known = self.table.domain.follow(self.model, points) & (
-            found.answered if self.band is None else found.answered_in(*self.band))
+        found = self.table.evaluate(self.table.domain.places(self.model, points), self.limits)
+        known = found.answered if self.band is None else found.answered_in(*self.band)
         return [self._by_table(point, found.modes(i), cell) if answered else self._in_full(point)
                 for i, (point, answered, cell) in enumerate(zip(
                     points, known.tolist(), found.cells.tolist(), strict=True))]
