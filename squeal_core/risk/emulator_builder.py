@@ -106,7 +106,7 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
 
     """
     domain = domain or usual_domain(model)
-    inputs = _points(domain, solutions, seed)
+    inputs = scattered_inputs(domain, solutions, seed)
     chosen = _reference(model, inputs)
     jobs = {i: (model, chosen, inputs[i:i + _CHUNK]) for i in range(0, solutions, _CHUNK)}
     parts, done = {}, 0
@@ -116,7 +116,7 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
     training = _Solutions(*(np.concatenate(arrays) for arrays in zip(
         *(parts[key] for key in sorted(parts)), strict=True)))
     found = _fitted(model, domain, inputs, training, chosen, band_hz)
-    return _with_error(found, _points(domain, hold_out, seed + 1), workers,
+    return _with_error(found, scattered_inputs(domain, hold_out, seed + 1), workers,
                        lambda count: progress(solutions + count, solutions + hold_out))
 
 
@@ -128,7 +128,7 @@ class _Solutions(NamedTuple):
     projections: Any
 
 
-def _points(domain: EmulatorDomain, count: int, seed: int) -> FloatArray:
+def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArray:
     """Return inputs (count, 6) spread over a domain."""
     sampler, found = qmc.Sobol(6, seed=seed), np.empty((0, 6))
     while len(found) < count:

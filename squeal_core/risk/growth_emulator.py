@@ -36,7 +36,7 @@ INPUTS = ('ln_rotor_speed', 'ln_contact_pressure', 'friction', 'ln_contact_stiff
 """ln of |Omega| [rad/s] and of p0 [Pa]; mu [-]; ln of the factors on the model's k_c at this p0
 and on its damping; factor on the friction slope by the model's law."""
 
-_CHUNK = 256  # rows evaluated at once: their terms stay in the cache
+_CHUNK = 128  # rows evaluated at once: their terms stay in the cache
 _LEAST_HALF = 1.0  # 1/s; slopes of eigenvalues nearer to each other than twice that are limited
 
 
@@ -152,9 +152,10 @@ class PolynomialBasis:
         values, slopes = self._chebyshev(variables)
         turns = np.concatenate([np.zeros((1, *variables.shape)), directions * by_own])
         first, second = (self._products(values, slopes, turns, start) for start in (0, 3))
-        found = first[:1] * second  # the product rule
-        found[1:] += first[1:] * second[0]
-        return np.asarray(found)
+        second[1:] *= first[0]  # the product rule, without arrays beside these two
+        first *= second[0]
+        first[1:] += second[1:]
+        return first
 
     def _chebyshev(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return all polynomials of all variables and their slopes (P, degree, 6)."""
