@@ -89,12 +89,14 @@ class VehicleRisk:
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings; the ensemble stays, and brake applications unless risks change."""
+        """Take other settings; brake applications stay, unless the band is another one."""
         self._period, self._interval = settings.period, round(1e9 / settings.risk_rate)
         self._audit_every, self._settings = round(settings.audit_interval), risk_settings(settings)
-        if self._risk is not None and self._risk.settings != self._settings:
+        if self._risk is not None and self._risk.settings.band_hz != self._settings.band_hz:
             self._risk = SquealRisk(self._risk.emulator, self._risk.ensemble, self._settings)
             self.reset()
+        elif self._risk is not None:
+            self._risk.settings = self._settings
         self._places = {} if self._risk is None else {
             number: place for place, family in enumerate(self._risk.families.tolist())
             for number in self._risk.emulator.families[family].numbers}

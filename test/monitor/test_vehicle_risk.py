@@ -14,6 +14,7 @@
 """The risk through brake applications: when it is evaluated, held, begun anew, marked."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 import math
 from typing import Any
 
@@ -176,6 +177,18 @@ def test_without_an_emulator_the_remedy_is_named_and_the_instability_is_known() 
     assert found.instability_probability == 1.0
     assert 'squeal tabulate MODEL --growth' in monitor.evaluator.risk.unknown
     assert monitor.evaluator.risk.note == ''
+
+
+def test_other_settings_leave_the_application_unless_the_band_changes() -> None:
+    monitor = car()
+    *_, before = drive(monitor, (0.1, RELEASED), (0.4, {}))
+    for later, changes, build_up in (
+            (20_000_000, {'rate': 50.0, 'instability_damping_ratio': 0.005}, before.build_up),
+            (40_000_000, {'squeal_band_low_hz': 1500.0}, 0.0)):
+        monitor.update_settings(replace(monitor.settings, **changes))
+        after = next(drive(monitor, (0.1, {}), begin=before.time + later))
+        assert after.build_up == pytest.approx(build_up, abs=0.07 * GROWTH)  # of 50 ms + a tick
+    assert after.instability_probability == 0.0  # zeta is -0.0008
 
 
 def test_many_ticks_at_once_are_each_of_them() -> None:
