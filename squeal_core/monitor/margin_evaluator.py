@@ -37,6 +37,7 @@ from squeal_core.stability.boundaries import Boundaries, Crossing, NO_MODE
 from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_domain import coordinates
 
 Growth: TypeAlias = Callable[[FloatArray, Kind], ComplexArray]
 """
@@ -215,8 +216,8 @@ class MarginEvaluator:
 def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerances,
                  band_hz: tuple[float, float], rows: FloatArray, kind: Kind) -> ComplexArray:
     """Return what `Growth` does, by look-up; where a verdict hangs on an error, too."""
-    roots = table.eigenvalues(rows[:, 0], model.contact_pressure(1.0) * rows[:, 1], rows[:, 2],
-                              tolerances)
+    x = coordinates(rows[:, 0], model.contact_pressure(1.0) * rows[:, 1], rows[:, 2])
+    roots = table.eigenvalues(x, tolerances)
     found = least_stable(roots, kind, band_hz, tolerances)
     return np.where(np.isnan(roots.real).all(axis=1), complex(math.nan, math.nan), found)
 

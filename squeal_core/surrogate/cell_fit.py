@@ -237,6 +237,8 @@ class _Fit:
         return Rejection(self.axes(blocks=np.unique(blocks)), cell)
 
     def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
+        if not np.isfinite(cell.series).all():  # a block too large for single precision
+            return True
         roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
         return bool(not_known(roots, errors, cell.mirrored, cell.omitted_below, tolerances,
                               self._limits).any())
@@ -272,7 +274,8 @@ class _Fit:
         omitted, matters = ~kept & self._oscillating(roots), self._tolerances.matters
         series = _fitting(DEGREE) @ invariants[:-_HELD_OUT].view(float)
         series[1:] = _single(series[1:])  # the frequency itself has more digits
-        fitted = (fit_terms(DEGREE).at(samples()) @ series).view(complex)
+        with np.errstate(invalid='ignore'):
+            fitted = (fit_terms(DEGREE).at(samples()) @ series).view(complex)
         return TableCell(
             layout.sizes, series,
             _single(_SAFETY * np.abs(fitted - invariants).max(axis=0, initial=0.0)),
@@ -284,4 +287,5 @@ class _Fit:
 
 def _single(values: FloatArray) -> FloatArray:
     """Return values as single precision has them, which is what a file keeps."""
-    return np.asarray(values.astype(np.float32), float)
+    with np.errstate(over='ignore'):
+        return np.asarray(values.astype(np.float32), float)

@@ -20,7 +20,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.table_cell import (
@@ -31,7 +30,7 @@ from squeal_core.surrogate.table_cell import (
     TableTolerances,
     verdict_within_error,
 )
-from squeal_core.surrogate.table_domain import coordinates, TableDomain
+from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_modes import TableModes
 
 
@@ -109,15 +108,13 @@ class ExpansionTable:
             roots, errors, omitted, modes=self.modes, omitted_below=below,
             cells=np.where(unknown.any(axis=1), -1, cells), tolerances=tolerances)
 
-    def eigenvalues(self, rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
-                    frictions: ArrayLike, tolerances: Tolerances) -> ComplexArray:
+    def eigenvalues(self, x: FloatArray, tolerances: Tolerances) -> ComplexArray:
         """
         Return the kept eigenvalues, (P, K) in no order [1/s]; rows of NaN without an answer.
 
         As `evaluate`, but it answers close to a stability boundary, too.
         """
-        cells, roots, errors, _ = self._values(
-            coordinates(rotor_speeds, contact_pressures, frictions))
+        cells, roots, errors, _ = self._values(x)
         unknown = not_known(roots, errors, self._mirrored[cells],
                             self._omitted_below[cells, None], self.tolerances, tolerances)
         roots[unknown.any(axis=1)] = complex(np.nan, np.nan)

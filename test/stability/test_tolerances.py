@@ -116,12 +116,21 @@ def test_the_shipped_brake_in_any_unit_of_time(kang: BrakeModel, scale: float,
     assert kinds(faster(kang, scale), faster_point(at, scale)) == expected
 
 
+def around(scale: float) -> TableDomain:
+    return TableDomain(rotor_speed=(19.0 * scale, 21.0 * scale), contact_pressure=(6e5, 8e5),
+                       friction=(0.4, 0.44))
+
+
+def test_blocks_beyond_single_precision_are_gaps_of_a_table() -> None:
+    """All twelve eigenvalues are one block: products of twelve differences of 1e6 1/s."""
+    assert build_table(faster(random_model(6), 1e3), around(1e3)).cells == ()
+
+
 @pytest.mark.parametrize('scale', [1e-3, 1.0])
 def test_a_table_in_any_unit_of_time(scale: float) -> None:
     """It answers as often and as closely, relative to the spectrum."""
     model = faster(random_model(6), scale)
-    domain = TableDomain(rotor_speed=(19.0 * scale, 21.0 * scale), contact_pressure=(6e5, 8e5),
-                         friction=(0.4, 0.44))
+    domain = around(scale)
     table, limits = build_table(model, domain), Tolerances.of(model)
     x = domain.low + domain.width * np.random.default_rng(0).random((40, 3))
     points, found = domain.points(model, x), table.evaluate(x, limits)

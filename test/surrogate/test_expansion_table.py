@@ -79,17 +79,16 @@ def test_eigenvalues_alone_are_those_of_the_modes(
         model: BrakeModel, table: ExpansionTable) -> None:
     """Where a verdict hangs on an error, too."""
     x, limits = places(table, 50), Tolerances.of(model)
-    conditions = *np.exp(x[:, :2].T), x[:, 2]
     modes = table.evaluate(x, limits)
     growth = float(modes.roots.real[0, :modes.counts[0]].max())
-    found = table.eigenvalues(*conditions, limits)
+    found = table.eigenvalues(x, limits)
     assert found.shape == (50, modes.roots.shape[1])
     np.testing.assert_array_equal(*(np.sort(np.nan_to_num(roots[modes.answered], nan=0.0))
                                     for roots in (found, modes.roots)))
     level = replace(limits, growth=growth)
     assert not table.evaluate(x, level).answered[0]
-    np.testing.assert_array_equal(table.eigenvalues(*conditions, level), found)
-    assert np.isnan(table.eigenvalues(25.0, conditions[1], conditions[2], limits)).all()
+    np.testing.assert_array_equal(table.eigenvalues(x, level), found)
+    assert np.isnan(table.eigenvalues(x + [np.log(5.0), 0.0, 0.0], limits)).all()
 
 
 def test_cells_tile_the_envelope(model: BrakeModel, table: ExpansionTable) -> None:
