@@ -63,18 +63,6 @@ def point(**changes: float) -> OperatingPoint:
         'contact_stiffness': STIFFNESS, **changes})
 
 
-def random_point(generator: np.random.Generator, contact_area: float) -> OperatingPoint:
-    """Return a point of the whole range for which the engine is meant."""
-    def spread(low: float, high: float) -> float:
-        return float(np.exp(generator.uniform(np.log(low), np.log(high))))
-
-    return OperatingPoint(
-        rotor_speed=spread(0.5, 200.0), friction=generator.uniform(0.05, 0.9),
-        friction_slope=generator.uniform(-0.3, 0.1),
-        contact_pressure=spread(50.0, 40e3) / contact_area,
-        contact_stiffness=STIFFNESS * spread(0.1, 3.0))
-
-
 def near(start: OperatingPoint, step: float, generator: np.random.Generator) -> OperatingPoint:
     """Return a point up to a relative step away; a tenth of it in the slope [s/m]."""
     shares = generator.uniform(-1.0, 1.0, 5)
