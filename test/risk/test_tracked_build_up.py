@@ -112,10 +112,8 @@ def followed(model: BrakeModel, times: list[int], points: list[OperatingPoint]) 
 
 
 @pytest.mark.parametrize('drive', ['us06', 'wltc_3b', 'chicago_trip'])
-def test_followed_modes_agree_with_fixed_families_on_drives(
-        drive: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_followed_modes_agree_with_fixed_families_on_drives(drive: str) -> None:
     """Of the nominal damped brake; families by the shipped emulator, modes by full solutions."""
-    monkeypatch.delenv('SQUEAL_TABLES')
     model = BrakeModel.load('kang2009_damped')
     path = find_emulator_file(model)
     assert path is not None
