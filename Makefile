@@ -27,7 +27,7 @@ QUICK_TESTS := $(addprefix test/,common brake vehicle model/test_model_file.py \
 	modes/test_readers_binary_errors.py monitor/test_monitor.py \
 	monitor/test_monitor_any_samples.py node/test_launch.py \
 	node/test_process.py recordings/test_bag_writer.py recordings/test_replay.py \
-	risk/test_operating_map.py stability/test_sensitivity.py stability/test_stability.py \
+	risk/test_squeal_risk.py stability/test_sensitivity.py stability/test_stability.py \
 	stability/test_tolerances.py surrogate/test_expansion_table.py)
 CHOSEN := $(if $(QUICK),$(QUICK_TESTS))
 # what an installation can break: processes, shipped files, the node on DDS
