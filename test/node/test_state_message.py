@@ -107,7 +107,8 @@ def test_a_process_that_has_only_squeal_msgs_hears_what_the_topics_say(tmp_path:
                 [said['frequency_hz'], *said['frequencies_hz']], strict=True):
             assert zeta == pytest.approx(-sigma / math.hypot(sigma, math.tau * hz), rel=1e-12)
         assert len(said['build_ups']) == len(said['mode_numbers'])
-        assert max(said['build_ups']) == said['build_up'] > 0.0  # one member: it is the median
+        known = [value for value in said['build_ups'] if not math.isnan(value)]
+        assert max(known) == said['build_up'] > 0.0  # of one brake; NaN: below the squeal band
         car.pressure = 0.0
         car.until(lambda: car.risk == 0.0, 'the release')
         said = heard_at(heard, car)
