@@ -23,9 +23,11 @@ import pytest
 from squeal_core import BrakeModel
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import OperatingPointError, TableFileError
-from squeal_core.stability.eigensolution import complex_modes, Tolerances
+from squeal_core.stability.eigensolution import complex_modes, eigenvalues, Tolerances
+from squeal_core.surrogate.cell_fit import samples
 from squeal_core.surrogate.coverage_report import measure_coverage
 from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.full_solutions import FullSolutions
 from squeal_core.surrogate.table_builder import build_table
 from squeal_core.surrogate.table_cell import TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
@@ -89,6 +91,21 @@ def test_eigenvalues_alone_are_those_of_the_modes(
     assert not table.evaluate(x, level).answered[0]
     np.testing.assert_array_equal(table.eigenvalues(x, level), found)
     assert np.isnan(table.eigenvalues(x + [np.log(5.0), 0.0, 0.0], limits)).all()
+
+
+def test_cells_share_full_solutions(model: BrakeModel, table: ExpansionTable) -> None:
+    solutions = FullSolutions(model, table.domain)
+    x = places(table, 2)
+    point = table.domain.points(model, x)[0]
+    known = solutions.at(x[0], point)
+    np.testing.assert_array_equal(known, eigenvalues(model, point))
+    assert solutions.at(x[0] * (1.0 + 1e-15), point) is known
+    assert solutions.at(x[1], point) is not known
+    surface = [tuple(u) for u in samples().tolist() if max(map(abs, u)) == 1.0]
+    assert {u for u in surface if u[2] == 1.0} == {
+        (u, v, -w) for u, v, w in surface if w == -1.0}
+    halved = {(u, v, 2.0 * w - 1.0) for u, v, w in surface if w >= 0.0}
+    assert len(halved.intersection(surface)) > 20
 
 
 def test_cells_tile_the_envelope(model: BrakeModel, table: ExpansionTable) -> None:

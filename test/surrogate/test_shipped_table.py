@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The table that is shipped: it belongs to the shipped model, and answers as it promises."""
+"""The tables that are shipped: each belongs to its model, and answers as it promises."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from squeal_core.surrogate.table_file import find_table, read_table
 from squeal_core.surrogate.tabulated_solver import deviation
 from squeal_ros.cli.main import main
 
-SHIPPED = config_folder() / 'tables' / 'kang2009.npz'
+TABLES = config_folder() / 'tables'
 
 
 @pytest.fixture(autouse=True)
@@ -35,33 +35,45 @@ def _as_shipped(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv('SQUEAL_TABLES')
 
 
+@pytest.fixture(scope='module', params=['kang2009', 'kang2009_damped'])
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
 @pytest.fixture(scope='module')
-def table(kang: BrakeModel) -> ExpansionTable:
-    return read_table(SHIPPED, kang)
+def model(name: str) -> BrakeModel:
+    return BrakeModel.load(name)
 
 
-def test_it_is_found_for_the_shipped_model_and_small(
-        kang: BrakeModel, table: ExpansionTable, capsys: pytest.CaptureFixture[str]) -> None:
-    found = find_table(kang)
+@pytest.fixture(scope='module')
+def table(name: str, model: BrakeModel) -> ExpansionTable:
+    return read_table(TABLES / f'{name}.npz', model)
+
+
+def test_it_is_found_for_its_model_and_small(
+        name: str, model: BrakeModel, table: ExpansionTable,
+        capsys: pytest.CaptureFixture[str]) -> None:
+    path = TABLES / f'{name}.npz'
+    found = find_table(model)
     assert found is not None
-    assert found[0] == SHIPPED
-    assert SHIPPED.stat().st_size < 10e6
-    assert table.domain == TableDomain.usual(kang)
-    assert main(['info', 'kang2009']) == 0
-    assert f'table            {SHIPPED}' in capsys.readouterr().out
+    assert found[0] == path
+    assert path.stat().st_size < 10e6
+    assert table.domain == TableDomain.usual(model)
+    assert main(['info', name]) == 0
+    assert f'table            {path}' in capsys.readouterr().out
 
 
 def test_random_points_are_answered_within_the_tolerance(
-        kang: BrakeModel, table: ExpansionTable) -> None:
-    domain, limits = table.domain, Tolerances.of(kang)
+        model: BrakeModel, table: ExpansionTable) -> None:
+    domain, limits = table.domain, Tolerances.of(model)
     x = domain.low + domain.width * np.random.default_rng(11).random((2000, 3))
     x = x[domain.covers(x)]
     found = table.evaluate(x, limits)
     assert found.answered.mean() > 0.99
-    chosen = np.flatnonzero(found.answered)[:200]
-    points = domain.points(kang, x[chosen])
+    chosen = np.flatnonzero(found.answered)[:100]
+    points = domain.points(model, x[chosen])
     for i, place in enumerate(chosen.tolist()):
-        ours, truth = found.modes(place), complex_modes(kang, points[i], tolerances=limits)
+        ours, truth = found.modes(place), complex_modes(model, points[i], tolerances=limits)
         assert deviation(ours, truth, table.tolerances) <= 1.0
         assert len(ours.unstable) == len(truth.unstable)
 
@@ -71,7 +83,7 @@ def test_another_folder_of_tables_or_none(
     for folder in ('', str(tmp_path)):
         monkeypatch.setenv('SQUEAL_TABLES', folder)
         assert find_table(kang) is None
-    (tmp_path / 'one.npz').symlink_to(SHIPPED)
+    (tmp_path / 'one.npz').symlink_to(TABLES / 'kang2009.npz')
     found = find_table(kang)
     assert found is not None
     assert found[0] == tmp_path / 'one.npz'
