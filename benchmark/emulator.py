@@ -35,7 +35,8 @@ import numpy as np
 
 from squeal_core import BrakeModel
 from squeal_core.common.arrays import FloatArray
-from squeal_core.risk.emulator_builder import growth_differences, point_at, scattered_inputs
+from squeal_core.risk.emulator_audit import growth_differences, point_at
+from squeal_core.risk.emulator_builder import scattered_inputs
 from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.growth_emulator import GrowthEmulator

@@ -28,7 +28,7 @@ from squeal_core.monitor.settings import band_of, ensemble_prior, MonitorSetting
 from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_stability import Evaluated
 from squeal_core.risk.application_risk import ApplicationRisk
-from squeal_core.risk.emulator_builder import audit
+from squeal_core.risk.emulator_audit import audit
 from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
 from squeal_core.risk.ensemble import Ensemble, prior_ensemble
 from squeal_core.risk.first_order import first_order_instability

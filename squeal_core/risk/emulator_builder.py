@@ -27,13 +27,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import linear_sum_assignment
 from scipy.stats import qmc
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
 from squeal_core.common.errors import ModelError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.emulator_audit import growth_differences, MATTERS, point_at
 from squeal_core.risk.growth_emulator import (
     affine_coefficients,
     EmulatorDomain,
@@ -42,21 +42,19 @@ from squeal_core.risk.growth_emulator import (
     PolynomialBasis,
 )
 from squeal_core.risk.mode_families import coupled, ModeFamily, ReferenceModes
-from squeal_core.stability.eigensolution import eigenvalues, SQUEAL_BAND, Tolerances
+from squeal_core.stability.eigensolution import SQUEAL_BAND, Tolerances
 from squeal_core.stability.state_space import state_matrix
 
 Progress: TypeAlias = Callable[[int, int], None]
 
 SOLUTIONS = 1200
 HOLD_OUT = 200
-MATTERS = -30.0  # 1/s; modes of smaller growth rates do not build up
 _CHUNK = 16  # solutions of a job
 _DEGREE = 6.0
 _COSTS = (1.5, 1.0, 1.5, 1.0, 1.0, 2.0)  # of a degree in each coordinate, up to _DEGREE in all
 _AMID = 2.0 * math.pi * 2000.0  # rad/s, where squeal is; sets the scales of coordinates
 _SLOPE_WEIGHT = 0.3  # of an equation for a slope beside one for a value
 _SOFT = 50.0  # 1/s beyond what matters at which an equation counts half
-_LARGE = 100.0  # 1/s; modes that grow faster saturate within a tenth of a second
 _RIDGE = 1e-10  # of the largest diagonal entry
 _REFITS = 3
 
@@ -135,15 +133,6 @@ def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArra
         block = domain.low + (domain.high - domain.low) * sampler.random(1024)
         found = np.concatenate([found, block[domain.covers(block)]])
     return found[:count]
-
-
-def point_at(model: BrakeModel, inputs: FloatArray) -> OperatingPoint:
-    """Return the operating point of one row of inputs (6,)."""
-    [row], [pressure] = affine_coefficients(model, inputs[None])
-    speed, _, slope, stiffness, friction, scale = row.tolist()
-    return OperatingPoint(rotor_speed=speed, friction=friction, friction_slope=slope / pressure,
-                          contact_pressure=float(pressure), contact_stiffness=stiffness,
-                          damping_scale=scale)
 
 
 def _reference(model: BrakeModel, inputs: FloatArray) -> ReferenceModes:
@@ -315,29 +304,3 @@ def _with_error(found: GrowthEmulator, inputs: FloatArray, workers: int,
         float(np.sqrt(np.mean(all_off**2))) if all_off.size else math.nan,
         float(np.abs(all_off).max(initial=0.0)), len(off))
     return found
-
-
-def growth_differences(emulator: GrowthEmulator, inputs: FloatArray) -> FloatArray:
-    """
-    Return emulated growth rates minus those of a full solution at one row of inputs (6,) [1/s].
-
-    One for each mode of the squeal band between -30 and 100 1/s, each compared with another one.
-    """
-    truth = eigenvalues(emulator.model, point_at(emulator.model, inputs))
-    low, high = (2.0 * np.pi * end for end in SQUEAL_BAND)
-    truth = truth[(truth.imag >= low) & (truth.imag <= high) & (truth.real > MATTERS)]
-    ours = emulator.eigenvalues(inputs[None])[0]
-    i, j = linear_sum_assignment(np.abs(truth[:, None] - ours))
-    off: FloatArray = (ours[j] - truth[i]).real[truth[i].real < _LARGE]
-    return off
-
-
-def audit(emulator: GrowthEmulator, inputs: FloatArray) -> float:
-    """
-    Return by how much the emulator is off at one row of inputs (6,), from a full solution [1/s].
-
-    NaN outside the domain; 0 where no mode of the band comes near to growing.
-    """
-    if not emulator.domain.covers(inputs):
-        return math.nan
-    return float(np.abs(growth_differences(emulator, inputs)).max(initial=0.0))

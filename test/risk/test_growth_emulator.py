@@ -21,12 +21,8 @@ from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.common.resources import config_folder
-from squeal_core.risk.emulator_builder import (
-    audit,
-    build_growth_emulator,
-    point_at,
-    solve_points,
-)
+from squeal_core.risk.emulator_audit import audit, point_at
+from squeal_core.risk.emulator_builder import build_growth_emulator, solve_points
 from squeal_core.risk.emulator_file import read_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
