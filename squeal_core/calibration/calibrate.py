@@ -33,7 +33,7 @@ from squeal_core.common.errors import SquealError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import Ensemble, EnsemblePrior
-from squeal_core.risk.squeal_risk import GrowthSource
+from squeal_core.risk.risk_records import GrowthSource, RiskSettings
 
 ENOUGH_EVENTS = 10
 """Events below which the likelihood counts in part only: silence may be a dead microphone."""
@@ -74,9 +74,11 @@ class Calibration:
 
     def probabilities(self, model: BrakeModel, emulator: GrowthSource,
                       applications: Sequence[BrakeApplication],
-                      hearing: HearingModel | None = None) -> FloatArray:
+                      hearing: HearingModel | None = None,
+                      settings: RiskSettings | None = None) -> FloatArray:
         """Return the probability of squeal in applications; of an event, given a hearing model."""
-        found = SquealPredictor(model, emulator, applications).evaluate(self.candidates)
+        found = SquealPredictor(model, emulator, applications, settings=settings).evaluate(
+            self.candidates)
         mean = found.squeals.mean(axis=0)
         return mean if hearing is None else hearing.heard(mean)
 
@@ -84,7 +86,7 @@ class Calibration:
 def calibrate(model: BrakeModel, emulator: GrowthSource,
               applications: Sequence[BrakeApplication], observations: Sequence[Observation], *,
               prior: EnsemblePrior | None = None, hearing: HearingModel | None = None,
-              seed: int = 0, workers: int = 0,
+              settings: RiskSettings | None = None, seed: int = 0, workers: int = 0,
               progress: Callable[[SamplingRound], None] = lambda _: None) -> Calibration:
     """
     Return the calibration of a model by what was heard of brake applications.
@@ -101,6 +103,8 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
         Before any squeal was measured.
     hearing : HearingModel, optional
         Rates of detection and errors.
+    settings : RiskSettings, optional
+        Squeal band and noise floor.
     seed : int
         Of the draws.
     workers : int
@@ -120,7 +124,8 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
     prior, hearing = prior or EnsemblePrior(), hearing or HearingModel()
     used = sorted({i for one in observations for i in one.applications})
     place = {i: k for k, i in enumerate(used)}
-    task = _Task(SquealPredictor(model, emulator, [applications[i] for i in used]), prior, hearing,
+    task = _Task(SquealPredictor(model, emulator, [applications[i] for i in used],
+                                 settings=settings), prior, hearing,
                  [replace(one, applications=tuple(place[i] for i in one.applications))
                   for one in observations])
 

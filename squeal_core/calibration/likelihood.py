@@ -23,7 +23,6 @@ from squeal_core.calibration.applications import Observation
 from squeal_core.calibration.squeal_probability import SquealProbabilities
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.checks import check_number
-from squeal_core.common.errors import SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 _OTHER_PITCH = 0.1  # probability that a squeal's pitch is that of none of the growing modes
@@ -59,9 +58,6 @@ class HearingModel:
             low, high = {'detection': (0.5, 1.0), 'frequency_tolerance': (0.001, 0.5)}.get(
                 item.name, (0.0, 0.49))
             check_number(item.name, getattr(self, item.name), least=low, most=high)
-        if self.false_alarm >= self.detection:
-            raise SquealError(f'false_alarm is {self.false_alarm:g}; give less than the detection '
-                              f'rate, {self.detection:g}')
 
     def heard(self, squeals: FloatArray) -> FloatArray:
         """Return the probability of an event where that of squeal is given."""

@@ -23,16 +23,9 @@ from squeal_core.calibration.applications import BrakeApplication
 from squeal_core.calibration.candidates import BrakeCandidates
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.build_up import (
-    FLOOR,
-    grown,
-    LEAST_DAMPING_RATIO,
-    nepers,
-    saturation_energy,
-)
+from squeal_core.risk.build_up import grown, LEAST_DAMPING_RATIO, nepers, saturation_energy
+from squeal_core.risk.risk_records import GrowthSource, RiskSettings
 from squeal_core.risk.scatter import exceedance, NODES
-from squeal_core.risk.squeal_risk import GrowthSource
-from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 STEP = 0.25  # s between ticks at which growth is evaluated
 _ROWS = 40_000  # points that the emulator is given at once: memory
@@ -90,10 +83,8 @@ class SquealPredictor:
     emulator : GrowthSource
         Of this model.
     applications : sequence of BrakeApplication
-    band_hz : (2,) floats
-        Squeal band; families outside it do not count.
-    noise_floor : float
-        [m].
+    settings : RiskSettings, optional
+        Squeal band and noise floor.
     step : float
         Between ticks at which growth is evaluated [s].
 
@@ -101,13 +92,13 @@ class SquealPredictor:
 
     def __init__(self, model: BrakeModel, emulator: GrowthSource,
                  applications: Sequence[BrakeApplication], *,
-                 band_hz: tuple[float, float] = SQUEAL_BAND, noise_floor: float = FLOOR,
-                 step: float = STEP) -> None:
-        self._emulator, self._floor = emulator, noise_floor
+                 settings: RiskSettings | None = None, step: float = STEP) -> None:
+        settings = settings or RiskSettings()
+        self._emulator, self._floor = emulator, settings.noise_floor
         frequency = np.array([family.frequency_hz for family in emulator.families])
         decay = np.maximum([family.decay_rate for family in emulator.families],
                            LEAST_DAMPING_RATIO * 2.0 * np.pi * frequency)
-        low, high = band_hz
+        low, high = settings.band_hz
         self._families = np.flatnonzero((frequency >= low) & (frequency <= high))
         self._decay, self._frequency = decay[self._families], frequency[self._families]
         self._count = len(applications)
@@ -160,9 +151,12 @@ class SquealPredictor:
             knots.friction[..., None] + candidates.friction_bias,
             candidates.ln_contact_stiffness, candidates.ln_damping, candidates.slope_scale),
             axis=-1)
-        found = self._emulator.evaluate(inputs)
-        return _Growth(*(values[..., self._families] for values in (
-            found.growth_rate, found.frequency_hz, found.by_friction, found.by_damping)))
+        # one knot at a time: their terms fit into the cache
+        knots_of = [self._emulator.evaluate(one) for one in inputs.reshape(-1, *inputs.shape[2:])]
+        shape = (*inputs.shape[:-1], self._families.size)
+        return _Growth(*(
+            np.stack([getattr(one, name)[:, self._families] for one in knots_of]).reshape(shape)
+            for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping')))
 
     def _margins(self, knots: _Knots, parts: Sequence[NDArray[np.float32]], decay: FloatArray,
                  candidates: BrakeCandidates) -> FloatArray:

@@ -27,6 +27,8 @@ from squeal_core import __version__
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_ros.cli import point_commands as commands
+from squeal_ros.cli.calibrate_options import add_calibrate
+from squeal_ros.cli.calibrate_options import DESCRIPTION as CALIBRATE
 from squeal_ros.cli.command_parser import (
     add_cycle,
     add_force,
@@ -112,6 +114,10 @@ def parser() -> argparse.ArgumentParser:
                                description=DESCRIPTION)
     simulated.set_defaults(run=_from_module('simulate_commands', 'simulate'))
     add_simulate(simulated)
+    calibrated = sub.add_parser('calibrate', help='fit the ensemble of brakes to measured squeal',
+                                description=CALIBRATE)
+    calibrated.set_defaults(run=_from_module('calibrate_commands', 'calibrate'))
+    add_calibrate(calibrated)
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))

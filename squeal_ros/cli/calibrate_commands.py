@@ -1,0 +1,255 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The command that fits the ensemble of brakes to measured squeal."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+import datetime
+import json
+from pathlib import Path
+from typing import Any
+
+from squeal_core import __version__
+from squeal_core.calibration.applications import (
+    BrakeApplication,
+    match_events,
+    MatchedEvents,
+    Observation,
+)
+from squeal_core.calibration.calibrate import calibrate as run_calibration
+from squeal_core.calibration.calibrate import Calibration
+from squeal_core.calibration.calibration_file import write_calibration
+from squeal_core.calibration.calibration_report import parameter_rows, remarks, report_lines
+from squeal_core.calibration.evaluation import evaluate, Evaluation, evaluation_lines, of_one
+from squeal_core.calibration.events import read_events
+from squeal_core.calibration.importance_sampling import SamplingRound
+from squeal_core.calibration.likelihood import HearingModel
+from squeal_core.common import resources
+from squeal_core.common.errors import did_you_mean, SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.axles import axle_partners
+from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorSettings
+from squeal_core.monitor.vehicle_risk import NONE, risk_settings
+from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_ros.cli.arguments import check_output, check_workers, positive
+from squeal_ros.cli.console import plain, report_progress, warn
+
+_MANY_TICKS = 20_000  # from which on processes are worth their start
+_SUSPICIOUS = 0.2  # fraction of events outside of all applications
+_LEAST_HELD_OUT = 10
+_HEARING = ('detection', 'false_alarm', 'label_error', 'frequency_tolerance')
+
+
+@dataclass
+class _Recorded:
+    """Brake applications of all recordings, and where times of their events count from [s]."""
+
+    applications: list[BrakeApplication]
+    zero: dict[str, float]
+    ticks: int
+
+
+def calibrate(options: argparse.Namespace) -> int:
+    """Read, match, fit, score, write."""
+    hearing = HearingModel(**{name: getattr(options, name) for name in _HEARING})
+    settings = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
+    if options.model:
+        settings = replace(settings, model=options.model)
+    if options.rate is not None:
+        settings = replace(settings, rate=positive('--rate', options.rate))
+    _check(options)
+    model = BrakeModel.load(settings.model)
+    emulator = _emulator(model, options, settings)
+    places = _places(settings)
+    events = [one for one in read_events(options.events, places) if options.minimum_level is None
+              or not one.level_db < options.minimum_level]
+    recorded = _read(options, settings, model)
+    matched = match_events(recorded.applications, events, places, zero=recorded.zero)
+    if len(matched.unmatched) > _SUSPICIOUS * len(events):
+        warn(f'{len(matched.unmatched)} of {len(events)} events are in no brake application, the '
+             f'first at {matched.unmatched[0].time:g} s; check the clocks (--offset, '
+             '--from-start) and the brakes')
+    limits = risk_settings(settings)
+    train, test = _split(matched.observations, options.held_out)
+
+    def said(done: SamplingRound) -> None:
+        report_progress(f'{done.draws} draws, {done.power:.0%} of the likelihood, effective '
+                        f'sample size {done.effective_size:.0f}')
+
+    found = run_calibration(
+        model, emulator, recorded.applications, train, prior=ensemble_prior(settings),
+        hearing=hearing, settings=limits, seed=options.seed, progress=said,
+        workers=options.workers if options.workers > 1 and recorded.ticks > _MANY_TICKS else 0)
+    evaluation = evaluate(found, model, emulator, recorded.applications, train, test,
+                          hearing, limits) if test else None
+    about = _about(options, recorded, matched, found, evaluation, hearing)
+    write_calibration(found.ensemble(_in_words(found, about)), model, options.output, about,
+                      overwrite=options.force)
+    _print(options, found, evaluation, about)
+    return 0 if _good(found, evaluation) else 1
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Refuse what would fail after the work, before it."""
+    check_output('--output', options.output, ('.yaml', '.yml'), force=options.force,
+                 inputs=(*options.recordings, options.events,
+                         *filter(None, (options.config, options.emulator))))
+    check_workers(options.workers)
+    if not 0.0 <= options.held_out <= 0.5:
+        raise SquealError(f'--held-out: is {options.held_out:g}; give 0 to 0.5')
+    if options.seed < 0:
+        raise SquealError(f'--seed: is {options.seed}; give 0 or more')
+    if None not in (options.from_, options.to) and not options.from_ < options.to:
+        raise SquealError(f'--from, --to: are {options.from_:g} and {options.to:g} s; give two '
+                          'times that rise')
+    names = [_name(path) for path in options.recordings]
+    for name in names:
+        if names.count(name) > 1:
+            raise SquealError(f'{name}: two recordings have this name; rename one')
+
+
+def _name(path: str) -> str:
+    return Path(path).resolve().name.partition('.')[0]
+
+
+def _emulator(model: BrakeModel, options: argparse.Namespace,
+              settings: MonitorSettings) -> GrowthEmulator:
+    named = '' if settings.growth_emulator == NONE else settings.growth_emulator
+    path = options.emulator or named or find_emulator_file(model)
+    if path is None:
+        raise SquealError(f'{settings.model}: has no growth emulator; build one with `squeal '
+                          f'tabulate {settings.model} --growth`, or give --emulator')
+    return read_emulator(path, model)
+
+
+def _places(settings: MonitorSettings) -> dict[str, tuple[str, ...]]:
+    """Return the brakes of each name that an event may have: brakes, and axles by their ends."""
+    brakes = [brake.name for brake in settings.brakes]
+    places: dict[str, tuple[str, ...]] = {name: (name,) for name in brakes}
+    for left, right in axle_partners(brakes, settings.axles).items():
+        if brakes.index(left) < brakes.index(right):
+            places[f'{left}+{right}'] = (left, right)
+            shared = ''.join(a if a == b else '\0' for a, b in zip(left, right, strict=False))
+            axle = shared.partition('\0')[0].rstrip('_- ')
+            if axle and axle not in places:
+                places[axle] = (left, right)
+    return places
+
+
+def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeModel) -> _Recorded:
+    """Return the applications that somebody listened to."""
+    from squeal_ros.recordings.bag_reader import Bag
+    from squeal_ros.recordings.brake_applications import collect_applications
+    from squeal_ros.recordings.message_definitions import MessageDefinitions
+    from squeal_ros.recordings.replay import Replay
+
+    listened = _brakes(options, settings)
+    read = _Recorded([], {}, 0)
+    for path in options.recordings:
+        replay = Replay(Bag(path, MessageDefinitions(options.types)), settings, model,
+                        namespace=options.namespace)
+        collected = collect_applications(replay, _name(path))
+        for finding in replay.findings:
+            warn(f'{path}: {finding.what}; {finding.remedy}')
+        zero = (collected.start if options.from_start else 0.0) + options.offset
+        low, high = (None if end is None else zero + end for end in (options.from_, options.to))
+        read.zero[_name(path)] = zero
+        read.ticks += collected.ticks
+        read.applications += [
+            one for one in collected.found if one.brake in listened
+            and (low is None or one.time[0] >= low) and (high is None or one.time[-1] <= high)]
+    if not read.applications:
+        raise SquealError(f'{", ".join(options.recordings)}: no brake slides under load in what '
+                          'was listened to; check recordings, --from, --to and --brakes')
+    return read
+
+
+def _brakes(options: argparse.Namespace, settings: MonitorSettings) -> list[str]:
+    known = [brake.name for brake in settings.brakes]
+    names = options.brakes.split(',') if options.brakes else known
+    for name in names:
+        if name not in known:
+            raise SquealError(f'--brakes: {name!r} is none of the settings; give some of '
+                              f'{",".join(known)}{did_you_mean(name, known)}')
+    return names
+
+
+def _split(observations: Sequence[Observation], fraction: float
+           ) -> tuple[list[Observation], list[Observation]]:
+    """Return the observations to fit, and every so many of those of one brake to score."""
+    alone = of_one(observations)
+    step = round(1.0 / fraction) if fraction else 0
+    test = alone[step - 1::step] if step else []
+    held = {id(one) for one in test}
+    return [one for one in observations if id(one) not in held], test
+
+
+def _about(options: argparse.Namespace, recorded: _Recorded, matched: MatchedEvents,
+           found: Calibration, evaluation: Evaluation | None,
+           hearing: HearingModel) -> dict[str, Any]:
+    """Return provenance, prior against posterior and scores, as the file has them."""
+    return {
+        'software': f'squeal_ros {__version__}', 'date': datetime.date.today().isoformat(),
+        'recordings': sorted(recorded.zero), 'events_file': Path(options.events).name,
+        'observations': {
+            'fitted_with_squeal': found.heard, 'fitted_silent': found.silent,
+            'held_out': evaluation.count if evaluation else 0,
+            'incomplete': matched.incomplete, 'events_unmatched': len(matched.unmatched)},
+        'hearing': asdict(hearing),
+        'sampling': {'rounds': len(found.sample.rounds),
+                     'draws': found.sample.rounds[-1].draws,
+                     'effective_size': round(found.sample.effective_size, 1),
+                     'likelihood_power': found.sample.rounds[-1].power},
+        'parameters': {row.name: dict(zip(row._fields[1:], row[1:], strict=True))
+                       for row in parameter_rows(found)},
+        'remarks': remarks(found),
+        'scores': {} if evaluation is None else {
+            **{name.replace(' ', '_'): asdict(one) for name, one in evaluation.scores.items()},
+            'calibration_curve': [list(one) for one in evaluation.curve],
+            'frequency_error': evaluation.frequency_error}}
+
+
+def _in_words(found: Calibration, about: Mapping[str, Any]) -> str:
+    near = ', near the prior' if found.power < 1.0 else ''
+    return (f'calibrated with {found.heard} squealing and {found.silent} silent brake '
+            f'applications on {about["date"]}{near}')
+
+
+def _good(found: Calibration, evaluation: Evaluation | None) -> bool:
+    """Tell whether the sample is sound and beats the base rate, as far as it can be told."""
+    if found.sample.rounds[-1].power < found.power:
+        return False
+    if evaluation is None or evaluation.count < _LEAST_HELD_OUT:
+        return True
+    scores = evaluation.scores
+    return scores['calibrated'].brier <= scores['base rate'].brier
+
+
+def _print(options: argparse.Namespace, found: Calibration, evaluation: Evaluation | None,
+           about: Mapping[str, Any]) -> None:
+    if options.json:
+        print(json.dumps(plain({**about, 'output': options.output,
+                                'not_computed': evaluation.without if evaluation else ''})))
+        return
+    seen = about['observations']
+    print(f'fitted: {found.heard} applications with squeal, {found.silent} silent; left out: '
+          f'{seen["incomplete"]} hardly known, {seen["events_unmatched"]} events in none')
+    print('\n'.join([*report_lines(found),
+                     *(evaluation_lines(evaluation) if evaluation else [])]))
+    if not _good(found, evaluation):
+        print('not to be trusted: no better than the base rate, or too small a sample')
+    print(f'written: {options.output}')

@@ -1,0 +1,156 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""`squeal calibrate`: from a bag and a table of events to the file, and what is refused."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rosbags', reason='needs rosbags')
+
+from squeal_core.calibration.calibration_file import read_calibration  # noqa: E402
+from squeal_core.model.brake_model import BrakeModel  # noqa: E402
+from squeal_ros.cli import calibrate_commands  # noqa: E402
+from squeal_ros.cli.main import main  # noqa: E402
+from support.bags import (  # noqa: E402, I100
+    Entry,
+    FLOAT,
+    header,
+    JOINTS,
+    make,
+    PRESSURE,
+    SECOND,
+    settings_file,
+    START,
+    write_bag,
+)
+from support.linear_growth import LinearGrowth  # noqa: E402
+from support.rows import each  # noqa: E402
+
+STOPS = 36
+
+
+def stops() -> list[Entry]:
+    """Return a drive of stops of 1.5 s, each at its own friction, released in between."""
+    rng, found = np.random.default_rng(1), []
+    for number in range(STOPS * 25):
+        time, friction = START + number * SECOND // 10, 0.36 + 0.12 * (number // 25 * 7 % STOPS
+                                                                     ) / STOPS
+        pressed = 5 <= number % 25 < 20
+        noise = 1.0 + 1e-3 * rng.standard_normal(3)
+        found += [
+            Entry('/joint_states', JOINTS, time, make(
+                JOINTS, header=header(time), name=['fl_wheel_joint'], position=np.zeros(0),
+                velocity=np.array([20.0 * noise[0]]), effort=np.zeros(0))),
+            Entry('/fl/brake_pressure', PRESSURE, time, make(
+                PRESSURE, header=header(time), fluid_pressure=(8e5 if pressed else 1e3) * noise[1],
+                variance=0.0)),
+            Entry('/fl/friction', FLOAT, time, make(FLOAT, data=friction * noise[2]))]
+    return found
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a bag, settings, and the events of stops with much friction."""
+    folder = tmp_path_factory.mktemp('calibrate')
+    write_bag(folder / 'drive', stops())
+    settings_file(folder / 'monitor.yaml')
+    rows = [f'{number * 2.5 + 1.5},fl,1660\n' for number in range(STOPS)
+            if 0.36 + 0.12 * (number * 7 % STOPS) / STOPS > 0.44]
+    (folder / 'events.csv').write_text(f'time_s,brake,frequency_hz\n{"".join(rows)}')
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def _emulator(monkeypatch: pytest.MonkeyPatch) -> None:
+    growth = LinearGrowth([1655.0, 3210.0], [45.0, 95.0], [350.0, 600.0])
+    monkeypatch.setattr(calibrate_commands, 'find_emulator_file', lambda _: 'emulator.npz')
+    monkeypatch.setattr(calibrate_commands, 'read_emulator', lambda *_: growth)
+
+
+def run(folder: Path, *options: str, events: str = 'events.csv') -> int:
+    try:
+        return main(['calibrate', str(folder / 'drive'), '--events', str(folder / events),
+                     '--config', str(folder / 'monitor.yaml'), '-o', str(folder / 'out.yaml'),
+                     '--force', *options])
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def test_a_drive_with_events(folder: Path, capsys: pytest.CaptureFixture[str],
+                             kang: BrakeModel) -> None:
+    code = run(folder, '--from-start', '--json')
+    shown = capsys.readouterr()
+    assert code == 0, shown.err
+    found = json.loads(shown.out)
+    seen = found['observations']
+    assert seen['fitted_with_squeal'] + seen['fitted_silent'] + seen['held_out'] == STOPS
+    assert (seen['held_out'], seen['events_unmatched'], seen['incomplete']) == (12, 0, 0)
+    assert found['scores']['calibrated']['brier'] < found['scores']['base_rate']['brier']
+    assert found['recordings'] == ['drive']
+    ensemble = read_calibration(folder / 'out.yaml', kang)
+    assert ensemble.count == 64
+    assert ensemble.calibrated.startswith('calibrated with ')
+    assert (folder / 'out.yaml').stat().st_size < 20_000
+    # squeal begins near a friction of 0.44: 350 (mu + bias - 0.3) = 45 exp(ln damping) and more
+    onset = 0.3 + 45.0 * np.exp(ensemble.ln_damping) / 350.0 - ensemble.friction_bias
+    assert 0.40 < np.median(onset) < 0.45
+
+
+def test_few_events_stay_near_the_prior(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / 'few.csv').write_text('time_s,frequency_hz,brake,end_s,mode\n1.5,1660,fl,2,13\n')
+    assert run(folder, '--from-start', '--held-out', '0', events='few.csv') == 0
+    shown = capsys.readouterr().out
+    assert '1 events, fewer than 10' in shown
+    assert 'stays near the prior' in shown
+    assert 'damping, friction bias and N* lie on a ridge' in shown
+
+
+def test_events_of_another_clock_are_told(folder: Path, capsys: pytest.CaptureFixture[str]
+                                          ) -> None:
+    run(folder, '--held-out', '0')
+    assert 'events are in no brake application, the first at' in capsys.readouterr().err
+
+
+@each(('options', 'words'), [
+    (('--held-out', '0.9'), '--held-out: is 0.9; give 0 to 0.5'),
+    (('--detection', '0.2'), 'detection is 0.2'),
+    (('--false-alarm', '0.45', '--detection', '0.5', '--label-error', '0.6'), 'label_error is'),
+    (('--brakes', 'fll'), "--brakes: 'fll' is none of the settings; give some of fl"),
+    (('--from', '5', '--to', '4'), 'give two times that rise'),
+    (('--from', '1', '--to', '2'), 'no brake slides under load in what was listened to'),
+    (('--seed', '-1'), '--seed: is -1'),
+    (('-o', 'file.txt'), 'end it in .yaml, .yml'),
+    (('--model', 'kang'), 'kang')])
+def test_what_cannot_be_calibrated(folder: Path, capsys: pytest.CaptureFixture[str],
+                                   options: tuple[str, ...], words: str) -> None:
+    assert run(folder, *options) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_recordings_of_one_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(['calibrate', str(folder / 'drive'), str(folder / 'drive'), '--events',
+                 str(folder / 'events.csv'), '-o', str(folder / 'two.yaml')])
+    assert code == 2
+    assert 'two recordings have this name' in capsys.readouterr().err
+
+
+def test_no_emulator(folder: Path, capsys: pytest.CaptureFixture[str],
+                     monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(calibrate_commands, 'find_emulator_file', lambda _: None)
+    assert run(folder) == 2
+    assert 'squeal tabulate kang2009 --growth' in capsys.readouterr().err

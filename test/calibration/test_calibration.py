@@ -1,0 +1,205 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Calibration on brakes whose squeal is known, its sampling, its probabilities and its scores."""
+
+import math
+
+import numpy as np
+import pytest
+from squeal_core.calibration import scores
+from squeal_core.calibration.applications import BrakeApplication, Observation
+from squeal_core.calibration.calibrate import calibrate
+from squeal_core.calibration.calibration_report import parameter_rows, remarks
+from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
+from squeal_core.calibration.importance_sampling import sample_posterior
+from squeal_core.calibration.likelihood import HearingModel, log_likelihood
+from squeal_core.calibration.squeal_probability import SquealPredictor, SquealProbabilities
+from squeal_core.common.errors import SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.application_risk import over_application
+from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
+from squeal_core.risk.squeal_risk import SquealRisk
+from support.heard_brakes import brake_applications, listen, Stops, trial
+from support.linear_growth import LinearGrowth
+
+GROWTH = LinearGrowth([1655.0, 3210.0], [45.0, 95.0], [350.0, 620.0])
+STOPS = Stops(friction=(0.38, 0.48), duration=(1.5, 3.5))
+
+
+def test_a_gaussian_posterior_is_sampled() -> None:
+    """A narrow ridge across three of seven parameters, and one parameter of its own."""
+    across = np.zeros((2, 7))
+    across[0, :3], across[1, 3] = (1.0, -1.0, 1.0), 1.0
+    middle, width = np.array([2.0, 0.5]), np.array([0.1, 0.5])
+    covariance = np.linalg.inv(np.eye(7) + (across.T / width**2) @ across)
+    found = sample_posterior(lambda z: -0.5 * np.square((z @ across.T - middle) / width).sum(
+        axis=1), 7, enough=400.0)
+    assert found.effective_size > 400.0
+    assert [one.power for one in found.rounds][-1] == 1.0
+    np.testing.assert_allclose(found.mean, covariance @ (across.T / width**2) @ middle, atol=0.15)
+    np.testing.assert_allclose(np.diag(found.covariance), np.diag(covariance), rtol=0.2)
+    equal = found.resampled(64)
+    np.testing.assert_allclose(equal.mean(axis=0), found.mean, atol=0.35)
+    assert len(np.unique(equal[:, 0])) > 40
+    assert np.linalg.norm(equal @ across[0] - middle[0]) / 8.0 < 0.15
+
+
+def test_probabilities_are_those_of_the_risk(kang: BrakeModel) -> None:
+    """The predictor, many applications at once, against the risk of each tick by tick."""
+    ensemble = prior_ensemble(EnsemblePrior(count=32))
+    applications = brake_applications(np.random.default_rng(2), 6, STOPS)
+    found = SquealPredictor(kang, GROWTH, applications).evaluate(
+        BrakeCandidates.of_ensemble(ensemble))
+    risk = SquealRisk(GROWTH, ensemble)
+    for place, one in enumerate(applications):
+        stiffness = [kang.contact_stiffness_at(p) for p in one.contact_pressure.tolist()]
+        growth = risk.growth(one.rotor_speed, one.contact_pressure, one.friction, stiffness)
+        whole = over_application(risk, [round(1e9 * t) + 10**9 for t in one.time], growth)
+        own = ensemble.weights @ risk.exceedances(whole.peak)
+        assert found.squeals[:, place].mean() == pytest.approx(own, abs=0.03)
+    assert 0.1 < found.squeals.mean() < 0.9
+    assert found.known.min() == 1.0
+
+
+def test_probabilities_are_those_of_listening(kang: BrakeModel) -> None:
+    """The same against a sum over random friction and damping."""
+    rng = np.random.default_rng(3)
+    applications = brake_applications(rng, 16, STOPS)
+    values = np.array([0.1, 0.0, 0.01, 1.0, 5.0])
+    brake = BrakeCandidates(*values[:, None], np.array([0.02]), np.array([0.15]))
+    found = SquealPredictor(kang, GROWTH, applications).evaluate(brake).squeals[0]
+    truth = listen(GROWTH, applications, values, rng, draws=256)
+    # linear between nine nodes, a build-up that is convex in the scatter comes out too large
+    assert np.abs(found - truth.probability).max() < 0.2
+    assert np.abs(found - truth.probability).mean() < 0.08
+    assert np.corrcoef(found, truth.probability)[0, 1] > 0.97
+
+
+def test_calibration_beats_what_knows_no_physics(kang: BrakeModel) -> None:
+    trials = [trial(kang, GROWTH, GROWTH, seed, train=50, test=50, stops=STOPS)
+              for seed in range(3)]
+    mean = {name: np.mean([one.brier[name] for one in trials]) for name in trials[0].brier}
+    assert mean['calibrated'] < mean['truth'] + 0.012
+    assert mean['calibrated'] < min(mean['base rate'], mean['table']) - 0.01
+    if scores.has_sklearn():
+        assert mean['calibrated'] < mean['logistic']
+    assert min(one.effective_size for one in trials) > 150.0
+    together = scores.score(np.concatenate([one.probability for one in trials]),
+                            np.concatenate([one.heard for one in trials]), 0.5)
+    assert 0.7 < together.calibration_slope < 1.4
+    assert together.calibration_error < 0.08
+
+
+def test_few_events_leave_the_prior(kang: BrakeModel) -> None:
+    applications = brake_applications(np.random.default_rng(4), 6, STOPS)
+    observations = [Observation((i,), i < 2, 1655.0 if i < 2 else math.nan) for i in range(6)]
+    found = calibrate(kang, GROWTH, applications, observations)
+    assert found.power == pytest.approx(0.2)
+    assert max(row.shrinkage for row in parameter_rows(found)) < 0.15
+    assert remarks(found)[0].startswith('2 events, fewer than 10')
+    silent = calibrate(kang, GROWTH, applications, [Observation((i,), False) for i in range(6)])
+    np.testing.assert_allclose(silent.sample.mean, 0.0, atol=0.12)
+    with pytest.raises(SquealError, match='no brake application was observed'):
+        calibrate(kang, GROWTH, applications, [])
+
+
+def test_damping_is_learnt_and_the_ridge_told(kang: BrakeModel) -> None:
+    """A brake with 40 % more damping: damping over friction rises, each alone hardly."""
+    rng = np.random.default_rng(5)
+    applications = brake_applications(rng, 60, Stops(friction=(0.38, 0.56)))
+    truth = listen(GROWTH, applications, np.array([0.35, 0.0, 0.0, 1.0, 5.5]), rng, draws=8)
+    observations = [Observation((i,), bool(truth.squealed[i]), float(truth.frequency_hz[i])
+                                if truth.squealed[i] else math.nan) for i in range(60)]
+    found = calibrate(kang, GROWTH, applications, observations)
+    ratio = np.exp(found.candidates.ln_damping) * 45.0 / 350.0 - found.candidates.friction_bias
+    assert ratio.mean() == pytest.approx(math.exp(0.35) * 45.0 / 350.0, abs=0.02)
+    text = ' '.join(remarks(found))
+    assert 'lie on a ridge' in text
+    assert 'ln damping and friction bias +' in text
+    assert 'not identified alone, as wide as before: ln contact stiffness' in text
+    assert [row.name for row in parameter_rows(found)] == list(PARAMETERS)
+
+
+def test_likelihood_of_hits_misses_and_pitches() -> None:
+    hearing = HearingModel(detection=0.9, false_alarm=0.1, label_error=0.05)
+    squeals = np.array([[0.0, 1.0]])
+    found = SquealProbabilities(squeals, np.stack([squeals, 0.0 * squeals], axis=-1),
+                                np.array([[1600.0, 3000.0]] * 2), np.ones(1))
+    heard = 0.05 + 0.9 * np.array([0.1, 0.9])
+
+    def likelihood(*observations: Observation) -> float:
+        return math.exp(log_likelihood(found, observations, hearing)[0])
+
+    assert likelihood(Observation((0,), True)) == pytest.approx(heard[0])
+    assert likelihood(Observation((1,), False)) == pytest.approx(1.0 - heard[1])
+    assert likelihood(Observation((0, 1), True)) == pytest.approx(
+        1.0 - (1.0 - heard[0]) * (1.0 - heard[1]))
+    right, wrong = (likelihood(Observation((1,), True, hz)) for hz in (1610.0, 3000.0))
+    assert right > 20.0 * wrong
+    grid = np.exp(np.linspace(math.log(1250.0), math.log(16_000.0), 20_001))
+    total = sum(likelihood(Observation((1,), True, hz)) for hz in grid[::10]) * 10 * math.log(
+        grid[1] / grid[0])
+    assert total == pytest.approx(heard[1], rel=0.02)  # a density over ln frequency
+    with pytest.raises(SquealError, match='detection is 0.4'):
+        HearingModel(detection=0.4)
+
+
+def test_scores(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scores, 'has_sklearn', lambda: False)  # bootstraps of 4000 take long
+    rng = np.random.default_rng(0)
+    p = rng.random(4000)
+    heard = rng.random(4000) < p
+    found = scores.score(p, heard, 0.5)
+    assert found.brier == pytest.approx(1.0 / 6.0, abs=0.01)
+    assert found.brier_skill == pytest.approx(1.0 / 3.0, abs=0.03)
+    assert found.calibration_slope == pytest.approx(1.0, abs=0.1)
+    assert found.calibration_error < 0.03
+    bold = p**2 / (p**2 + (1.0 - p)**2)  # twice the logit
+    assert scores.score(bold, heard, 0.5).calibration_slope == pytest.approx(0.5, abs=0.06)
+    flat = scores.score(np.full(9, 0.5), np.zeros(9, bool), 0.5)
+    assert math.isnan(flat.calibration_slope)
+    assert math.isnan(flat.correlation)
+    inputs = rng.random((4000, 3))
+    wet = rng.random(4000) < inputs[:, 0]
+    table = scores.lookup_table(inputs[:2000], wet[:2000], inputs[2000:])
+    assert scores.score(table, wet[2000:], 0.5).brier < 0.19
+
+
+def test_scores_by_scikit_learn() -> None:
+    pytest.importorskip('sklearn', reason='needs scikit-learn')
+    rng = np.random.default_rng(0)
+    x = rng.standard_normal((400, 2))
+    heard = rng.random(400) < 1.0 / (1.0 + np.exp(-3.0 * x[:, 0]))
+    found = scores.score(scores.logistic_regression(x[:200], heard[:200], x[200:]), heard[200:],
+                         0.5)
+    assert found.roc_area > 0.85
+    assert found.roc_interval[0] < found.roc_area < found.roc_interval[1]
+    assert found.precision_interval[0] < found.precision_area < found.precision_interval[1]
+
+
+def test_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scores, 'has_sklearn', lambda: False)
+    found = scores.score(np.array([0.2, 0.8, 0.6]), np.array([False, True, True]), 0.5)
+    assert math.isnan(found.roc_area)
+    assert found.brier == pytest.approx(0.08)
+
+
+def test_a_lone_tick_is_an_application(kang: BrakeModel) -> None:
+    one = BrakeApplication('fl', 'a', np.zeros(1), np.full(1, 20.0), np.full(1, 1e6),
+                           np.full(1, 0.9))
+    found = SquealPredictor(kang, GROWTH, [one]).evaluate(
+        BrakeCandidates.of_ensemble(prior_ensemble(EnsemblePrior(count=8))))
+    assert found.squeals.shape == (8, 1)
+    assert not one.is_observation
