@@ -19,11 +19,10 @@ Advice, never a command: no safety function may rest on it.
 """
 
 from collections.abc import Sequence
+from functools import partial
 import math
 
-import numpy as np
 from squeal_core.brake.operating_point import SlidingConditions
-from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.advice import AdviceSettings, PressureAdvice, PressureAdviser
 from squeal_core.monitor.assessment import Assessment
@@ -31,9 +30,9 @@ from squeal_core.monitor.axles import axle_partners
 from squeal_core.monitor.force_split import NOTHING_KNOWN, SplitAdvice, SplitAdviser, SplitSteps
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.risk.holding import nominal_least_stable
 from squeal_core.risk.squeal_risk import SquealRisk
 
-_NOMINAL = (0.0, 0.0, 1.0)  # ln contact stiffness and ln damping over the model's, slope scale
 _DEVIATIONS = 2.0  # of the emulator's error
 
 
@@ -55,7 +54,6 @@ class VehicleAdvice:
 
     def __init__(self, model: BrakeModel, settings: MonitorSettings, stability: VehicleStability,
                  risk: SquealRisk | None) -> None:
-        self._model, self._stability, self._risk = model, stability, risk
         self._front = front_brakes([brake.name for brake in settings.brakes], settings.axles)
         table = stability.solver.table
         limits = AdviceSettings(
@@ -64,8 +62,9 @@ class VehicleAdvice:
                 _DEVIATIONS * risk.emulator.error.rms if risk else 0.0),
             hold=settings.advice_hold, rear_force=settings.rear_force_ratio,
             front_share=(settings.advice_front_share_low, settings.advice_front_share_high))
-        look_up = stability.least_stable if table else self._emulated if risk else None
-        self._pressures = look_up and PressureAdviser(
+        look_up = stability.least_stable if table else (
+            partial(nominal_least_stable, risk, model) if risk else None)
+        self._pressures = None if look_up is None else PressureAdviser(
             model, limits, stability.tolerances, look_up=look_up, risk=risk)
         self._split = SplitAdviser(model, limits, stability.tolerances, look_up=look_up, risk=risk)
 
@@ -86,19 +85,6 @@ class VehicleAdvice:
         if idle is not None:
             return SplitAdvice(reason=f'{idle.brake} {idle.state}: {idle.reason}')
         return (yield from self._split.steps([*map(_conditions, found)], self._front))
-
-    def _emulated(self, at: SlidingConditions, pressures: FloatArray) -> ComplexArray:
-        """Return the least stable mode of the nominal brake by the emulator."""
-        assert self._risk is not None
-        load = self._model.contact_pressure(1.0) * pressures
-        inputs = np.column_stack(np.broadcast_arrays(
-            math.log(abs(at.rotor_speed)), np.log(load), at.friction, *_NOMINAL))
-        growth, places = self._risk.emulator.evaluate(inputs), self._risk.families
-        rates = growth.growth_rate[:, places]
-        rates = np.where(np.isnan(rates).any(axis=1, keepdims=True), np.nan, rates)
-        best = rates.argmax(axis=1)[:, None]
-        hertz = np.take_along_axis(growth.frequency_hz[:, places], best, axis=1)[:, 0]
-        return np.asarray(rates.max(axis=1) + 2j * math.pi * hertz)
 
 
 def _conditions(found: Assessment) -> SlidingConditions:

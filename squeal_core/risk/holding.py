@@ -16,11 +16,13 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.common.arrays import FloatArray
+from squeal_core.brake.operating_point import SlidingConditions
+from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.build_up import grown
 from squeal_core.risk.squeal_risk import SquealRisk
 
+_NOMINAL = (0.0, 0.0, 1.0)  # ln contact stiffness and ln damping over the model's, slope scale
 _LEAST_KNOWN = 0.5  # of the members' weight: below it no risk is known
 
 
@@ -57,6 +59,19 @@ def holding_exceedances(risk: SquealRisk, model: BrakeModel, duration: float,
         known = ~np.isnan(at.rate).any(axis=0)
         found[place, known] = risk.exceedances(energy)[known]
     return found
+
+
+def nominal_least_stable(risk: SquealRisk, model: BrakeModel, at: SlidingConditions,
+                         pressures: FloatArray) -> ComplexArray:
+    """Return the least stable mode [1/s] of the nominal brake at pressures (n,) [Pa]; or NaN."""
+    inputs = np.column_stack(np.broadcast_arrays(
+        np.log(abs(at.rotor_speed)), np.log(model.contact_pressure(1.0) * pressures), at.friction,
+        *_NOMINAL))
+    found = risk.emulator.evaluate(inputs)
+    rates, hertz = found.growth_rate[:, risk.families], found.frequency_hz[:, risk.families]
+    rates = np.where(np.isnan(rates).any(axis=1, keepdims=True), np.nan, rates)
+    best = rates.argmax(axis=1)[:, None]
+    return np.asarray(np.take_along_axis(rates + 2j * np.pi * hertz, best, axis=1)[:, 0])
 
 
 def over_members(risk: SquealRisk, values: FloatArray) -> FloatArray:

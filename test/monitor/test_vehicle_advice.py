@@ -112,7 +112,7 @@ def test_split_in_steps_within_the_limits_of_the_settings() -> None:
         CAR, (8e6, 8e6, 3e6, 3e6), strict=True)]
     found, steps = ended(advice(advice_front_share_high=0.6).split(car))
     assert found.front_share <= 0.6
-    assert 4 * 10 <= steps <= 4 * 14  # one a brake for each share and each full solution
+    assert 4 * 9 <= steps <= 4 * 13  # one a brake for each share and each full solution
     assert found.gain > 0.1
 
 
