@@ -26,7 +26,7 @@ import sys
 from squeal_core import __version__
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
-from squeal_ros.cli import point_commands as commands
+from squeal_ros.cli import advise_options, point_commands as commands
 from squeal_ros.cli.calibrate_options import add_calibrate
 from squeal_ros.cli.calibrate_options import DESCRIPTION as CALIBRATE
 from squeal_ros.cli.command_parser import (
@@ -109,6 +109,10 @@ def parser() -> argparse.ArgumentParser:
     _map(sub.add_parser('map', help='stability over one or two parameters'))
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
+    advised = sub.add_parser('advise', help='quiet pressures, and a map of the risk to export',
+                             description=advise_options.DESCRIPTION)
+    advised.set_defaults(run=_from_module('advise_commands', 'advise'))
+    advise_options.add_advise(advised)
     _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
     simulated = sub.add_parser('simulate', help='squeal in the time domain: sound and events',
                                description=DESCRIPTION)
