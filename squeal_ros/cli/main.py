@@ -109,11 +109,11 @@ def parser() -> argparse.ArgumentParser:
     _map(sub.add_parser('map', help='stability over one or two parameters'))
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
+    _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
     advised = sub.add_parser('advise', help='quiet pressures, and a map of the risk to export',
                              description=advise_options.DESCRIPTION)
     advised.set_defaults(run=_from_module('advise_commands', 'advise'))
     advise_options.add_advise(advised)
-    _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
     simulated = sub.add_parser('simulate', help='squeal in the time domain: sound and events',
                                description=DESCRIPTION)
     simulated.set_defaults(run=_from_module('simulate_commands', 'simulate'))

@@ -23,8 +23,10 @@ from typing import Any
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.alarm_events import AlarmEvent, AlarmEvents
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.vehicle_advice import VehicleAdvice
 from squeal_core.monitor.vehicle_monitor import Assessment, Reading, VehicleMonitor
 from squeal_ros.node import messages
+from squeal_ros.node.advice_reports import AdviceReports
 from squeal_ros.node.diagnostics import Reporter
 from squeal_ros.node.executor import DeferredCallbackGroup, Report, report_exceptions
 from squeal_ros.node.field_check import check_fields
@@ -80,16 +82,22 @@ class ConfiguredMonitor:
 
     def _set_up_reports(self, library: RosMessages, model: BrakeModel, settings: MonitorSettings,
                         health: Health) -> None:
+        self.advice = AdviceReports(settings, self._advice(settings), self.outputs.publish_number)
         self.reporter = Reporter(
             self._node.get_fully_qualified_name().lstrip('/'), settings, library, health, model,
             self.inputs, self.outputs, lambda: self.router.problems.total(),
             lambda: self.monitor.evaluator.figures(),
             lambda: self.monitor.cross_checks.summary, self.alarms,
-            self.monitor.evaluator.risk.unknown)
+            self.monitor.evaluator.risk.unknown, self.advice)
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
             self.reporter.mode_shapes = self.pictures.status
+
+    def _advice(self, settings: MonitorSettings) -> VehicleAdvice:
+        evaluator = self.monitor.evaluator
+        return VehicleAdvice(evaluator.stability.model, settings, evaluator.stability,
+                             evaluator.risk.squeal_risk)
 
     def begin(self) -> None:
         """Forget what came before: the queues hold messages of when nobody took them."""
@@ -104,6 +112,7 @@ class ConfiguredMonitor:
         self.router = Router.of(settings, self.router.problems)
         self.monitor.update_settings(settings)
         self.alarms.update_settings(settings)
+        self.advice.update_settings(settings, self._advice(settings))
         self.reporter.update_settings(settings)
         if self.pictures:
             self.pictures.update_settings(settings)
@@ -113,6 +122,7 @@ class ConfiguredMonitor:
         assessments = self.monitor.assess(tick.time)
         self.outputs.publish(assessments)
         self._tell(tick.time, self.alarms.update(assessments))
+        self.advice.take(assessments)
         self.reporter.report(assessments)
         if self.pictures:
             self.pictures.update(assessments, time.monotonic_ns())
@@ -126,6 +136,7 @@ class ConfiguredMonitor:
             for name, brake in self.monitor.brakes.items())
         self.outputs.publish(assessments)
         self._tell(now, self.alarms.end(assessments))
+        self.advice.forget(tuple(self.monitor.brakes))
         self.reporter.report_unknown(assessments, reason)
         if self.pictures:
             self.pictures.wipe()

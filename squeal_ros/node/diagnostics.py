@@ -25,6 +25,7 @@ from squeal_core.monitor.alarm_events import AlarmEvents
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
+from squeal_ros.node.advice_reports import AdviceReports
 from squeal_ros.node.costly_figures import CostlyFigures
 from squeal_ros.node.node_statistics import Growth, Health, Turns
 from squeal_ros.node.publishers import OutputTopics
@@ -58,6 +59,8 @@ class Reporter:
         Of the brakes, up to date.
     unknown_risk : str
         Why no squeal risk is known of any brake; empty where it is.
+    advice : AdviceReports
+        Up to date.
 
     """
 
@@ -66,7 +69,7 @@ class Reporter:
                  unreadable: Callable[[], int],
                  stability: Callable[[], Mapping[str, float]],
                  cross_checks: Callable[[], str], alarms: AlarmEvents,
-                 unknown_risk: str) -> None:
+                 unknown_risk: str, advice: AdviceReports) -> None:
         self.name, self._settings = name, settings
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
@@ -75,7 +78,7 @@ class Reporter:
         self._topics = {(brake.name, signal): source.topic for brake in settings.brakes
                         for signal, source in brake.inputs.items()}
         self.mode_shapes = 'off'
-        self._alarms, self._unknown_risk = alarms, unknown_risk
+        self._alarms, self._unknown_risk, self._advice = alarms, unknown_risk, advice
         self._levels: list[int] = []
         self._turns, self._costly = Turns(len(settings.brakes) + 1), CostlyFigures(settings)
         self._confirmed: dict[str, int] = {}  # when margins of brakes last were [ns]
@@ -128,7 +131,8 @@ class Reporter:
             return {}
         confirmed = self._confirmed.get(assessment.brake)
         age = math.nan if confirmed is None else round(1e-9 * (assessment.time - confirmed), 6)
-        return {**figures, 'friction_margin_confirmed_age_s': age}
+        return {**figures, 'friction_margin_confirmed_age_s': age,
+                **self._advice.of_brake(assessment.brake)}
 
     def _node_status(self, assessments: Sequence[Assessment],
                      stopped: str) -> messages.NodeStatus:
@@ -148,8 +152,8 @@ class Reporter:
             'dropped_messages': self._inputs.dropped, 'wrong_publishers': len(wrong),
             'contradicted_topics': len(contradicted),
             'rate_hz': self._settings.rate, 'mode_shapes': self.mode_shapes,
-            **self._model, **stability, 'cross_checks': self._cross_checks(),
-            **self._inputs.values(steady)}
+            **self._model, **stability, **self._advice.of_vehicle(),
+            'cross_checks': self._cross_checks(), **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)
         said = [*filter(None, [self._unknown_risk]), *wrong, *contradicted, *faults]

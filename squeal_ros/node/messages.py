@@ -29,6 +29,8 @@ NUMBERS = ('squeal_risk', 'instability_probability', 'build_up', 'growth_rate', 
 TYPES = {**dict.fromkeys(NUMBERS, 'std_msgs/msg/Float64'),
          'unstable_frequencies': 'std_msgs/msg/Float64MultiArray'}
 DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
+ADVICE = dict.fromkeys(('quiet_pressure_below', 'quiet_pressure_above'), 'std_msgs/msg/Float64')
+FRONT_SHARE = 'least_risk_front_share'  # name of a topic of the vehicle, likewise Float64
 EVENTS = 'events'  # name of the topic of alarms that begin and end, of DIAGNOSTICS_TYPE
 MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
 

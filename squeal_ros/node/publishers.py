@@ -58,7 +58,7 @@ class OutputTopics:
                  mode_shapes: bool, aside: DeferredCallbackGroup) -> None:
         self._node, self._library, self._aside = node, library, aside
         self._publishers: dict[tuple[str, str], Any] = {}
-        types = dict(messages.TYPES)
+        types = {**messages.TYPES, **messages.ADVICE}
         if mode_shapes:
             types['mode_shape'] = messages.MARKERS_TYPE
         self.why_no_state = why_no_state(library)
@@ -71,6 +71,8 @@ class OutputTopics:
                         f'~/{brake}/{name}', type_name, latched=int(name in _LATCHED))
             self._publishers['', _DIAGNOSTICS] = self._create(
                 _DIAGNOSTICS, messages.DIAGNOSTICS_TYPE)
+            self._publishers['', messages.FRONT_SHARE] = self._create(
+                f'~/{messages.FRONT_SHARE}', 'std_msgs/msg/Float64')
             self._publishers['', messages.EVENTS] = self._create(
                 f'~/{messages.EVENTS}', messages.DIAGNOSTICS_TYPE, latched=_EVENTS)
         except Exception:
@@ -94,6 +96,11 @@ class OutputTopics:
             if not self.why_no_state:
                 self._publishers[assessment.brake, state_message.NAME].publish(
                     state_message.serialised_state(assessment))
+
+    def publish_number(self, brake: str, name: str, value: float) -> None:
+        """Publish a Float64 of a brake, or of the vehicle where the brake is ''."""
+        message = self._library.type('std_msgs/msg/Float64')(data=value)
+        self._publishers[brake, name].publish(message)
 
     def publish_markers(self, brake: str, markers: Any) -> None:
         self._publishers[brake, 'mode_shape'].publish(markers)

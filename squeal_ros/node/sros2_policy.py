@@ -73,8 +73,9 @@ def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
 
 
 def _published(settings: MonitorSettings) -> Iterator[str]:
-    yield from ('/diagnostics', f'~/{messages.EVENTS}', *_TOPICS)
-    outputs = [*messages.TYPES, state_message.NAME]  # that one where squeal_msgs is installed
+    yield from ('/diagnostics', f'~/{messages.EVENTS}', f'~/{messages.FRONT_SHARE}', *_TOPICS)
+    # the state where squeal_msgs is installed
+    outputs = [*messages.TYPES, *messages.ADVICE, state_message.NAME]
     if settings.mode_shapes:
         outputs.append('mode_shape')
     for brake in settings.brakes:

@@ -70,7 +70,8 @@ def test_every_figure_is_a_value() -> None:
                  'likely_modes', 'unstable_frequencies_hz', 'unstable_growth_rates_1_s',
                  'unstable_build_ups_nepers', 'mode_shapes', 'model',
                  'audit_failed_names', 'cross_checks', 'friction_margin_reason',
-                 'friction_margin_confirmed'}
+                 'friction_margin_confirmed', 'quiet_pressure_confirmed',
+                 'quiet_pressure_reason', 'split_basis', 'split_confirmed', 'split_reason'}
         for status in (fl, fr, node):
             keys = [item.key for item in status.values]
             assert len(set(keys)) == len(keys)
