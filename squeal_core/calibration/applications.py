@@ -172,7 +172,7 @@ class MatchedEvents:
 
     @property
     def heard(self) -> int:
-        """Number of observations with squeal."""
+        """Return the number of observations with squeal."""
         return sum(one.heard for one in self.observations)
 
 

@@ -94,9 +94,11 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
     Parameters
     ----------
     model : BrakeModel
+        Of all brakes.
     emulator : GrowthSource
         Of the model.
     applications : sequence of BrakeApplication
+        Of any number of recordings.
     observations : sequence of Observation
         `match_events` of them.
     prior : EnsemblePrior, optional

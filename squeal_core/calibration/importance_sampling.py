@@ -67,17 +67,17 @@ class WeightedSample:
 
     @property
     def effective_size(self) -> float:
-        """Number of draws of equal weight that are worth as much."""
+        """Return the number of draws of equal weight that are worth as much."""
         return self.rounds[-1].effective_size
 
     @property
     def mean(self) -> FloatArray:
-        """Weighted mean (d,)."""
+        """Return the weighted mean, (d,)."""
         return np.asarray(self.weights @ self.values)
 
     @property
     def covariance(self) -> FloatArray:
-        """Weighted covariance (d, d)."""
+        """Return the weighted covariance, (d, d)."""
         from_mean = self.values - self.mean
         return np.asarray((self.weights[:, None] * from_mean).T @ from_mean)
 
@@ -116,6 +116,7 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
     enough : float
         Effective sample size at the full power at which it ends.
     seed : int
+        Of the Sobol points.
     progress : callable
         Told each round.
 

@@ -77,6 +77,7 @@ def log_likelihood(found: SquealProbabilities, observations: Sequence[Observatio
     observations : sequence of Observation
         What was heard of them.
     hearing : HearingModel
+        Rates of detection and errors.
 
     """
     heard = np.clip(hearing.heard(found.squeals), 1e-12, 1.0 - 1e-12)

@@ -82,7 +82,9 @@ def score(probability: FloatArray, heard: NDArray[np.bool_], base_rate: float, *
     Parameters
     ----------
     probability : (n,) array
+        Of an event.
     heard : (n,) array of bool
+        Whether there was one.
     base_rate : float
         Of the training applications.
     seed : int

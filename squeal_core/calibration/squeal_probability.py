@@ -28,6 +28,7 @@ from squeal_core.risk.risk_records import GrowthSource, RiskSettings
 from squeal_core.risk.scatter import exceedance, NODES
 
 STEP = 0.25  # s between ticks at which growth is evaluated
+_MOST_KNOTS = 20_000  # of all applications about; of longer recordings they are further apart
 _ROWS = 40_000  # points that the emulator is given at once: memory
 
 
@@ -86,7 +87,7 @@ class SquealPredictor:
     settings : RiskSettings, optional
         Squeal band and noise floor.
     step : float
-        Between ticks at which growth is evaluated [s].
+        Between ticks at which growth is evaluated [s], where there are not very many.
 
     """
 
@@ -102,7 +103,8 @@ class SquealPredictor:
         self._families = np.flatnonzero((frequency >= low) & (frequency <= high))
         self._decay, self._frequency = decay[self._families], frequency[self._families]
         self._count = len(applications)
-        chosen = [one.knots(step) for one in applications]
+        total = sum(float(np.ptp(one.time)) for one in applications)
+        chosen = [one.knots(max(step, total / _MOST_KNOTS)) for one in applications]
         self._knots = [_knots_of(model, one, *found)
                        for one, found in zip(applications, chosen, strict=True)]
 

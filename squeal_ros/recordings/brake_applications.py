@@ -17,6 +17,7 @@
 from collections.abc import Iterable
 import math
 
+import numpy as np
 from squeal_core.calibration.applications import BrakeApplication
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, AssessmentContext
@@ -94,8 +95,7 @@ class ApplicationCollector:
     def _end(self, brake: str) -> None:
         rows = self._open.pop(brake, [])
         if any(math.isfinite(row[1]) for row in rows):
-            self.found.append(BrakeApplication(
-                brake, self._recording, *map(list, zip(*rows, strict=True))))  # type: ignore[arg-type]
+            self.found.append(BrakeApplication(brake, self._recording, *np.array(rows).T))
 
     def finish(self) -> list[BrakeApplication]:
         """End what is open and return all applications in the order of their starts."""

@@ -48,8 +48,8 @@ def stops() -> list[Entry]:
     """Return a drive of stops of 1.5 s, each at its own friction, released in between."""
     rng, found = np.random.default_rng(1), []
     for number in range(STOPS * 25):
-        time, friction = START + number * SECOND // 10, 0.36 + 0.12 * (number // 25 * 7 % STOPS
-                                                                     ) / STOPS
+        time = START + number * SECOND // 10
+        friction = 0.36 + 0.12 * (number // 25 * 7 % STOPS) / STOPS
         pressed = 5 <= number % 25 < 20
         noise = 1.0 + 1e-3 * rng.standard_normal(3)
         found += [

@@ -95,9 +95,11 @@ def listen(source: GrowthSource, applications: Sequence[BrakeApplication], value
     source : GrowthSource
         Of the true growth rates.
     applications : sequence of BrakeApplication
+        What the driver does.
     values : (5,) array
         ln damping, ln k_c, friction bias, slope scale, N* of the brake.
     rng : Generator
+        Of the scatter.
     friction, damping : float
         Scatter of friction and of ln damping from application to application.
     draws : int
@@ -174,9 +176,11 @@ def trial(model: BrakeModel, truth_of: GrowthSource, source: GrowthSource, seed:
     Parameters
     ----------
     model : BrakeModel
+        Of the brake.
     truth_of, source : GrowthSource
         True growth rates, and those that are calibrated.
     seed : int
+        Of brake, applications and labels.
     train, test : int
         Applications to fit and to score.
     wrong : float
