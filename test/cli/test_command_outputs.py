@@ -63,7 +63,8 @@ def commands(model: Path, folder: Path, name: str) -> list[list[object]]:
         ['locus', model, '--over', 'friction=0:0.5:3', '-o', folder / f'{name}.json',
          '--without-rotation'],
         ['locus', model, '--over', 'friction=0:0.5:3', '--plot', folder / f'{name}.pdf'],
-        ['tabulate', model, '-o', folder / f'{name}.npz', *ranges, '--workers', 0]]
+        ['tabulate', model, '-o', folder / f'{name}.npz', *ranges, '--workers', 0,
+         '--no-growth']]
 
 
 def test_an_existing_file_needs_force(model: Path, tmp_path: Path, capsys: Any) -> None:
