@@ -27,7 +27,7 @@ _LEAST = 1e-3  # probabilities are this far from 0 and 1 at least where a logari
 _BINS = 5  # of a calibration curve, equally full
 _RESAMPLES = 200  # of the bootstrap
 _TERCILES = (1.0 / 3.0, 2.0 / 3.0)
-EXTRA = "needs scikit-learn: pip install 'squeal_ros[calibration]'"
+EXTRA = "needs scikit-learn: pip install -e '.[calibration]' in the checkout"
 
 
 @dataclass(frozen=True)

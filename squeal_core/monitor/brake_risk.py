@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Squeal risk of a brake at a tick, by the model's modes."""
 
 from collections.abc import Iterable, Mapping

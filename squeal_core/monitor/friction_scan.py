@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Growth rates along friction, on a grid of rotor speeds and pressures, as they are needed."""
 
 from collections.abc import Callable

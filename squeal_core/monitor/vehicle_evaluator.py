@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Evaluation of prepared ticks: stability of each brake, and the risk of its application."""
 
 from collections.abc import Iterator, Sequence

@@ -23,7 +23,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -33,7 +33,7 @@ from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, read
 from squeal_core.common.errors import ModelError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.emulator_audit import growth_differences, MATTERS, point_at
+from squeal_core.risk.emulator_audit import growth_differences, MATTERS
 from squeal_core.risk.growth_emulator import (
     affine_coefficients,
     EmulatorDomain,
@@ -42,8 +42,8 @@ from squeal_core.risk.growth_emulator import (
     PolynomialBasis,
 )
 from squeal_core.risk.mode_families import coupled, ModeFamily, ReferenceModes
-from squeal_core.stability.eigensolution import SQUEAL_BAND, Tolerances
-from squeal_core.stability.state_space import state_matrix
+from squeal_core.risk.training_solutions import solution_at, solve_points, TrainingSolutions
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 Progress: TypeAlias = Callable[[int, int], None]
 
@@ -111,19 +111,11 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
     for key, part in run_jobs(solve_points, jobs, workers):
         parts[key], done = part, done + len(part.eigenvalues)
         progress(done, solutions + hold_out)
-    training = _Solutions(*(np.concatenate(arrays) for arrays in zip(
+    training = TrainingSolutions(*(np.concatenate(arrays) for arrays in zip(
         *(parts[key] for key in sorted(parts)), strict=True)))
     found = _fitted(model, domain, inputs, training, chosen, band_hz)
     return _with_error(found, scattered_inputs(domain, hold_out, seed + 1), workers,
                        lambda count: progress(solutions + count, solutions + hold_out))
-
-
-class _Solutions(NamedTuple):
-    """Eigenvalues (P, N) by mode number, slopes (P, N, 6), projections on references (P, N, N)."""
-
-    eigenvalues: ComplexArray
-    slopes: ComplexArray
-    projections: Any
 
 
 def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArray:
@@ -140,55 +132,7 @@ def _reference(model: BrakeModel, inputs: FloatArray) -> ReferenceModes:
     return ReferenceModes(model, (float(stiffness.min()), float(stiffness.max())))
 
 
-def solve_points(model: BrakeModel, reference: ReferenceModes, inputs: FloatArray) -> _Solutions:
-    """Return the full solutions at inputs (P, 6)."""
-    found = [_solve(model, reference, point_at(model, row)) for row in inputs]
-    return _Solutions(*(np.stack(arrays) for arrays in zip(*found, strict=True)))
-
-
-def _solve(model: BrakeModel, reference: ReferenceModes, point: OperatingPoint) -> _Solutions:
-    state = state_matrix(model, model.damping(point), model.stiffness(point))
-    held = len(state) - model.size
-    moving = np.logical_not(model.free_coordinates)
-    values, right = np.linalg.eig(state)
-    left = np.linalg.inv(right)[:, held:]
-    up = np.flatnonzero(values.imag > Tolerances.of(model).oscillation)
-    place, velocity = right[:held, up], right[held:, up]
-    shapes = np.where(moving[:, None], velocity, 0.0)
-    shapes /= np.linalg.norm(shapes, axis=0)
-    numbers, columns, projections = reference.numbered(shapes, point.contact_stiffness)
-    found = _Solutions(np.full(model.size, np.nan, complex),
-                       np.full((model.size, 6), np.nan, complex),
-                       np.zeros((model.size, model.size), np.float32))
-    found.eigenvalues[numbers] = values[up][columns]
-    found.slopes[numbers] = _slopes(model, point, left[up], place, velocity)[columns]
-    found.projections[numbers] = projections[:, columns].T
-    return found
-
-
-def _slopes(model: BrakeModel, q: OperatingPoint, left: ComplexArray, place: ComplexArray,
-            velocity: ComplexArray) -> ComplexArray:
-    """Return the slopes (n, 6) of eigenvalues along `affine_coefficients`."""
-    def by(array: Any, vectors: ComplexArray) -> Any:
-        if array is None:
-            return np.zeros(len(left), complex)
-        return -np.einsum('ij,ji->i', left @ array[:, :], vectors)
-
-    moving = np.logical_not(model.free_coordinates)
-    spring, couple = (by(None if array is None else array[:, moving], place)
-                      for array in (model.contact_stiffness, model.friction_couple))
-    dashpot, dragged = by(model.contact_damping, velocity), by(model.contact_damping_couple,
-                                                               velocity)
-    stiffness, friction, scale = q.contact_stiffness, q.friction, q.damping_scale
-    return np.column_stack([
-        by(model.gyroscopic, velocity), by(model.radial_dissipation, velocity),
-        by(model.negative_slope, velocity),
-        spring + friction * couple + scale * (dashpot + friction * dragged),
-        stiffness * (couple + scale * dragged),
-        by(model.material_damping, velocity) + stiffness * (dashpot + friction * dragged)])
-
-
-def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, training: _Solutions,
+def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, training: TrainingSolutions,
             reference: ReferenceModes, band_hz: tuple[float, float]) -> GrowthEmulator:
     """Return the emulator of full solutions, its error not yet known."""
     basis = _basis(model, inputs)
@@ -210,7 +154,7 @@ def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, train
                           EmulatorError(np.nan, np.nan))
 
 
-def _families(training: _Solutions, band_hz: tuple[float, float]) -> list[IndexArray]:
+def _families(training: TrainingSolutions, band_hz: tuple[float, float]) -> list[IndexArray]:
     """Return the families, smallest first, that come near to growing in the band."""
     low, high = band_hz
     values = training.eigenvalues
@@ -226,7 +170,7 @@ def _described(model: BrakeModel, reference: ReferenceModes,
     """Return what is said of families, by the solution without friction."""
     point = OperatingPoint(rotor_speed=1e-3, friction=0.0, contact_pressure=0.0,
                            contact_stiffness=model.nominal_contact_stiffness)
-    values = _solve(model, reference, point).eigenvalues
+    values = solution_at(model, reference, point).eigenvalues
     return tuple(ModeFamily(
         tuple((places + 1).tolist()), float(values[places].imag.mean() / (2.0 * np.pi)),
         float(-values[places].real.mean())) for places in families)
@@ -254,7 +198,7 @@ def _invariants_of(values: ComplexArray, slopes: ComplexArray) -> tuple[Any, Any
             np.stack([slopes.mean(axis=1), 2.0 * half[:, None] * turn], axis=1))
 
 
-def _fit(rows: FloatArray, wanted: ComplexArray, training: _Solutions,
+def _fit(rows: FloatArray, wanted: ComplexArray, training: TrainingSolutions,
          places: IndexArray) -> ComplexArray:
     """
     Return the weights (T, n) of terms that fit invariants and their slopes (7, P, n).

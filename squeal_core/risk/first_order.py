@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """Probability that a brake is unstable, to first order in what is uncertain."""
 
 from collections.abc import Sequence

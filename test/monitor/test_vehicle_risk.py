@@ -11,6 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
+
 """The risk through brake applications: when it is evaluated, held, begun anew, marked."""
 
 from collections.abc import Iterator

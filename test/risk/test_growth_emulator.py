@@ -22,11 +22,12 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.common.resources import config_folder
 from squeal_core.risk.emulator_audit import audit, point_at
-from squeal_core.risk.emulator_builder import build_growth_emulator, solve_points
+from squeal_core.risk.emulator_builder import build_growth_emulator
 from squeal_core.risk.emulator_file import read_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
 from squeal_core.risk.mode_families import coupled, ReferenceModes
+from squeal_core.risk.training_solutions import solve_points
 from support.engine_models import random_model
 
 
