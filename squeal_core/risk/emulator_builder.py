@@ -132,8 +132,9 @@ def _reference(model: BrakeModel, inputs: FloatArray) -> ReferenceModes:
     return ReferenceModes(model, (float(stiffness.min()), float(stiffness.max())))
 
 
-def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray, training: TrainingSolutions,
-            reference: ReferenceModes, band_hz: tuple[float, float]) -> GrowthEmulator:
+def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray,
+            training: TrainingSolutions, reference: ReferenceModes,
+            band_hz: tuple[float, float]) -> GrowthEmulator:
     """Return the emulator of full solutions, its error not yet known."""
     basis = _basis(model, inputs)
     coefficients, _ = affine_coefficients(model, inputs)

@@ -33,7 +33,7 @@ from squeal_core.risk.emulator_file import (
     write_emulator,
 )
 from squeal_core.risk.growth_emulator import GrowthEmulator
-from squeal_core.surrogate.table_file import find_table_file
+from squeal_core.surrogate.table_file import find_table
 from support.archives import parts, rewrite
 from support.engine_models import random_model
 
@@ -102,7 +102,7 @@ def test_where_emulators_are_found(emulator: GrowthEmulator, path: Path,
     path.with_name('a.growth.npz').write_bytes(b'no archive')
     assert find_emulator_file(model) == path
     assert find_emulator_file(other) is None
-    assert find_table_file(model) is None  # an emulator is no table
+    assert find_table(model) is None  # an emulator is no table
     cached = cached_emulator_path(other)
     cached.parent.mkdir(parents=True, exist_ok=True)
     write_emulator(cached, emulator, other)
