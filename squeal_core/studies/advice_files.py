@@ -26,7 +26,6 @@ from squeal_core.common.output import OutputFiles
 from squeal_core.studies.advice_map import AdviceMap, NOTICE
 
 FORMATS = ('.csv', '.c', '.h')
-_UNKNOWN = -1.0  # of a risk, in C
 _LINE = 5  # numbers
 
 
@@ -78,14 +77,14 @@ def _csv(found: AdviceMap) -> Iterator[str]:
 def _c(found: AdviceMap) -> Iterator[str]:
     yield '/*'
     for line in (*_about(found), 'risk: squeal_risk[pressure][rotor speed][friction]; '
-                 f'{_UNKNOWN:g}: not known'):
+                 'NAN: not known, which is neither quiet nor squeal'):
         yield f' * {line.replace("*/", "* /")}'
     yield ' */'
+    yield '#include <math.h>'
     for name, axis in found.axes.items():
         yield from _array(f'squeal_{name}[{axis.size}]', axis, _number)
     shape = ''.join(f'[{axis.size}]' for axis in found.axes.values())
-    yield from _array(f'squeal_risk{shape}',
-                      np.where(np.isnan(found.risk), _UNKNOWN, found.risk), _risk)
+    yield from _array(f'squeal_risk{shape}', found.risk, _risk)
     yield _LOOK_UP.format(*found.risk.shape)
 
 
@@ -103,7 +102,7 @@ def _rows(values: FloatArray, indent: str, text: Callable[[float], str]) -> Iter
             yield from _rows(row, f'{indent}  ', text)
             yield f'{indent}}},'
         return
-    numbers = [f'{text(value)}f,' for value in values.tolist()]
+    numbers = ['NAN,' if math.isnan(value) else f'{text(value)}f,' for value in values.tolist()]
     for start in range(0, len(numbers), _LINE):
         yield indent + ' '.join(numbers[start:start + _LINE])
 
@@ -131,7 +130,7 @@ static int squeal_place(const float *axis, int count, float value, float *part)
     return i;
 }}
 
-/* Risk, linear between the points of the axes; negative: not known, or outside the axes. */
+/* Risk, linear between the points of the axes; NAN: not known, or outside the axes. */
 float squeal_risk_at(float pressure_pa, float rotor_speed_rad_s, float friction)
 {{
     float part[3], risk = 0.0f;
@@ -140,17 +139,15 @@ float squeal_risk_at(float pressure_pa, float rotor_speed_rad_s, float friction)
     const int f = squeal_place(squeal_friction, {}, friction, &part[2]);
     int corner;
     if (p < 0 || s < 0 || f < 0) {{
-        return -1.0f;
+        return NAN;
     }}
     for (corner = 0; corner < 8; ++corner) {{
         const int i = corner & 1, j = (corner >> 1) & 1, k = corner >> 2;
         const float weight = (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1])
                              * (k ? part[2] : 1.0f - part[2]);
-        const float there = squeal_risk[p + i][s + j][f + k];
-        if (weight > 0.0f && there < 0.0f) {{
-            return -1.0f;
+        if (weight > 0.0f) {{ /* what is not known on the other side does not matter */
+            risk += weight * squeal_risk[p + i][s + j][f + k];
         }}
-        risk += weight * there;
     }}
     return risk;
 }}"""

@@ -31,7 +31,7 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.advice import AdviceSettings, bar, PressureAdvice, PressureAdviser
 from squeal_core.monitor.settings import band_of, load_settings, MonitorSettings, read_settings
-from squeal_core.monitor.vehicle_risk import VehicleRisk
+from squeal_core.monitor.vehicle_risk import OUTSIDE, VehicleRisk
 from squeal_core.risk.squeal_risk import SquealRisk
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.studies.advice_files import FORMATS, write_advice_map
@@ -165,12 +165,13 @@ def _map(model: BrakeModel, chosen: MonitorSettings, risks: VehicleRisk, hold: f
             workers=options.workers, progress=progress)
     write_advice_map(found, *options.output, overwrite=options.force)
     known = int(np.isfinite(found.risk).sum())
+    others = f' (the others are {OUTSIDE})' if 0 < known < found.risk.size else ''
     summary = {'output': options.output, 'points': found.risk.size, 'risks_known': known,
                'stable_points': int((found.growth_rate <= chosen.growth_threshold).sum()),
                **found.about}
     print(json.dumps(plain(summary)) if options.json else
-          f'{", ".join(options.output)}: {found.risk.size} points, {known} with a risk, '
-          f'{summary["stable_points"]} stable')
+          f'{", ".join(options.output)}: {found.risk.size} points, {known} with a risk'
+          f'{others}, {summary["stable_points"]} stable')
     return 0 if known else 1
 
 
@@ -190,4 +191,5 @@ def _about(name: str, model: BrakeModel, chosen: MonitorSettings, risks: Vehicle
         return {**about, 'valid': f'no risk is known: {risks.unknown}'}
     return {**about, 'rests on': risk.basis, 'error of growth rates':
             f'{risk.emulator.error.rms:.2g} 1/s rms', 'valid':
-            'steady sliding at points and between them; nothing is known outside the axes'}
+            'steady sliding at points and between them; no risk is known outside the axes and '
+            'outside the range of the growth emulator (`squeal info MODEL` shows it)'}
