@@ -76,13 +76,17 @@ def grown(energy: FloatArray, growth_rate: FloatArray, duration: float, decay_ra
         Energy at saturation.
 
     """
-    rate = np.where(np.abs(growth_rate) < _LEAST_RATE, _LEAST_RATE, growth_rate)
-    stationary = -decay_rate / rate
+    still = np.abs(growth_rate) < _LEAST_RATE
+    rate = np.where(still, _LEAST_RATE, growth_rate) if still.any() else growth_rate
+    noise = decay_rate / rate
+    found = np.asarray(energy + noise)
     with np.errstate(over='ignore'):  # the cap ends it
-        found = np.exp(2.0 * duration * rate) * (energy - stationary) + stationary
-    found = np.minimum(found, cap)
-    unknown = np.isnan(found)
-    return np.where(unknown, energy, found) if unknown.any() else found
+        found *= np.exp(2.0 * duration * rate)
+    found -= noise
+    np.minimum(found, cap, out=found)
+    if np.isnan(found.min(initial=np.inf)):
+        return np.where(np.isnan(found), energy, found)
+    return found
 
 
 def halves(before: FloatArray, now: FloatArray, *, edge: bool) -> tuple[FloatArray, FloatArray]:
@@ -95,4 +99,5 @@ def halves(before: FloatArray, now: FloatArray, *, edge: bool) -> tuple[FloatArr
     """
     if edge:
         return before, now
-    return 0.75 * before + 0.25 * now, 0.25 * before + 0.75 * now
+    quarter = 0.25 * (now - before)
+    return before + quarter, now - quarter

@@ -26,6 +26,7 @@ from squeal_core.common.arrays import FloatArray
 
 NODES = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0])  # standard deviations
 WEIGHTS = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]) / 36.0  # (friction, damping)
+_FARTHEST = -9.0  # standard deviations, beyond which are 1e-19
 _FINE = ndtri((np.arange(6) + 0.5) / 6.0)  # damping, of equal probability
 
 
@@ -52,11 +53,13 @@ def exceedance(margin: FloatArray) -> FloatArray:
     (...) array
 
     """
-    low, middle, high = np.tensordot(_THROUGH, margin, axes=(1, 1)).swapaxes(0, 1)
-    steps = np.stack([low - middle, high - middle])  # (2, points, ...), outwards to the nodes
+    low, middle, high = _THROUGH @ margin.reshape(3, 3, -1)  # (points, ...) each
+    steps = np.stack([low - middle, high - middle])  # outwards to the nodes
     with np.errstate(divide='ignore', invalid='ignore'):
-        zero = np.minimum(NODES[2] * middle / steps, 0.0)  # less the standard deviations to it
-    beyond = ndtr(zero)  # of the half of the values on the node's side
-    inside = np.where(steps < 0.0, 0.5 - beyond, beyond)
-    inside = np.where(steps == 0.0, 0.5 * (middle > 0.0), inside)
-    return np.asarray(inside.sum(axis=0).mean(axis=0))
+        zero = NODES[2] * middle / steps  # less the standard deviations to it
+    inside = np.empty_like(steps)
+    inside[:] = 0.5 * (middle > 0.0)  # of all values on the node's side
+    some = np.flatnonzero((zero <= 0.0) & (zero > _FARTHEST))
+    beyond = ndtr(zero.ravel()[some])
+    inside.ravel()[some] = np.where(steps.ravel()[some] < 0.0, 0.5 - beyond, beyond)
+    return np.asarray(inside.sum(axis=0).mean(axis=0).reshape(margin.shape[2:]))
