@@ -56,7 +56,7 @@ class ApplicationRisk:
         self.incomplete = True  # nothing is known of what was before the first tick
 
     def _reset(self) -> None:
-        self.energy, self.peak = np.ones(self._shape), np.ones(self._shape)
+        self.energy, self.peak = np.ones(self._shape), np.ones((3, 3, 1, self._shape[-1]))
         self.growing = np.zeros((3, 3, self._shape[-1]))
         self.incomplete = False
 
@@ -159,8 +159,9 @@ class ApplicationRisk:
         cap = np.array(np.inf) if growth is None else growth.cap
         self.energy = grown(self.energy, rates, duration, self._risk.decay, cap)
         if growth is not None:
-            np.maximum(self.peak, self.energy, out=self.peak)
-            self.growing += duration * (rates.max(axis=2, initial=-1.0) > 0.0)
+            largest = self.energy.max(axis=2, keepdims=True, initial=1.0)
+            np.maximum(self.peak, largest, out=self.peak)
+            self.growing += duration * (rates > 0.0).any(axis=2)
 
 
 def over_application(risk: SquealRisk, times_ns: Sequence[int],

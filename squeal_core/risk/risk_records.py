@@ -146,8 +146,10 @@ class BuildUpState(Protocol):
 
     Attributes
     ----------
-    energy, peak : (3, 3, F, M) arrays
-        Of each family over its floor, and the largest since the start of the application.
+    energy : (3, 3, F, M) array
+        Of each family over its floor.
+    peak : (3, 3, 1, M) array
+        The largest of all families since the start of the application.
     growing : (3, 3, M) array
         Time since then in which some family grew [s].
     incomplete : bool

@@ -23,7 +23,7 @@ stiffness, bias of friction ...). Each member has the build-up of each of its mo
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.risk.build_up import LEAST_DAMPING_RATIO, nepers, saturation_energy
 from squeal_core.risk.ensemble import Ensemble
@@ -115,11 +115,11 @@ class SquealRisk:
 
     def exceedances(self, energy: FloatArray) -> FloatArray:
         """Return the probability in each member (M,) that energies (3, 3, F, M) exceed N*."""
-        return exceedance(self._margin(energy))
+        return exceedance(self._margin(energy.max(axis=2, initial=1.0)))
 
     def _margin(self, energy: FloatArray) -> FloatArray:
-        """Return the largest build-up less N* at the nodes, (3, 3, M)."""
-        return nepers(energy.max(axis=2, initial=1.0)) - self.ensemble.audible_build_up
+        """Return the build-up of energies (..., M) less N*."""
+        return nepers(energy) - self.ensemble.audible_build_up
 
     def assess(self, state: BuildUpState, growth: MemberGrowth,
                rates: FloatArray) -> RiskResult | None:
@@ -141,15 +141,20 @@ class SquealRisk:
         if total < _LEAST_KNOWN:
             return None
         weights /= total
-        margin = self._margin(state.energy)
+        largest = state.energy.max(axis=2, initial=0.0)
+        reached = np.maximum(largest, 1.0)
+        margin = self._margin(reached)
         of_member = exceedance(np.stack([
-            margin, margin + self.emulator.error.rms * state.growing, self._margin(state.peak),
+            margin, margin + self.emulator.error.rms * state.growing,
+            self._margin(state.peak[:, :, 0]),
             np.where(known, self._excess(growth, rates), _NEVER)], axis=2))
         risk, risk_by_error, peak, unstable = (of_member @ weights).tolist()
-        middle = nepers(state.energy[1, 1])
-        build_up, time, *by_family = _medians(np.vstack([
-            middle.max(axis=0, initial=0.0), self._time(middle, growth.rate), middle]), weights)
-        family, frequency = self._leading(state.energy, margin, growth, weights)
+        time, *energies = _medians(np.vstack([
+            self._time(state.energy[1, 1], margin[1, 1], growth.rate), reached[1, 1],
+            state.energy[1, 1]]), weights)
+        build_up, *by_family = nepers(np.array(energies)).tolist()
+        family, frequency = self._leading(
+            state.energy >= largest[:, :, None], margin > 0.0, growth, weights)
         return RiskResult(
             squeal_risk=risk, peak_risk=peak, instability_probability=unstable,
             error=math.hypot(risk_by_error - risk, self._sampling_error(of_member[0], weights))
@@ -165,25 +170,29 @@ class SquealRisk:
             rates = rates - ratio * 2.0 * np.pi * growth.frequency_hz
         return np.asarray(rates.max(axis=2, initial=_NEVER))
 
-    def _time(self, build_up: FloatArray, rate: FloatArray) -> FloatArray:
+    def _time(self, energy: FloatArray, margin: FloatArray, rate: FloatArray) -> FloatArray:
         """Return the time until N* of each member without scatter [s], (M,)."""
-        missing = self.ensemble.audible_build_up - build_up
+        grows = (rate > 0.0).any(axis=1)
+        missing, rate = -self._margin(energy[grows]), rate[grows]
         time = np.full_like(rate, np.inf)
         np.divide(missing, rate, out=time, where=rate > 0.0)
-        time[missing <= 0.0] = 0.0
-        return np.asarray(time.min(axis=0, initial=np.inf))
+        return np.where(margin >= 0.0, 0.0, time.min(axis=0, initial=np.inf))
 
-    def _leading(self, energy: FloatArray, margin: FloatArray, growth: MemberGrowth,
+    def _leading(self, leads: NDArray[np.bool_], exceeds: NDArray[np.bool_], growth: MemberGrowth,
                  weights: FloatArray) -> tuple[int, float]:
-        """Return index and frequency of the family that leads where N* is exceeded, or at all."""
-        if not self.families.size:
+        """
+        Return index and frequency of the family that leads where N* is exceeded, or at all.
+
+        By whether a family has the largest energy (3, 3, F, M), and whether that exceeds N*.
+        """
+        count = self.families.size
+        if not count:
             return -1, math.nan
-        exceeds = margin > 0.0
         share = WEIGHTS[:, :, None] * weights * (exceeds if exceeds.any() else 1.0)
-        largest = energy >= energy.max(axis=2, keepdims=True)
-        leads = int((largest * share[:, :, None]).sum(axis=(0, 1, 3)).argmax())
-        frequency = growth.frequency_hz[leads]
-        return int(self.families[leads]), float(
+        total = (leads.reshape(9, count, -1).astype(float) @ share.reshape(9, -1, 1)).sum(axis=0)
+        place = int((total > total.max() - 1e-12).argmax())  # the first of equals
+        frequency = growth.frequency_hz[place]
+        return int(self.families[place]), float(
             np.where(weights > 0.0, frequency, 0.0) @ weights)
 
     def _sampling_error(self, exceeding: FloatArray, weights: FloatArray) -> float:
@@ -199,6 +208,11 @@ class SquealRisk:
 
 def _medians(values: FloatArray, weights: FloatArray) -> list[float]:
     """Return the weighted median of each row of values (rows, M) of the members."""
+    if not weights.min():
+        values, weights = values[:, weights > 0.0], weights[weights > 0.0]
+    if weights.min() == weights.max():  # no need to sort
+        middle = (weights.size - 1) // 2
+        return list(np.partition(values, middle, axis=1)[:, middle].tolist())
     order = values.argsort(axis=1)
     place = (weights[order].cumsum(axis=1) >= 0.5 - 1e-9).argmax(axis=1)
     rows = np.arange(len(values))
