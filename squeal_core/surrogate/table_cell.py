@@ -16,10 +16,12 @@
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+import math
 from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.stability.state_space import frequency_scale
@@ -59,6 +61,12 @@ class TableTolerances:
     decay: float = 0.02
     matters: float = -5.0
     band: tuple[float, float] = (1250.0, 16000.0)
+
+    def __post_init__(self) -> None:
+        low, high = self.band
+        if not (0.0 < self.growth < math.inf and 0.0 <= self.decay < math.inf
+                and -math.inf < self.matters < math.inf and 0.0 <= low < high):
+            raise SquealError(f'{self}: give finite tolerances above 0 and a rising band')
 
     @classmethod
     def of(cls, model: BrakeModel, *, growth: float | None = None) -> 'TableTolerances':

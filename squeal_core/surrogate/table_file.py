@@ -20,13 +20,14 @@ A file that is truncated, altered, of another model or another version is refuse
 
 from collections.abc import Mapping
 from dataclasses import asdict
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from squeal_core.common import resources
 from squeal_core.common.arrays import readonly
-from squeal_core.common.errors import SquealError, TableFileError
+from squeal_core.common.errors import short_repr, SquealError, TableFileError
 from squeal_core.common.npz_archive import (
     ArchiveKind,
     content_hash,
@@ -150,15 +151,24 @@ def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
             grid.min() >= -1 and grid.max() < count):
         raise ValueError('the grid does not fit the cells')
     cells = unpack_cells(arrays)
-    tolerances = dict(header['tolerances'])
-    tolerances['band'] = tuple(tolerances['band'])
-    domain: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value
-        for name, value in header['domain'].items()}
     return ExpansionTable(
-        domain=TableDomain(**domain), tolerances=TableTolerances(**tolerances), modes=model.size,
+        domain=TableDomain(**_numbers(header['domain'], TableDomain)),
+        tolerances=TableTolerances(**_numbers(header['tolerances'], TableTolerances)),
+        modes=model.size,
         grid=readonly(grid, np.int32), centres=readonly(arrays['centres']),
         halves=readonly(halves), cells=cells, about=dict(header['about']))
+
+
+def _numbers(values: Mapping[str, Any], record: type) -> dict[str, Any]:
+    """Return the numbers and ranges of a record by name, from a header."""
+    found: dict[str, Any] = {}
+    for name in record.__annotations__:
+        value = values[name]
+        numbers = value if isinstance(value, list) else [value]
+        if not all(type(number) in (int, float) and not math.isnan(number) for number in numbers):
+            raise ValueError(f'{name} is {short_repr(value)}')
+        found[name] = tuple(numbers) if isinstance(value, list) else value
+    return found
 
 
 def cached_path(model: BrakeModel) -> Path:

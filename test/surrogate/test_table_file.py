@@ -162,7 +162,9 @@ def test_arrays_that_make_no_table_with_a_right_hash(path: Path, change: Any) ->
 
 @pytest.mark.parametrize('header', [
     {'degree': 3}, {'degree': None}, {'domain': None}, {'domain': {}}, {'tolerances': {}},
-    {'domain': {'rotor_speed': [2.0, 1.0]}}, {'about': 1}])
+    {'domain': {'rotor_speed': [2.0, 1.0]}}, {'about': 1},
+    {'tolerances': {'growth': {}, 'decay': 0.02, 'matters': -5.0, 'band': [1250.0, 16000.0]}},
+    {'tolerances': {'growth': 0.1, 'decay': 0.02, 'matters': -5.0, 'band': [9.0, 'x']}}])
 def test_headers_that_make_no_table_with_a_right_hash(path: Path, header: Any) -> None:
     assert 'holds no usable table' in refusal(rewrite(path, header))
 
