@@ -121,6 +121,9 @@ def _events(path: Path, rows: Iterator[list[str]],
 
 def _columns(path: Path, header: Sequence[str]) -> list[str]:
     where, names = f'{path}, line 1', [cell.strip() for cell in header]
+    if any(';' in name for name in names):
+        raise EventFileError(where, f'is separated by ; in {short_repr(names)}', 'give commas '
+                             'between the cells, and points in decimal numbers')
     for name in REQUIRED:
         if name not in names:
             raise EventFileError(where, f'has no column {name} in {short_repr(names)}',

@@ -50,6 +50,7 @@ def test_a_table_of_events(tmp_path: Path) -> None:
 
 @each(('text', 'words'), [
     ('', r'line 1: has no column time_s in \[.*\]; name the columns'),
+    ('time_s;frequency_hz\n1,5;1660,2\n', 'line 1: is separated by ; in .* give commas between'),
     ('time_s,brake\n', 'line 1: has no column frequency_hz'),
     ('time_s,frequency_hz,brakes\n', "unknown column 'brakes'.*did you mean brake"),
     ('time_s,frequency_hz,time_s\n', "twice the column 'time_s'"),
