@@ -68,9 +68,15 @@ class Calibration:
 
     __repr__ = repr_with_shapes
 
+    @property
+    def likelihood_power(self) -> float:
+        """Return the power of the likelihood that was reached, at most `power`."""
+        return self.sample.rounds[-1].power
+
     def ensemble(self, calibrated: str) -> Ensemble:
-        """Return the calibrated members; `calibrated` says by what."""
-        return self.candidates.ensemble(calibrated)
+        """Return the members; `calibrated` says by what, and counts only if something did."""
+        return self.candidates.ensemble(calibrated if self.likelihood_power else '',
+                                        self.likelihood_power)
 
     def probabilities(self, model: BrakeModel, emulator: GrowthSource,
                       applications: Sequence[BrakeApplication],

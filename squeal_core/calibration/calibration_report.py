@@ -24,6 +24,7 @@ from squeal_core.common.arrays import FloatArray
 
 _POINTS = 1024  # of the prior, for its mean and standard deviation
 _UNIDENTIFIED = 0.1  # shrinkage below which nothing was learnt of a parameter alone
+_MOVED = 0.8  # standard deviation of the best known combination, the prior's being 1
 _LEAST_COEFFICIENT = 0.2
 _RIDGE = ('ln_damping', 'friction_bias', 'audible_build_up')
 _LEAST_EFFECTIVE = 64.0
@@ -74,16 +75,20 @@ def parameter_rows(found: Calibration) -> list[ParameterRow]:
 
 def remarks(found: Calibration) -> list[str]:
     """Return what a reader must know: how far the data went, and what they leave open."""
+    if not found.likelihood_power:
+        return ['no event was fitted: the ensemble is the prior, not calibrated; record squeal'
+                if not found.heard else 'data and model contradict each other: no draw of the '
+                'ensemble explains them, and it is the prior, not calibrated; check the events']
     lines = []
     if found.power < 1.0:
         lines.append(
             f'{found.heard} events, fewer than {ENOUGH_EVENTS}: the likelihood counts '
             f'{found.power:.0%}, and the ensemble stays near the prior; record more squeal')
-    if found.sample.rounds[-1].power < found.power or \
+    if found.likelihood_power < found.power or \
             found.sample.effective_size < _LEAST_EFFECTIVE:
         lines.append(
             f'effective sample size {found.sample.effective_size:.0f} at '
-            f'{found.sample.rounds[-1].power:.0%} of the likelihood: too small to trust; data and '
+            f'{found.likelihood_power:.0%} of the likelihood: too small to trust; data and '
             'model contradict each other, or labels are wrong')
     lines += _identified(found)
     return lines
@@ -93,9 +98,15 @@ def _identified(found: Calibration) -> list[str]:
     covariance = found.sample.covariance
     deviations = np.sqrt(np.diag(covariance))
     known, directions = np.linalg.eigh(covariance)
-    best = directions[:, 0] * np.sign(directions[PARAMETERS.index('ln_damping'), 0] or 1.0)
-    lines = [f'known best: effective damping = {_combination(best)} (in standard deviations of '
-             f'the prior), to {np.sqrt(known[0]):.2f} of its prior standard deviation']
+    width = np.sqrt(known[0])
+    if width > _MOVED:
+        return ['no combination of the parameters is known better than before']
+    best, damping = directions[:, 0], PARAMETERS.index('ln_damping')
+    is_damping = abs(best[damping]) >= _LEAST_COEFFICIENT
+    best *= np.sign(best[damping if is_damping else np.abs(best).argmax()])
+    name = 'effective damping = ' if is_damping else ''
+    lines = [f'known best: {name}{_combination(best)} (in standard deviations of the prior), to '
+             f'{width:.2f} of its prior standard deviation']
     pairs = [(a, b, covariance[i, j] / (deviations[i] * deviations[j]))
              for i, a in enumerate(PARAMETERS) for j, b in enumerate(PARAMETERS)
              if i < j and a in _RIDGE and b in _RIDGE]

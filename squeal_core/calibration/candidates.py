@@ -61,14 +61,15 @@ class BrakeCandidates:
         return cls(*(np.broadcast_to(getattr(ensemble, item.name), ensemble.weights.shape)
                      for item in fields(cls)))
 
-    def ensemble(self, calibrated: str) -> Ensemble:
+    def ensemble(self, calibrated: str, likelihood_power: float = 1.0) -> Ensemble:
         """Return an ensemble of equal weights; its scatters are the means."""
         size = self.ln_damping.size
         return Ensemble(
             self.ln_damping, self.ln_contact_stiffness, self.friction_bias, self.slope_scale,
             self.audible_build_up, weights=np.ones(size),
             friction_scatter=float(self.friction_scatter.mean()),
-            damping_scatter=float(self.damping_scatter.mean()), calibrated=calibrated)
+            damping_scatter=float(self.damping_scatter.mean()), calibrated=calibrated,
+            likelihood_power=likelihood_power)
 
 
 PARAMETERS = tuple(item.name for item in fields(BrakeCandidates))

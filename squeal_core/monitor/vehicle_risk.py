@@ -20,7 +20,7 @@ import math
 from pathlib import Path
 
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.calibration.calibration_file import read_calibration
+from squeal_core.calibration.calibration_file import check_domain, read_calibration
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, AssessmentContext, PreparedTick
 from squeal_core.monitor.brake_risk import BrakeRisk, unknown_risk
@@ -275,11 +275,14 @@ def ensemble_risk(model: BrakeModel, settings: MonitorSettings) -> SquealRisk | 
         find_emulator_file(model))
     if path is None:
         return None
-    return SquealRisk(read_emulator(path, model), _ensemble(model, settings),
+    emulator = read_emulator(path, model)
+    return SquealRisk(emulator, _ensemble(model, settings, emulator),
                       risk_settings(settings))
 
 
-def _ensemble(model: BrakeModel, settings: MonitorSettings) -> Ensemble:
-    if settings.calibration:
-        return read_calibration(settings.calibration, model)
-    return prior_ensemble(ensemble_prior(settings))
+def _ensemble(model: BrakeModel, settings: MonitorSettings, emulator: GrowthEmulator) -> Ensemble:
+    if not settings.calibration:
+        return prior_ensemble(ensemble_prior(settings))
+    ensemble = read_calibration(settings.calibration, model)
+    check_domain(settings.calibration, ensemble, emulator.domain)
+    return ensemble

@@ -109,6 +109,8 @@ class Ensemble:
         application to the next.
     calibrated : str
         Where the weights come from; empty: a prior.
+    likelihood_power : float
+        To which the likelihood of measured squeal was raised, 0 to 1; 1: it counts in full.
 
     Raises
     ------
@@ -126,6 +128,7 @@ class Ensemble:
     friction_scatter: float
     damping_scatter: float
     calibrated: str = ''
+    likelihood_power: float = 1.0
 
     __repr__ = repr_with_shapes
 

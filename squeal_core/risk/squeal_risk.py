@@ -40,6 +40,8 @@ __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'Squeal
 
 _LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
+_MOSTLY_PRIOR = 0.5  # power of the likelihood below which a calibration hardly moves the level
+_PRIOR = 'the level of the risk is mostly the prior of damping'
 
 
 class SquealRisk:
@@ -74,8 +76,9 @@ class SquealRisk:
         self.families: IndexArray = np.flatnonzero((frequency >= low) & (frequency <= high))
         scale = np.exp(ensemble.ln_damping + ensemble.damping_scatter * NODES[:, None])
         self.decay: FloatArray = scale[None, :, None] * decay[self.families, None]
-        self.basis = ensemble.calibrated or (
-            'not calibrated: the level of the risk is mostly the prior of damping')
+        self.basis = ensemble.calibrated or 'not calibrated'
+        if not ensemble.calibrated or ensemble.likelihood_power < _MOSTLY_PRIOR:
+            self.basis += f': {_PRIOR}'
         self._coordinates = np.column_stack([
             np.ones_like(ensemble.weights), ensemble.ln_damping, ensemble.ln_contact_stiffness,
             ensemble.friction_bias, ensemble.slope_scale, ensemble.audible_build_up])

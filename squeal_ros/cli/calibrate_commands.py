@@ -38,6 +38,7 @@ from squeal_core.calibration.events import read_events
 from squeal_core.calibration.importance_sampling import SamplingRound
 from squeal_core.calibration.likelihood import HearingModel
 from squeal_core.common import resources
+from squeal_core.common.checks import check_number
 from squeal_core.common.errors import did_you_mean, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.axles import axle_partners
@@ -45,12 +46,14 @@ from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorS
 from squeal_core.monitor.vehicle_risk import NONE, risk_settings
 from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
 from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_core.surrogate.table_file import model_hash
 from squeal_ros.cli.arguments import check_output, check_workers, positive
 from squeal_ros.cli.console import plain, report_progress, warn
 
 _MANY_TICKS = 20_000  # from which on processes are worth their start
 _SUSPICIOUS = 0.2  # fraction of events outside of all applications
 _LEAST_HELD_OUT = 10
+_LEAST_TO_SPLIT = 20  # events, that as many as the likelihood wants are left to fit
 _HEARING = ('detection', 'false_alarm', 'label_error', 'frequency_tolerance')
 
 
@@ -96,11 +99,12 @@ def calibrate(options: argparse.Namespace) -> int:
         workers=options.workers if options.workers > 1 and recorded.ticks > _MANY_TICKS else 0)
     evaluation = evaluate(found, model, emulator, recorded.applications, train, test,
                           hearing, limits) if test else None
-    about = _about(options, recorded, matched, found, evaluation, hearing)
+    about = {'model_name': Path(settings.model).name,
+             **_about(options, recorded, matched, found, evaluation, hearing)}
     write_calibration(found.ensemble(_in_words(found, about)), model, options.output, about,
                       overwrite=options.force)
-    _print(options, found, evaluation, about)
-    return 0 if _good(found, evaluation) else 1
+    _print(options, found, evaluation, {**about, 'model': model_hash(model)})
+    return 1 if _distrust(found, evaluation) else 0
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -111,6 +115,10 @@ def _check(options: argparse.Namespace) -> None:
     check_workers(options.workers)
     if not 0.0 <= options.held_out <= 0.5:
         raise SquealError(f'--held-out: is {options.held_out:g}; give 0 to 0.5')
+    for name, value in (('--offset', options.offset), ('--from', options.from_),
+                        ('--to', options.to), ('--minimum-level', options.minimum_level)):
+        if value is not None:
+            check_number(name, value)
     if options.seed < 0:
         raise SquealError(f'--seed: is {options.seed}; give 0 or more')
     if None not in (options.from_, options.to) and not options.from_ < options.to:
@@ -190,12 +198,28 @@ def _brakes(options: argparse.Namespace, settings: MonitorSettings) -> list[str]
 
 def _split(observations: Sequence[Observation], fraction: float
            ) -> tuple[list[Observation], list[Observation]]:
-    """Return the observations to fit, and every so many of those of one brake to score."""
-    alone = of_one(observations)
-    step = round(1.0 / fraction) if fraction else 0
-    test = alone[step - 1::step] if step else []
-    held = {id(one) for one in test}
-    return [one for one in observations if id(one) not in held], test
+    """
+    Return the observations to fit, and those to score.
+
+    Every so many of one brake are scored, of those with squeal and of the silent ones alike; none
+    where there are too few events.
+    """
+    if not fraction or sum(one.heard for one in observations) < _LEAST_TO_SPLIT:
+        return list(observations), []
+    step, alone = round(1.0 / fraction), of_one(observations)
+    held = {id(one) for heard in (True, False)
+            for one in [one for one in alone if one.heard == heard][step - 1::step]}
+    return ([one for one in observations if id(one) not in held],
+            [one for one in alone if id(one) in held])
+
+
+def _held_out(fraction: float, events: int, evaluation: Evaluation | None) -> list[str]:
+    """Return the remark on scores that are missing or of too few applications."""
+    if evaluation is not None:
+        return ['too few held out to judge'] * (evaluation.count < _LEAST_HELD_OUT)
+    few = f' (too few events to hold some out, fewer than {_LEAST_TO_SPLIT})' * (
+        fraction > 0.0 and events < _LEAST_TO_SPLIT)
+    return [f'no scores{few}: too few held out to judge']
 
 
 def _about(options: argparse.Namespace, recorded: _Recorded, matched: MatchedEvents,
@@ -206,17 +230,18 @@ def _about(options: argparse.Namespace, recorded: _Recorded, matched: MatchedEve
         'software': f'squeal_ros {__version__}', 'date': datetime.date.today().isoformat(),
         'recordings': sorted(recorded.zero), 'events_file': Path(options.events).name,
         'observations': {
-            'fitted_with_squeal': found.heard, 'fitted_silent': found.silent,
+            'with_squeal': matched.heard, 'fitted_with_squeal': found.heard,
+            'fitted_silent': found.silent,
             'held_out': evaluation.count if evaluation else 0,
             'incomplete': matched.incomplete, 'events_unmatched': len(matched.unmatched)},
         'hearing': asdict(hearing),
         'sampling': {'rounds': len(found.sample.rounds),
                      'draws': found.sample.rounds[-1].draws,
-                     'effective_size': round(found.sample.effective_size, 1),
-                     'likelihood_power': found.sample.rounds[-1].power},
+                     'effective_size': round(found.sample.effective_size, 1)},
         'parameters': {row.name: dict(zip(row._fields[1:], row[1:], strict=True))
                        for row in parameter_rows(found)},
-        'remarks': remarks(found),
+        'remarks': [*remarks(found),
+                    *_held_out(options.held_out, matched.heard, evaluation)],
         'scores': {} if evaluation is None else {
             **{name.replace(' ', '_'): asdict(one) for name, one in evaluation.scores.items()},
             'calibration_curve': [list(one) for one in evaluation.curve],
@@ -224,32 +249,41 @@ def _about(options: argparse.Namespace, recorded: _Recorded, matched: MatchedEve
 
 
 def _in_words(found: Calibration, about: Mapping[str, Any]) -> str:
-    near = ', near the prior' if found.power < 1.0 else ''
+    near = f', counted {found.likelihood_power:.0%}' if found.likelihood_power < 1.0 else ''
     return (f'calibrated with {found.heard} squealing and {found.silent} silent brake '
             f'applications on {about["date"]}{near}')
 
 
-def _good(found: Calibration, evaluation: Evaluation | None) -> bool:
-    """Tell whether the sample is sound and beats the base rate, as far as it can be told."""
-    if found.sample.rounds[-1].power < found.power:
-        return False
+def _distrust(found: Calibration, evaluation: Evaluation | None) -> str:
+    """Return why the calibration is not to be trusted, as far as it can be told; '': it is."""
+    if not found.heard:
+        return 'no event was fitted, so the ensemble is the prior and not calibrated'
+    if found.likelihood_power < found.power:
+        return 'too small a sample'
     if evaluation is None or evaluation.count < _LEAST_HELD_OUT:
-        return True
+        return ''
     scores = evaluation.scores
-    return scores['calibrated'].brier <= scores['base rate'].brier
+    worse = scores['calibrated'].brier > scores['base rate'].brier
+    return 'no better than the base rate' if worse else ''
 
 
 def _print(options: argparse.Namespace, found: Calibration, evaluation: Evaluation | None,
            about: Mapping[str, Any]) -> None:
+    why = _distrust(found, evaluation)
     if options.json:
-        print(json.dumps(plain({**about, 'output': options.output,
-                                'not_computed': evaluation.without if evaluation else ''})))
+        print(json.dumps(plain({
+            **about, 'likelihood_power': found.likelihood_power, 'not_trusted': why,
+            'output': options.output,
+            'not_computed': evaluation.without if evaluation else ''})))
         return
     seen = about['observations']
-    print(f'fitted: {found.heard} applications with squeal, {found.silent} silent; left out: '
-          f'{seen["incomplete"]} hardly known, {seen["events_unmatched"]} events in none')
+    print(f'model: {about["model_name"]}, hash {about["model"][:12]}')
+    print(f'fitted: {found.heard} of {seen["with_squeal"]} events (applications with squeal), '
+          f'{found.silent} silent applications; left out: {seen["incomplete"]} hardly known, '
+          f'{seen["events_unmatched"]} events in none')
     print('\n'.join([*report_lines(found),
-                     *(evaluation_lines(evaluation) if evaluation else [])]))
-    if not _good(found, evaluation):
-        print('not to be trusted: no better than the base rate, or too small a sample')
+                     *(evaluation_lines(evaluation) if evaluation else []),
+                     *_held_out(options.held_out, seen['with_squeal'], evaluation)]))
+    if why:
+        print(f'not to be trusted: {why}')
     print(f'written: {options.output}')

@@ -44,7 +44,8 @@ def add_calibrate(p: argparse.ArgumentParser) -> None:
     _listening(p)
     _hearing(p)
     p.add_argument('--held-out', type=float, default=1.0 / 3.0, metavar='FRACTION',
-                   help='of the applications, kept for the scores (default 1/3; 0: none)')
+                   help='of the applications with squeal and of the silent ones, kept for the '
+                   'scores (default 1/3; 0, or fewer than 20 events: none)')
     p.add_argument('--seed', type=int, default=0, metavar='N', help='of the draws (default 0)')
     p.add_argument('--workers', type=int, default=os.cpu_count() or 1, metavar='N',
                    help='processes for long recordings (default: one for each core)')

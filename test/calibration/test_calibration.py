@@ -14,6 +14,7 @@
 
 """Calibration on brakes whose squeal is known, its sampling, its probabilities and its scores."""
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -109,8 +110,12 @@ def test_few_events_leave_the_prior(kang: BrakeModel) -> None:
     assert found.power == pytest.approx(0.2)
     assert max(row.shrinkage for row in parameter_rows(found)) < 0.15
     assert remarks(found)[0].startswith('2 events, fewer than 10')
+    assert found.ensemble('by 2 events').likelihood_power == found.power
     silent = calibrate(kang, GROWTH, applications, [Observation((i,), False) for i in range(6)])
     np.testing.assert_allclose(silent.sample.mean, 0.0, atol=0.12)
+    assert silent.ensemble('by no event').calibrated == ''
+    assert remarks(silent) == ['no event was fitted: the ensemble is the prior, not calibrated; '
+                               'record squeal']
     with pytest.raises(SquealError, match='no brake application was observed'):
         calibrate(kang, GROWTH, applications, [])
 
@@ -130,6 +135,21 @@ def test_damping_is_learnt_and_the_ridge_told(kang: BrakeModel) -> None:
     assert 'ln damping and friction bias +' in text
     assert 'not identified alone, as wide as before: ln contact stiffness' in text
     assert [row.name for row in parameter_rows(found)] == list(PARAMETERS)
+
+
+def test_the_best_known_is_called_what_it_is(kang: BrakeModel) -> None:
+    applications = brake_applications(np.random.default_rng(4), 2, STOPS)
+    found = calibrate(kang, GROWTH, applications, [Observation((i,), False) for i in range(2)])
+    rounds = (replace(found.sample.rounds[-1], power=1.0),)
+
+    def told(*narrow: str) -> str:
+        widths = np.array([0.2 if name in narrow else 1.0 for name in PARAMETERS])
+        sample = replace(found.sample, values=found.sample.values * widths, rounds=rounds)
+        return ' '.join(remarks(replace(found, sample=sample, heard=12, power=1.0)))
+
+    assert 'known best: effective damping = +1.00 ln damping (' in told('ln_damping')
+    assert 'known best: +1.00 slope scale (' in told('slope_scale')
+    assert told() == 'no combination of the parameters is known better than before'
 
 
 def test_likelihood_of_hits_misses_and_pitches() -> None:
