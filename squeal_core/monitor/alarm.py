@@ -35,10 +35,15 @@ class Alarm:
     hold : float
         And only once the risk has been below for so long [s].
 
+    Attributes
+    ----------
+    held : bool
+        Whether the alarm is up by its hold alone, as the last risk was below its level.
+
     """
 
     def __init__(self, warning: float, hysteresis: float, hold: float) -> None:
-        self._up = False
+        self._up = self.held = False
         self._last = 0  # tick at which the risk last kept the alarm up
         self.update_settings(warning, hysteresis, hold)
 
@@ -54,7 +59,7 @@ class Alarm:
 
     def end(self) -> None:
         """End it whatever the risk, as nothing is known any more."""
-        self._up = False
+        self._up = self.held = False
 
     def update(self, time_ns: int, risk: float) -> bool:
         """
@@ -63,7 +68,7 @@ class Alarm:
         A tick before the last one (a clock set back) ends an alarm that its risk does not raise.
         """
         if risk >= self._warning or (self._up and risk >= self._low and risk > 0.0):
-            self._up, self._last = True, time_ns
-        elif not 0 <= time_ns - self._last < self._hold:
-            self._up = False
+            self._up, self.held, self._last = True, False, time_ns
+        else:
+            self._up = self.held = self._up and 0 <= time_ns - self._last < self._hold
         return self._up

@@ -24,6 +24,8 @@ from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.settings import MonitorSettings
 
 Kind: TypeAlias = Literal['start', 'end']
+_OF_ALARMS = ('risk_warning', 'risk_hysteresis', 'risk_hold', 'squeal_band_low_hz',
+              'squeal_band_high_hz', 'noise_floor_nm')  # settings whose change ends alarms
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,9 +96,17 @@ class AlarmEvents:
     def __init__(self, settings: MonitorSettings) -> None:
         self._alarms = {brake.name: Alarm.of(settings) for brake in settings.brakes}
         self._up: dict[str, AlarmEvent] = {}  # with the largest risk up to now
+        self._settings = settings
+        self._changed: dict[str, str] = {}  # settings since which a risk is below its level
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; an alarm that is up stays up by the new ones."""
+        names = [name for name in _OF_ALARMS
+                 if getattr(settings, name) != getattr(self._settings, name)]
+        self._settings = settings
+        if names:
+            self._changed |= {brake: ', '.join(names) for brake in self._up
+                              if not self._alarms[brake].held}
         for alarm in self._alarms.values():
             alarm.update_settings(settings.risk_warning, settings.risk_hysteresis,
                                   settings.risk_hold)
@@ -112,6 +122,7 @@ class AlarmEvents:
 
     def end(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
         """End all alarms, as these assessments say that nothing is known; return those ended."""
+        self._changed.clear()
         ended = [_ended(self._up.pop(found.brake), found) for found in assessments
                  if self.is_up(found.brake)]
         for event in ended:
@@ -124,7 +135,9 @@ class AlarmEvents:
             if before is None:
                 return None
             del self._up[brake]
-            return _ended(before, found)
+            return _ended(before, found, self._changed.pop(brake, ''))
+        if not self._alarms[brake].held:
+            self._changed.pop(brake, None)
         if before is None:
             self._up[brake] = started = _started(found)
             return started
@@ -142,9 +155,11 @@ def _started(found: Assessment, since: int | None = None) -> AlarmEvent:
         frequency_hz=risk.result.frequency_hz if risk else math.nan, cause=_conditions(found))
 
 
-def _ended(before: AlarmEvent, found: Assessment) -> AlarmEvent:
+def _ended(before: AlarmEvent, found: Assessment, changed: str = '') -> AlarmEvent:
     cause = 'the risk fell' if found.state == 'steady' and not math.isnan(found.risk) else (
         found.reason)
+    if changed and found.state == 'steady':
+        cause = f'the settings changed ({changed})'
     return AlarmEvent(
         kind='end', brake=found.brake, time=found.time, since=before.since, risk=found.risk,
         peak_risk=before.peak_risk, modes=before.modes, frequency_hz=before.frequency_hz,

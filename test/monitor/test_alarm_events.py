@@ -14,6 +14,7 @@
 
 """Starts and ends of alarms: one each, with what raised them and what ended them."""
 
+from dataclasses import replace
 import math
 from typing import Any
 
@@ -27,6 +28,7 @@ from squeal_core.monitor.settings import read_settings
 from squeal_core.risk.risk_records import RiskResult
 
 TENTH = 100_000_000  # ns
+SETTINGS = read_settings({'brakes': ['fl', 'fr'], 'risk_hold': 0.2})
 
 
 def result(**changes: Any) -> RiskResult:
@@ -48,7 +50,7 @@ def assessed(tick: int, risk: float, brake: str = 'fl', **changes: Any) -> Asses
 
 @pytest.fixture
 def alarms() -> AlarmEvents:
-    return AlarmEvents(read_settings({'brakes': ['fl', 'fr'], 'risk_hold': 0.2}))
+    return AlarmEvents(SETTINGS)
 
 
 def test_an_alarm_begins_once_and_ends_once(alarms: AlarmEvents) -> None:
@@ -79,6 +81,21 @@ def test_an_alarm_ends_with_the_reason_of_the_state(alarms: AlarmEvents, state: 
     assert [len(events) for events in after] == [0, 1, 0]
     assert (after[1][0].cause, after[1][0].peak_risk) == ('why', 0.9)
     assert not alarms.is_up('fl')
+
+
+@pytest.mark.parametrize(('changes', 'cause'), [
+    ({'squeal_band_low_hz': 2000.0}, 'the settings changed (squeal_band_low_hz)'),
+    ({'rate': 20.0}, 'the risk fell')])
+def test_an_alarm_that_settings_end_says_so(alarms: AlarmEvents, changes: dict[str, float],
+                                            cause: str) -> None:
+    """A risk that falls later, after it kept the alarm up by the new settings, fell by itself."""
+    alarms.update([assessed(0, 0.9), assessed(0, 0.9, 'fr')])
+    alarms.update_settings(replace(SETTINGS, **changes))
+    alarms.update([assessed(1, 0.1), assessed(1, 0.9, 'fr')])
+    ended = [event for tick in (2, 3, 4, 5)
+             for event in alarms.update([assessed(tick, 0.1), assessed(tick, 0.1, 'fr')])]
+    assert [(event.brake, event.cause) for event in ended] == [
+        ('fl', cause), ('fr', 'the risk fell')]
 
 
 def test_all_alarms_end_when_nothing_is_known_any_more(alarms: AlarmEvents) -> None:
