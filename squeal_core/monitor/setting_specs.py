@@ -94,7 +94,7 @@ MONITOR_KEYS = (
     SettingSpec('growth_threshold', 0.01, '1/s',
                 'growth rate above which a mode counts as unstable', 1e-6, 1000.0,
                 change='configure'),
-    SettingSpec('risk_warning', 0.5, '-', 'squeal risk from which the diagnostic says WARN', 0.0,
+    SettingSpec('risk_warning', 0.5, '-', 'squeal risk from which the diagnostic says WARN', 0.01,
                 1.0),
     SettingSpec('risk_hysteresis', 0.1, '-', 'a warning ends this far below risk_warning', 0.0,
                 1.0),
@@ -178,7 +178,7 @@ MONITOR_KEYS = (
     SettingSpec('audible_build_up_deviation', 2.0, 'nepers', 'its standard deviation', 0.0, 10.0,
                 change='configure'),
     SettingSpec('noise_floor_nm', 1.0, 'nm', 'amplitude of a mode at the contact by noise alone, '
-                'from which its build-up counts', 1e-3, 1e4),
+                'from which its build-up counts', 1e-3, 10.0),
     SettingSpec('damping_deviation', 0.3, '-',
                 'standard deviation of ln damping, from brake to brake of the model', 0.0, 2.0,
                 change='configure'),
@@ -195,7 +195,7 @@ MONITOR_KEYS = (
     SettingSpec('damping_scatter', 0.15, '-', 'likewise, of ln damping', 0.0, 2.0,
                 change='configure'),
     SettingSpec('ensemble_size', 64.0, '-', 'brakes of which the risk is the weighted mean, a '
-                'power of 2', 1.0, 4096.0, change='configure'),
+                'power of 2', 16.0, 4096.0, change='configure'),
     SettingSpec('risk_rate', 20.0, 'Hz', 'evaluations of the risk a second, at most one a tick; '
                 'in between it is held', 0.1, 1000.0),
     SettingSpec('growth_emulator', '', '-', 'path of an emulator of growth that `squeal tabulate '

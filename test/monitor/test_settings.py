@@ -217,3 +217,13 @@ def test_friction_or_temperature_must_be() -> None:
       for limit in ('minimum', 'maximum') for value in (0.0, -1.0))])
 def test_limits_that_cannot_be_meant(changes: dict[str, float], text: str) -> None:
     assert refusal({'brakes': ['a'], 'a.temperature.topic': '/t', **changes}) == text
+
+
+@each(('name', 'bad', 'least'), [
+    ('risk_warning', 0.0, 0.01),  # it would warn at a risk of zero
+    ('ensemble_size', 8.0, 16.0),  # too few for a mean
+    ('noise_floor_nm', 20.0, 10.0)])  # a tone at 1 bar would end below what is audible
+def test_values_with_which_the_risk_would_mean_nothing(name: str, bad: float,
+                                                       least: float) -> None:
+    assert 'give a number from' in refused(name, bad)
+    assert getattr(read(**{name: least}), name) == least

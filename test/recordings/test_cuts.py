@@ -79,7 +79,7 @@ def settings(table: str) -> MonitorSettings:
                        f'{brake}.{signal}.type': FLOAT, f'{brake}.{signal}.field': 'data'}
     return read_settings({'brakes': list(BRAKES), 'rate': 20.0, 'table': table,
                           'margin_confirm_interval': 1.0, 'squeal_band_low_hz': 500.0,
-                          'ensemble_size': 8.0, 'risk_rate': 10.0, **inputs})
+                          'ensemble_size': 16.0, 'risk_rate': 10.0, **inputs})
 
 
 def drive(seed: int) -> Drive:

@@ -41,8 +41,8 @@ TABLE_ONLY = {**WITH_TABLE, 'a.friction.topic': ''}
 CERTAIN = dict.fromkeys((
     'damping_deviation', 'contact_stiffness_deviation', 'friction_bias_deviation',
     'friction_slope_deviation', 'friction_scatter', 'damping_scatter'), 0.0)
-# one brake without uncertainty, whose squeal risk is 1 soon after a mode begins to grow
-EAGER = {**CERTAIN, 'ensemble_size': 1.0, 'audible_build_up': 1.0,
+# equal brakes without uncertainty, whose squeal risk is 1 soon after a mode begins to grow
+EAGER = {**CERTAIN, 'ensemble_size': 16.0, 'audible_build_up': 1.0,
          'audible_build_up_deviation': 0.0}
 NAN = math.nan
 
