@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How much of the braking in a drive was assessed, and why the rest was not; holds no rows."""
+"""How much of the braking in a drive was assessed, with a squeal risk; why not; holds no rows."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -84,8 +84,12 @@ class BrakeSummary:
         Ticks before anything was known, not counted as unknown because they were few.
     risks : int
         Ticks of sliding under load whose squeal risk is known.
+    incomplete : int
+        Of these, those whose brake application was seen in part only.
     total_risk, peak_risk : float
         Sum and largest of these risks [-].
+    unknown_risks : Counter
+        Ticks of sliding under load whose squeal risk is not known, by the reason why.
 
     """
 
@@ -96,8 +100,10 @@ class BrakeSummary:
     unknown: int = 0
     starting: int = 0
     risks: int = 0
+    incomplete: int = 0
     total_risk: float = 0.0
     peak_risk: float = math.nan
+    unknown_risks: Counter[str] = field(default_factory=Counter)
     reasons: dict[str, Reason] = field(default_factory=dict)
 
     @property
@@ -112,6 +118,11 @@ class BrakeSummary:
     def share(self) -> float:
         """Assessed part of the braking time; NaN where there was no braking."""
         return self.assessed / self.braking if self.braking else math.nan
+
+    @property
+    def risk_share(self) -> float:
+        """Part of the braking time with a known squeal risk; NaN where there was no braking."""
+        return self.risks / self.braking if self.braking else math.nan
 
     @property
     def mean_risk(self) -> float:
@@ -130,6 +141,11 @@ class BrakeSummary:
             return False
         ever_known = self.starting + self.unknown < self.states.total()
         return bool(self.sliding) or not ever_known or self.unknown * self.period > _BRIEF
+
+    @property
+    def never_known(self) -> bool:
+        """Whether no squeal risk was known although the brake slid under load, or may have."""
+        return self.never_assessed or bool(self.assessed and not self.risks)
 
     def ranked(self) -> list[Reason]:
         """Return the reasons, those that cost most braking time first."""
@@ -176,11 +192,9 @@ class DriveSummary:
             brake.sliding += sliding
             if not known_before and brake.unknown * brake.period <= _BRIEF:
                 brake.starting, brake.unknown = brake.unknown, 0
-        if found.state == 'steady' and not math.isnan(found.risk):
-            brake.risks += 1
-            brake.total_risk += found.risk
-            brake.peak_risk = max(found.risk, brake.peak_risk)  # the first stays beside NaN
-        if found.state != 'steady' and found.state not in _AT_REST:
+        if found.state == 'steady':
+            _take_risk(brake, found)
+        elif found.state not in _AT_REST:
             _note(brake, found, braking=sliding is not False)
 
     def _slides(self, found: Assessment) -> bool | None:
@@ -217,6 +231,27 @@ class DriveSummary:
         return self.assessed_time / self.braking_time if self.braking_time else math.nan
 
     @property
+    def known_time(self) -> float:
+        """Time with a known squeal risk, of all brakes together [s]."""
+        return sum(brake.risks * brake.period for brake in self.brakes.values())
+
+    @property
+    def risk_share(self) -> float:
+        """Part of the braking time of all brakes with a known squeal risk; NaN: no braking."""
+        return self.known_time / self.braking_time if self.braking_time else math.nan
+
+    @property
+    def incomplete_share(self) -> float:
+        """Part of it whose brake application was seen in part only; NaN: no braking."""
+        incomplete = sum(brake.incomplete * brake.period for brake in self.brakes.values())
+        return incomplete / self.braking_time if self.braking_time else math.nan
+
+    @property
+    def never_known(self) -> tuple[str, ...]:
+        """Names of the brakes whose squeal risk was never known while it should have been."""
+        return tuple(name for name, brake in self.brakes.items() if brake.never_known)
+
+    @property
     def never_assessed(self) -> tuple[str, ...]:
         """Names of the brakes that were never assessed while they should have been."""
         return tuple(name for name, brake in self.brakes.items() if brake.never_assessed)
@@ -225,6 +260,18 @@ class DriveSummary:
 def _value(reading: Reading | None) -> float:
     """Return what is known of an input: NaN where it is not known."""
     return reading.value if reading is not None and reading.is_believed else math.nan
+
+
+def _take_risk(brake: BrakeSummary, found: Assessment) -> None:
+    """Take the risk of a brake that slides under load, or why it is not known."""
+    risk = found.risk_result
+    if math.isnan(found.risk):
+        brake.unknown_risks[risk.unknown if risk else found.reason] += 1
+        return
+    brake.risks += 1
+    brake.incomplete += bool(risk and risk.result.incomplete)
+    brake.total_risk += found.risk
+    brake.peak_risk = max(found.risk, brake.peak_risk)  # the first stays beside NaN
 
 
 def _note(brake: BrakeSummary, found: Assessment, *, braking: bool) -> None:

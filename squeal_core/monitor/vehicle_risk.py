@@ -25,6 +25,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, AssessmentContext, PreparedTick
 from squeal_core.monitor.brake_risk import BrakeRisk, unknown_risk
 from squeal_core.monitor.brake_stability import BrakeStability
+from squeal_core.monitor.risk_warnings import NONE, risk_warnings, why_unknown
 from squeal_core.monitor.settings import band_of, ensemble_prior, MonitorSettings
 from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_stability import Evaluated
@@ -37,9 +38,6 @@ from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.risk.risk_records import MemberGrowth, RiskResult, RiskSettings
 from squeal_core.risk.squeal_risk import SquealRisk
 
-NONE = 'none'  # value of the setting `growth_emulator`
-NO_EMULATOR = ('no growth emulator of the model; build one before the drive by '
-               '`squeal tabulate MODEL --growth-only`')
 OUTSIDE = 'outside the range of the growth emulator'
 _AT_ONCE = 16  # operating points that the emulator evaluates at once: some ten MB
 _ALLOWED = 2.0  # largest published errors, as they are the largest of some hundred points
@@ -73,6 +71,8 @@ class VehicleRisk:
     ----------
     unknown : str
         Why the squeal risk of no brake is known, and the remedy; empty where it is.
+    warnings : tuple of str
+        What of the settings does not suit the squeal risk, with remedies.
 
     Raises
     ------
@@ -83,8 +83,7 @@ class VehicleRisk:
 
     def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
         self._model, self._prior = model, ensemble_prior(settings)
-        self._risk = ensemble_risk(model, settings)
-        self.unknown = '' if self._risk else NO_EMULATOR
+        self._loaded = ensemble_risk(model, settings)
         self._statistics = EmulatorStatistics()
         self.reset()
         self.update_settings(settings)
@@ -93,18 +92,22 @@ class VehicleRisk:
         """Take other settings; brake applications stay, unless the band is another one."""
         self._period, self._interval = settings.period, round(1e9 / settings.risk_rate)
         self._audit_every, self._settings = round(settings.audit_interval), risk_settings(settings)
-        if self._risk is not None and self._risk.settings.band_hz != self._settings.band_hz:
-            self._risk = SquealRisk(self._risk.emulator, self._risk.ensemble, self._settings)
+        loaded = self._loaded
+        if loaded is not None and loaded.settings.band_hz != self._settings.band_hz:
+            self._loaded = SquealRisk(loaded.emulator, loaded.ensemble, self._settings)
             self.reset()
-        elif self._risk is not None:
-            self._risk.settings = self._settings
+        elif loaded is not None:
+            loaded.settings = self._settings
+        self.unknown = why_unknown(self._loaded, settings)
+        self.warnings = risk_warnings(self._loaded, settings)
+        self._risk = None if self.unknown else self._loaded
         self._places = {} if self._risk is None else {
             number: place for place, family in enumerate(self._risk.families.tolist())
             for number in self._risk.emulator.families[family].numbers}
 
     @property
     def squeal_risk(self) -> SquealRisk | None:
-        """Return the ensemble and its emulator; None without one."""
+        """Return the ensemble and its emulator; None without one for the squeal band."""
         return self._risk
 
     def reset(self) -> None:

@@ -38,7 +38,7 @@ from squeal_core.risk.scatter import exceedance, NODES, WEIGHTS
 
 __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'SquealRisk']
 
-_LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
+LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
 _MOSTLY_PRIOR = 0.5  # power of the likelihood below which a calibration hardly moves the level
 _PRIOR = 'the level of the risk is mostly the prior of damping'
@@ -141,7 +141,7 @@ class SquealRisk:
         known = ~np.isnan(growth.rate).any(axis=0)
         weights = self.ensemble.weights * known
         total = float(weights.sum())
-        if total < _LEAST_KNOWN:
+        if total < LEAST_KNOWN:
             return None
         weights /= total
         largest = state.energy.max(axis=2, initial=0.0)

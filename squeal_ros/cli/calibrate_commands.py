@@ -42,8 +42,9 @@ from squeal_core.common.checks import check_number
 from squeal_core.common.errors import did_you_mean, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.axles import axle_partners
+from squeal_core.monitor.risk_warnings import NONE
 from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorSettings
-from squeal_core.monitor.vehicle_risk import NONE, risk_settings
+from squeal_core.monitor.vehicle_risk import risk_settings
 from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
 from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.surrogate.table_file import model_hash

@@ -38,6 +38,7 @@ from squeal_ros.cli.player import BrakePlayer, ORIGIN
 from squeal_ros.recordings.agreement import Agreement, agreement
 from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.bag_writer import BagWriter
+from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.replay import Outputs, Replay
 from squeal_ros.recordings.replay_report import ReplayReport
 
@@ -223,12 +224,12 @@ def run_live(signals: BrakeSignals, config: Path, files: DemoFiles, display: Dri
 def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
                   ) -> tuple[ReplayReport, list[SquealEvent]]:
     """Replay the recorded inputs into a bag and a table beside them."""
-    bag, outputs = Bag(files.inputs), Outputs(files.outputs, settings)
-    ticks = Replay(bag, settings, model)
-    outputs.write(iter(ticks))
+    outputs = Outputs(files.outputs, settings)
+    ticks = Replay(Bag(files.inputs), settings, model)
+    write_replay(ticks, outputs, parallel=False)
     events = [replace(event, start=_on_drive_time(event.start), end=_on_drive_time(event.end))
               for event in outputs.events]
-    return ReplayReport(outputs.summary, events, ticks.findings, bag.notes), events
+    return ReplayReport(outputs.summary, events, ticks.findings, ticks.notes), events
 
 
 def compare(files: DemoFiles) -> Agreement:

@@ -171,7 +171,7 @@ def replay(options: argparse.Namespace) -> int:
     ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
     report_progress(pressure_references(chosen))
     write_replay(ticks, outputs)
-    report = ReplayReport(outputs.summary, outputs.events, ticks.findings, bag.notes)
+    report = ReplayReport(outputs.summary, outputs.events, ticks.findings, ticks.notes)
     if options.json:
         print(json.dumps(plain({**report.as_json(), 'output': options.output,
                                 'table': str(outputs.csv_path)})))
@@ -236,7 +236,10 @@ def demo(options: argparse.Namespace) -> int:
         console.print(line, markup=False)
     console.print(f'ticks done {live.ticks_done}, lost {live.ticks_lost}')
     console.print(demos.compare(files).in_words)
-    console.print(events_table(events))
+    if report.events_known:
+        console.print(events_table(events))
+    else:
+        console.print(*report.event_lines(), markup=False)
     plot_drive(files.replayed_rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
                wheel_radius=vehicle.wheel_radius, squeal_band_hz=(
                    chosen.squeal_band_low_hz, chosen.squeal_band_high_hz))

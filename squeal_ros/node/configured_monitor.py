@@ -69,6 +69,7 @@ class ConfiguredMonitor:
         self.monitor.evaluator.warm_up(list(self.monitor.brakes))
         self.alarms = AlarmEvents(settings)
         self._said: set[str] = set()
+        self._warn()
         aside = DeferredCallbackGroup()
         with ExitStack() as undo:
             self.inputs = InputTopics(node, library, self.router.types, aside,
@@ -88,7 +89,7 @@ class ConfiguredMonitor:
             self.inputs, self.outputs, lambda: self.router.problems.total(),
             lambda: self.monitor.evaluator.figures(),
             lambda: self.monitor.cross_checks.summary, self.alarms,
-            self.monitor.evaluator.risk.unknown, self.advice)
+            lambda: self.monitor.evaluator.risk.unknown, self.advice)
         self.pictures: ModeShapes | None = None
         if settings.mode_shapes:
             self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
@@ -111,6 +112,7 @@ class ConfiguredMonitor:
     def update_settings(self, settings: MonitorSettings) -> None:
         self.router = Router.of(settings, self.router.problems)
         self.monitor.update_settings(settings)
+        self._warn()
         self.alarms.update_settings(settings)
         self.advice.update_settings(settings, self._advice(settings))
         self.reporter.update_settings(settings)
@@ -161,6 +163,14 @@ class ConfiguredMonitor:
                 logger.info(text)
         self.outputs.publish_events(messages.diagnostics(
             self._library, time, [messages.event_status(name, event) for event in events]))
+
+    def _warn(self) -> None:
+        """Say why no squeal risk is known, and what does not suit it."""
+        risk = self.monitor.evaluator.risk
+        for text in risk.warnings:
+            self._complain(text)
+        if risk.unknown:
+            self._complain(f'squeal risk not known: {risk.unknown}')
 
     def _complain(self, text: str) -> None:
         if text not in self._said:

@@ -57,7 +57,7 @@ class Reporter:
         Which brakes are compared, in words.
     alarms : AlarmEvents
         Of the brakes, up to date.
-    unknown_risk : str
+    unknown_risk : callable
         Why no squeal risk is known of any brake; empty where it is.
     advice : AdviceReports
         Up to date.
@@ -69,7 +69,7 @@ class Reporter:
                  unreadable: Callable[[], int],
                  stability: Callable[[], Mapping[str, float]],
                  cross_checks: Callable[[], str], alarms: AlarmEvents,
-                 unknown_risk: str, advice: AdviceReports) -> None:
+                 unknown_risk: Callable[[], str], advice: AdviceReports) -> None:
         self.name, self._settings = name, settings
         self._library, self._health = library, health
         self._inputs, self._outputs, self._unreadable = inputs, outputs, unreadable
@@ -156,7 +156,7 @@ class Reporter:
             'cross_checks': self._cross_checks(), **self._inputs.values(steady)}
         if stopped:
             return messages.NodeStatus(values, messages.STALE, stopped)
-        said = [*filter(None, [self._unknown_risk]), *wrong, *contradicted, *faults]
+        said = [*filter(None, [self._unknown_risk()]), *wrong, *contradicted, *faults]
         if said:
             return messages.NodeStatus(values, messages.WARN, '; '.join(said))
         return messages.NodeStatus(values)

@@ -129,9 +129,6 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         monitor = self._configured.monitor
         for note in (monitor.cross_checks.summary, *monitor.evaluator.notes):
             self.get_logger().info(note)
-        if monitor.evaluator.risk.unknown:
-            self.get_logger().warning(
-                f'squeal risk not known: {monitor.evaluator.risk.unknown}', once=True)
         missing = self._configured.outputs.why_no_state
         if missing:
             self.get_logger().info(f'~/<brake>/state is not published: {missing}', once=True)

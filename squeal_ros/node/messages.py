@@ -96,7 +96,8 @@ def _level(assessment: Assessment, alarm: bool) -> int:
         return ERROR
     if assessment.state == 'stale':
         return STALE
-    return WARN if alarm else OK
+    unknown = assessment.state == 'steady' and math.isnan(assessment.risk)
+    return WARN if alarm or unknown else OK
 
 
 class StatusTexts(NamedTuple):

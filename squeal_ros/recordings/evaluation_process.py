@@ -64,6 +64,7 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
         As iterating over the replay, and writing the outputs, does.
 
     """
+    outputs.recorder.unknown_risk = replay.unknown_risk
     if parallel is None:
         parallel = (os.cpu_count() or 1) > 1 and replay.messages >= _FEW_MESSAGES
     if not parallel:

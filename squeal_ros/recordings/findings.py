@@ -42,12 +42,12 @@ _ID_FIELDS = ('id', 'can_id', 'arbitration_id', 'pgn', 'identifier', 'wheel_id',
 @dataclass(frozen=True)
 class Finding:
     """
-    Something about a bag that keeps inputs from being read.
+    Something that keeps inputs from being read, or the squeal risk from being known.
 
     Parameters
     ----------
     inputs : tuple of str
-        As the settings name them: `fl.pressure`.
+        As the settings name them: `fl.pressure`; of the squeal risk the brakes: `fl`.
     what, remedy : str
 
     """

@@ -16,6 +16,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
@@ -24,9 +25,12 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, PreparedTick
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_core.monitor.history import CsvWriter, SquealEvent
+from squeal_core.monitor.risk_warnings import risk_warnings, why_unknown
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_core.monitor.vehicle_monitor import VehicleInputs
+from squeal_core.monitor.vehicle_risk import ensemble_risk
+from squeal_core.risk.squeal_risk import SquealRisk
 from squeal_ros.recordings.bag_reader import Bag, BagError, Record
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.findings import Finding, InputFindings
@@ -67,6 +71,20 @@ class Replay:
     def findings(self) -> list[Finding]:
         """Return what of the bag does not fit the settings, as far as it was read."""
         return self._found.listed(self._bag.types, self._bag.undecodable)
+
+    @property
+    def notes(self) -> list[str]:
+        """Return what else is to be known of the bag, as far as it was read, and settings."""
+        return [*self._bag.notes, *risk_warnings(self._risk, self.settings)]
+
+    @property
+    def unknown_risk(self) -> str:
+        """Return why no squeal risk is known of any brake; empty where it is."""
+        return why_unknown(self._risk, self.settings)
+
+    @cached_property
+    def _risk(self) -> SquealRisk | None:
+        return ensemble_risk(self.model, self.settings)
 
     @property
     def messages(self) -> int:

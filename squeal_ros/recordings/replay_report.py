@@ -12,9 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a replay says first: how much of the braking was assessed, and why the rest was not."""
+"""What a replay says first: for how much of the braking a risk is known, and why not for all."""
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 import math
 from typing import Any
@@ -41,6 +42,8 @@ _REMEDIES = (
     ('never received', 'check topic, type and field of the input'),
     ('stale', 'check that its source ran; max_age should be some periods of its messages'),
     ('time went backwards', 'the clock of the recording was set back; see docs/interface.md'))
+_BEYOND_EMULATOR = ('`squeal info MODEL` shows its range; where most of the ensemble is outside, '
+                    'lower its deviations')
 _ANY_REMEDY = 'docs/reliability.md says what each reason means'
 
 
@@ -62,18 +65,27 @@ class ReplayReport:
     def __init__(self, summary: DriveSummary, events: Sequence[SquealEvent],
                  findings: Sequence[Finding], notes: Sequence[str] = ()) -> None:
         self._summary, self._events = summary, events
+        self._of_risk = _risk_findings(summary)
         self._findings, self._notes = findings, notes
 
     @property
     def good(self) -> bool:
-        """Whether every brake was assessed that should have been."""
-        return not self._summary.never_assessed
+        """Whether the squeal risk of every brake was known for which it should have been."""
+        return not self._summary.never_known
+
+    @property
+    def events_known(self) -> bool:
+        """Whether squeal would have been seen at all."""
+        return bool(self._summary.known_time or not self._summary.braking_time)
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as plain data; docs/interface.md names the keys."""
         summary = self._summary
         worst = worst_reason(summary.brakes.values())
         return {
+            'risk_known_share': summary.risk_share, 'risk_known_s': summary.known_time,
+            'never_known': list(summary.never_known),
+            'incomplete_share': summary.incomplete_share,
             'assessed_share': summary.share, 'braking_s': summary.braking_time,
             'assessed_s': summary.assessed_time,
             'never_assessed': list(summary.never_assessed),
@@ -81,21 +93,23 @@ class ReplayReport:
             'top_reason': None if worst is None else self._reason_json(*worst),
             'silence_s': summary.silence,
             'brakes': {name: {
-                'assessed_share': brake.share, 'braking_s': brake.braking * brake.period,
+                'risk_known_share': brake.risk_share, 'assessed_share': brake.share,
+                'braking_s': brake.braking * brake.period,
                 'assessed_s': brake.assessed * brake.period,
                 'mean_risk': brake.mean_risk, 'peak_risk': brake.peak_risk,
                 'ticks_by_state': dict(brake.states),
                 'reasons': [self._reason_json(reason, brake)
                             for reason in brake.ranked()[:_MOST_LINES]]}
                        for name, brake in summary.brakes.items()},
-            'findings': [asdict(finding) for finding in self._findings],
+            'findings': [asdict(finding) for finding in (*self._of_risk, *self._findings)],
             'notes': list(self._notes),
-            'events': [asdict(event) for event in self._events]}
+            'events': [asdict(event) for event in self._events] if self.events_known else None}
 
     def lines(self) -> list[str]:
         """Return the report in words, line by line, without the events."""
         summary = self._summary
-        lines = [self._first_line()]
+        lines = [*self._first_lines()]
+        lines += [f'finding: {finding}' for finding in self._of_risk]
         width = max(map(len, summary.brakes))
         lines += [f'{name:{width}}  {_brake_line(brake)}'
                   for name, brake in summary.brakes.items()]
@@ -115,25 +129,35 @@ class ReplayReport:
     def event_lines(self) -> list[str]:
         """Return the events in words, line by line; where nothing was assessed, that."""
         ticks = f'{self._summary.ticks} ticks'
-        if self._summary.braking_time and not self._summary.assessed_time:
-            return [f'{ticks}, none of braking assessed: whether it squealed is not known']
+        if not self.events_known:
+            what = 'squeal risk known' if self._summary.assessed_time else 'braking assessed'
+            return [f'{ticks}, squeal events: not known ({what} at none)']
+        while_known = ' while the squeal risk was known' if self._summary.risk_share < 1.0 else ''
         count = len(self._events)
         more = count - _MOST_LINES
-        return [f'{ticks}, {count} squeal event{"s" * (count != 1)}',
+        return [f'{ticks}, {count} squeal event{"s" * (count != 1)}{while_known}',
                 *(f'  {e.brake}, {e.start:.1f} to {e.end:.1f} s: risk up to {e.peak_risk:.2f}, '
                   f'{e.frequency_hz:.0f} Hz, growth {e.growth_rate:+.1f} 1/s'
                   for e in self._events[:_MOST_LINES]),
                 *([f'  and {more} more: see the table'] if more > 0 else [])]
 
-    def _first_line(self) -> str:
+    def _first_lines(self) -> Iterator[str]:
+        """Yield for how much of the braking the squeal risk is known, and was assessed."""
         summary = self._summary
         if math.isnan(summary.share):
-            return f'no braking in {summary.ticks} ticks, so nothing to assess'
+            yield f'no braking in {summary.ticks} ticks, so nothing to assess'
+            return
         every = ' of all brakes' if len(summary.brakes) > 1 else ''
+        never, partly = summary.never_known, summary.incomplete_share
+        yield (f'squeal risk known for {_percent(summary.risk_share)} of the braking time '
+               f'({summary.known_time:.1f} of {summary.braking_time:.1f} s{every})'
+               + (f', {_percent(partly)} in brake applications seen in part only'
+                  if partly else '')
+               + (f'; never known: {", ".join(never)}' if never else ''))
         never = summary.never_assessed
-        return (f'assessed {_percent(summary.share)} of the braking time '
-                f'({summary.assessed_time:.1f} of {summary.braking_time:.1f} s{every})'
-                + (f'; never assessed: {", ".join(never)}' if never else ''))
+        yield (f'assessed {_percent(summary.share)} of the braking time '
+               f'({summary.assessed_time:.1f} of {summary.braking_time:.1f} s{every})'
+               + (f'; never assessed: {", ".join(never)}' if never else ''))
 
     def remedy(self, reason: Reason, brake: BrakeSummary) -> str:
         """Return what helps against a reason: by the bag, else by the state of the inputs."""
@@ -154,11 +178,29 @@ class ReplayReport:
                 'text': reason.text, 'remedy': self.remedy(reason, brake)}
 
 
+def _risk_findings(summary: DriveSummary) -> list[Finding]:
+    """Return why the squeal risk of sliding brakes is not known, and the remedy of each."""
+    found: dict[str, list[BrakeSummary]] = defaultdict(list)
+    for brake in summary.brakes.values():
+        for why in brake.unknown_risks:
+            found[why].append(brake)
+    return [_risk_finding(why, brakes) for why, brakes in found.items()]
+
+
+def _risk_finding(why: str, brakes: Sequence[BrakeSummary]) -> Finding:
+    seconds = sum(brake.unknown_risks[why] * brake.period for brake in brakes)
+    cause, _, remedy = why.partition('; ')
+    return Finding(tuple(brake.name for brake in brakes),
+                   f'squeal risk not known for {seconds:.1f} s of sliding under load: {cause}',
+                   remedy or _BEYOND_EMULATOR)
+
+
 def _brake_line(brake: BrakeSummary) -> str:
     share = 'no braking' if math.isnan(brake.share) else (
         f'{_percent(brake.share):>6} of {brake.braking * brake.period:.1f} s')
     states = ', '.join(f'{count} {state}' for state, count in brake.states.most_common())
-    risk = '' if math.isnan(brake.mean_risk) else (
+    risk = ('; squeal risk not known' if brake.never_known else '') if math.isnan(
+        brake.mean_risk) else (
         f'; squeal risk {brake.mean_risk:.2f} on average, up to {brake.peak_risk:.2f}')
     return f'{share}{risk}; ticks: {states}'
 

@@ -65,12 +65,18 @@ class Recorder:
     node : str
         Whose topics are written.
 
+    Attributes
+    ----------
+    unknown_risk : str
+        Why no squeal risk is known of any brake; empty where it is.
+
     """
 
     def __init__(self, settings: MonitorSettings, node: str) -> None:
         self._node = node.lstrip('/')
         self._alarms = AlarmEvents(settings)
         self._levels: list[int] = []
+        self.unknown_risk = ''
         self._period = settings.period
         self._interval = round(_SECOND / settings.diagnostics_rate)
         self.detector = EventDetector(settings)
@@ -103,4 +109,5 @@ class Recorder:
             if due[place] or level != before[place]:
                 yield messages.brake_status(self._node, assessment, level)
         if due[count]:
-            yield messages.NodeStatus({'ticks_done': self.summary.ticks}).of(self._node)
+            said = (messages.WARN, self.unknown_risk) if self.unknown_risk else ()
+            yield messages.NodeStatus({'ticks_done': self.summary.ticks}, *said).of(self._node)

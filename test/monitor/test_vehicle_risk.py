@@ -180,6 +180,19 @@ def test_without_an_emulator_the_remedy_is_named_and_the_instability_is_known() 
     assert monitor.evaluator.risk.note == ''
 
 
+def test_a_band_without_a_family_of_the_emulator_has_no_risk() -> None:
+    """Not zero: unstable modes are there. And another band has one again."""
+    monitor = car(squeal_band_low_hz=2020.0)
+    *_, found = drive(monitor, (0.1, RELEASED), (0.1, {}))
+    assert (found.state, math.isnan(found.risk)) == ('steady', True)
+    assert 'no mode of the growth emulator is in the squeal band' in found.reason
+    assert monitor.evaluator.risk.squeal_risk is None
+    monitor.update_settings(replace(monitor.settings, squeal_band_low_hz=1000.0))
+    *_, found = drive(monitor, (0.1, {}), begin=found.time + SECOND // 10)
+    assert not math.isnan(found.risk)
+    assert monitor.evaluator.risk.unknown == ''
+
+
 def test_other_settings_leave_the_application_unless_the_band_changes() -> None:
     monitor = car()
     *_, before = drive(monitor, (0.1, RELEASED), (0.4, {}))
@@ -195,8 +208,8 @@ def test_other_settings_leave_the_application_unless_the_band_changes() -> None:
 def test_many_ticks_at_once_are_each_of_them() -> None:
     """Whatever the sizes of the blocks, to the last bit."""
     stretches = ((0.1, RELEASED), (0.4, {}), (0.1, UNKNOWN), (0.2, {}), (0.1, RELEASED), (0.2, {}))
-    single = [*drive(car(ensemble_size=8.0, friction_scatter=0.02), *stretches)]
-    monitor = car(ensemble_size=8.0, friction_scatter=0.02)
+    single = [*drive(car(ensemble_size=16.0, friction_scatter=0.02), *stretches)]
+    monitor = car(ensemble_size=16.0, friction_scatter=0.02)
     prepared = []
     monitor.assess = lambda time: prepared.append(monitor.prepare(time)) or [None]  # type: ignore
     assert len([*drive(monitor, *stretches)]) == len(single)

@@ -31,6 +31,7 @@ from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
+from squeal_ros.node.messages import DIAGNOSTICS_TYPE, WARN  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
 from support.bags import (  # noqa: E402, I100
@@ -77,15 +78,18 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 def test_a_good_bag(run: Run) -> None:
     code, out, err = run(braking())
     assert (code, err) == (0, '')
-    first, brake, events, *_ = out.splitlines()
-    assert first == 'assessed 100 % of the braking time (2.1 of 2.1 s)'
+    first, second, brake, events, *_ = out.splitlines()
+    assert first == ('squeal risk known for 100 % of the braking time (2.1 of 2.1 s), 100 % in '
+                     'brake applications seen in part only')  # it has no release
+    assert second == 'assessed 100 % of the braking time (2.1 of 2.1 s)'
     assert re.fullmatch(r'fl +100 % of 2\.1 s; squeal risk 0\.[0-9]{2} on average, up to '
                         r'0\.[0-9]{2}; ticks: 21 steady', brake)
     assert events == '21 ticks, 1 squeal event'
     code, out, _ = run([], '--json')
     found = json.loads(out)
     assert code == 0
-    assert list(found)[:3] == ['assessed_share', 'braking_s', 'assessed_s']
+    assert list(found)[:2] == ['risk_known_share', 'risk_known_s']
+    assert (found['risk_known_share'], found['never_known']) == (1.0, [])
     assert (found['assessed_share'], found['never_assessed']) == (1.0, [])
     assert found['ticks_by_state'] == found['brakes']['fl']['ticks_by_state'] == {'steady': 21}
     assert (found['top_reason'], found['findings'], found['notes']) == (None, [], [])
@@ -122,12 +126,13 @@ def test_nothing_assessed_is_said_first_with_the_remedy(case: str, run: Run) -> 
     code, out, _ = run(entries, **inputs)
     assert code == 1
     lines = out.splitlines()
-    assert lines[0].startswith('assessed 0 % of the braking time (0.0 of ')
-    assert lines[0].endswith('; never assessed: fl')
+    assert lines[0].startswith('squeal risk known for 0 % of the braking time (0.0 of ')
+    assert lines[1].startswith('assessed 0 % of the braking time (0.0 of ')
+    assert lines[1].endswith('; never assessed: fl')
     assert what in out
     (said,) = [line for line in lines if line.startswith('  remedy: ')]
     assert remedy in said
-    assert 'squeal event' not in out
+    assert 'squeal events: not known' in out
     code, out, _ = run([], '--json', **inputs)
     found = json.loads(out)
     assert code == 1
@@ -135,10 +140,51 @@ def test_nothing_assessed_is_said_first_with_the_remedy(case: str, run: Run) -> 
     assert remedy in found['top_reason']['remedy']
 
 
+@pytest.mark.parametrize('off', ['growth_emulator: none',
+                                 'squeal_band_low_hz: 2.0e+4, squeal_band_high_hz: 2.5e+4'])
+def test_a_risk_that_was_never_known_is_said_first(off: str, run: Run, tmp_path: Path) -> None:
+    """The setting has no emulator, or a squeal band without a family."""
+    own = tmp_path / 'own.yaml'
+    own.write_text(f'/**: {{ros__parameters: {{brakes: [fl], {off}}}}}')
+    code, out, _ = run(braking(), '--config', str(own))
+    first, _, finding, _, events, _ = out.splitlines()
+    assert code == 1
+    assert first == 'squeal risk known for 0 % of the braking time (0.0 of 2.1 s); never known: fl'
+    assert finding.startswith(
+        'finding: fl: squeal risk not known for 2.1 s of sliding under load: no ')
+    assert off.partition(':')[0] in finding
+    assert events == '21 ticks, squeal events: not known (squeal risk known at none)'
+    code, out, _ = run([], '--config', str(own), '--json')
+    found = json.loads(out)
+    assert (code, found['risk_known_share'], found['events']) == (1, 0.0, None)
+    assert (found['never_known'], found['findings'][0]['inputs']) == (['fl'], ['fl'])
+    written = Bag(tmp_path / 'out.mcap').messages({'/diagnostics': DIAGNOSTICS_TYPE})
+    assert {(status.name, status.level) for _, _, message, _ in written
+            for status in message.status} == {('squeal_monitor: fl', WARN),
+                                              ('squeal_monitor: node', WARN)}
+
+
+def test_a_risk_that_was_partly_unknown(run: Run) -> None:
+    """90 bar is beyond the emulator of the model; and two ticks a second miss short squeals."""
+    entries = braking(4.0)
+    for entry in entries:
+        if entry.type == PRESSURE and entry.time > entries[0].time + 2 * SECOND:
+            entry.message.fluid_pressure *= 90.0 / 8.0
+    code, out, _ = run(entries, '--rate', '2')
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].startswith('squeal risk known for 55.5 % of the braking time (2.5 of 4.5 s)')
+    assert 'outside the range of the growth emulator; `squeal info MODEL` shows' in lines[2]
+    assert re.search(r'9 ticks, [0-9] squeal events? while the squeal risk was known', out)
+    assert 'note: the squeal risk is evaluated 2 times a second, so short' in out
+    found = json.loads(run([], '--json', '--rate', '2')[1])
+    assert found['risk_known_share'] == pytest.approx(5 / 9)
+
+
 def test_the_remedy_of_another_clock_helps(run: Run) -> None:
     code, out, _ = run(CASES['clock'][0], rotor_speed={'stamp': 'receipt'},
                        pressure={'stamp': 'receipt'})
-    assert (code, out.split(' of the')[0]) == (0, 'assessed 100 %')
+    assert (code, '\nassessed 100 % of the' in out) == (0, True)
 
 
 def test_a_misspelt_brake_beside_good_ones(run: Run, tmp_path: Path) -> None:
@@ -146,8 +192,8 @@ def test_a_misspelt_brake_beside_good_ones(run: Run, tmp_path: Path) -> None:
     (tmp_path / 'two.yaml').write_text('/**: {ros__parameters: {brakes: [fl, fll]}}')
     code, out, _ = run(braking(), '--config', str(tmp_path / 'two.yaml'))
     assert code == 1
-    assert out.startswith('assessed 50 % of the braking time (2.1 of 4.2 s of all brakes); '
-                          'never assessed: fll\n')
+    assert ('assessed 50 % of the braking time (2.1 of 4.2 s of all brakes); never assessed: '
+            'fll\n') in out
     for words in ("do you mean 'fl_wheel_joint'?", 'nearest in the bag: /fl/brake_pressure',
                   'nearest in the bag: /fl/friction'):
         assert words in out
