@@ -154,7 +154,7 @@ class Ensemble:
     def inputs(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike,
                friction: ArrayLike) -> FloatArray:
         """
-        Return the inputs (..., M, 6) of a growth emulator for each member.
+        Return what a growth emulator takes for each member, (..., M, 6).
 
         Parameters
         ----------

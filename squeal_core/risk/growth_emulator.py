@@ -129,7 +129,7 @@ class PolynomialBasis:
     high: FloatArray
 
     def variables(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the variables (P, 6) at coefficients (P, 6), and their slopes by each own."""
+        """Return the polynomials' variables at coefficients, and their slopes by each own."""
         found, slopes = coefficients.copy(), np.ones_like(coefficients)
         found[:, :3] = np.arcsinh(coefficients[:, :3] / self.scales)
         slopes[:, :3] = 1.0 / np.hypot(coefficients[:, :3], self.scales)
@@ -241,7 +241,7 @@ class GrowthEmulator:
         return EmulatedGrowth(*found.reshape(4, *shape))
 
     def eigenvalues(self, inputs: FloatArray) -> ComplexArray:
-        """Return all eigenvalues (P, K) of the families at inputs (P, 6) of the domain [1/s]."""
+        """Return all of the families, (P, K), at inputs of the domain, (P, 6) [1/s]."""
         coefficients, _ = affine_coefficients(self.model, inputs)
         [terms] = self.basis.terms(coefficients, np.empty((0, *coefficients.shape)))
         single, mean, square = self._invariants(terms)

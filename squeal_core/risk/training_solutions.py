@@ -54,9 +54,9 @@ def solution_at(model: BrakeModel, reference: ReferenceModes,
     shapes = np.where(moving[:, None], velocity, 0.0)
     shapes /= np.linalg.norm(shapes, axis=0)
     numbers, columns, projections = reference.numbered(shapes, point.contact_stiffness)
-    found = TrainingSolutions(np.full(model.size, np.nan, complex),
-                       np.full((model.size, 6), np.nan, complex),
-                       np.zeros((model.size, model.size), np.float32))
+    found = TrainingSolutions(
+        np.full(model.size, np.nan, complex), np.full((model.size, 6), np.nan, complex),
+        np.zeros((model.size, model.size), np.float32))
     found.eigenvalues[numbers] = values[up][columns]
     found.slopes[numbers] = _slopes(model, point, left[up], place, velocity)[columns]
     found.projections[numbers] = projections[:, columns].T

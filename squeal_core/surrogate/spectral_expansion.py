@@ -75,7 +75,7 @@ class SpectralExpansion:
     mirrored: Any
 
     def eigenvalues(self, coefficients: FloatArray) -> ComplexArray:
-        """Return the eigenvalues (..., n) [1/s] at coefficients (..., 9)."""
+        """Return those at coefficients, (..., n) at (..., 9) [1/s]."""
         terms = self.monomials.at((coefficients[..., self.rows] - self.centre) / self.scales)
         entries = (terms @ self.series.view(float)).view(complex)
         found = []

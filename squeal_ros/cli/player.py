@@ -46,7 +46,7 @@ ZERO_CELSIUS = 273.15
 _LONGEST_WAIT = 5.0  # s, for an answer of the monitor
 # columns of the table that a brake's diagnostics have by the same names
 NUMBERS = ('squeal_risk', 'instability_probability', 'build_up_nepers', 'time_to_squeal_s',
-            'growth_rate_1_s', 'damping_ratio', 'worst_frequency_hz', 'friction_margin')
+           'growth_rate_1_s', 'damping_ratio', 'worst_frequency_hz', 'friction_margin')
 Record = Callable[[str, str, int, bytes], None]
 
 

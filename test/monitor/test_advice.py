@@ -126,7 +126,6 @@ def test_confidence_is_the_probability_not_to_squeal() -> None:
     assert math.isnan(unknown.confidence_below)
 
 
-
 def growth_at(model: BrakeModel, speed: float, pressure: float, friction: float) -> float:
     point = model.operating_point(rotor_speed=speed, pressure=pressure, friction=friction)
     worst = complex_modes(model, point).worst_in(*SQUEAL_BAND)

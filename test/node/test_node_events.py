@@ -21,7 +21,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100
 from squeal_ros.node.messages import OK, WARN  # noqa: E402
 from support.node_outputs import EVENTS  # noqa: E402, I100
 from support.node_runs import vehicle  # noqa: E402
