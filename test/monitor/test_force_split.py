@@ -145,6 +145,7 @@ def test_what_full_solutions_contradict_is_not_advised() -> None:
     """An emulator that is wrong at low speed, at which the rear wheels slip."""
 
     class Wrong(FallingEmulator):
+
         def evaluate(self, inputs: FloatArray) -> Any:
             found = super().evaluate(inputs)
             slow = (inputs[..., 0] < math.log(8.0))[..., None]
