@@ -94,6 +94,7 @@ def split_pressures(force_per_pressure: FloatArray, pressures: FloatArray, front
     front : (B,) array of bool
         Which brakes are on the front axle.
     shares : (S,) array
+        Fractions of the total force on the front axle [-].
 
     """
     force = force_per_pressure * pressures

@@ -172,6 +172,7 @@ def over_application(risk: SquealRisk, times_ns: Sequence[int],
     Parameters
     ----------
     risk : SquealRisk
+        Of the ensemble.
     times_ns : (T,) sequence of int
         Ticks at which the brake slides; it is taken as released a tick before and a tick after.
     growth : MemberGrowth

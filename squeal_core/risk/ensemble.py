@@ -148,7 +148,7 @@ class Ensemble:
 
     @property
     def count(self) -> int:
-        """Number of members."""
+        """Return the number of members."""
         return int(self.weights.size)
 
     def inputs(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike,
@@ -197,6 +197,7 @@ def persistent(prior: EnsemblePrior, deviations: FloatArray) -> Persistent:
     Parameters
     ----------
     prior : EnsemblePrior
+        Its standard deviations.
     deviations : (M, 5) array
         In standard deviations of the prior from its means.
 

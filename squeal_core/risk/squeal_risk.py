@@ -132,6 +132,7 @@ class SquealRisk:
         Parameters
         ----------
         state : BuildUpState
+            Of the application up to the tick.
         growth : MemberGrowth
             At the tick.
         rates : (3, 3, F, M) array

@@ -81,6 +81,7 @@ def quiet_intervals(parameter: str, bounds: tuple[float, float], least_stable: L
     Parameters
     ----------
     parameter : str
+        Its name, for the result.
     bounds : (2,) floats
         Of the scan, positive.
     least_stable : callable
