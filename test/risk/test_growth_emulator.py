@@ -122,7 +122,7 @@ def test_workers_give_the_same_emulator(model: BrakeModel) -> None:
     first, second = (build_growth_emulator(model, solutions=48, hold_out=4, workers=workers)
                      for workers in (0, 2))
     assert np.array_equal(first.weights, second.weights)
-    assert first.error == second.error
+    np.testing.assert_equal(vars(first.error), vars(second.error))  # NaN where none matters
     assert first.families == second.families
 
 
