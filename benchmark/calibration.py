@@ -41,7 +41,7 @@ import numpy as np
 from squeal_core import BrakeModel
 from squeal_core.calibration.scores import score
 from squeal_core.common.arrays import FloatArray
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.emulator_file import find_emulator
 from squeal_core.risk.growth_emulator import EmulatedGrowth
 from squeal_core.risk.risk_records import GrowthSource
 
@@ -143,10 +143,10 @@ def main() -> int:
     stops = Stops(friction=(0.38, 0.48))
     if options.emulator:
         model, stops = BrakeModel.load(MODEL), Stops((20.0, 95.0), friction=(0.34, 0.48))
-        path = find_emulator_file(model)
-        if path is None:
+        found = find_emulator(model)
+        if found is None:
             parser.error(f'no growth emulator of {MODEL}; build it with `squeal tabulate`')
-        source = read_emulator(path, model)
+        _, source = found
     rows = measure(source, range(options.first, options.first + options.seeds), stops,
                    options.scenario)
     print(json.dumps(rows) if options.json else '\n'.join(map(line, rows)))

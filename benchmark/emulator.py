@@ -37,7 +37,7 @@ from squeal_core import BrakeModel
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.emulator_audit import growth_differences, point_at
 from squeal_core.risk.emulator_builder import scattered_inputs
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.emulator_file import find_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.stability.eigensolution import eigenvalues
@@ -77,10 +77,10 @@ def main() -> int:
     parser.set_defaults(model='kang2009_damped', seed=7)
     options = parser.parse_args()
     model = BrakeModel.load(options.model)
-    path = find_emulator_file(model)
-    if path is None:
+    shipped = find_emulator(model)
+    if shipped is None:
         parser.error(f'{options.model} has no growth emulator; run squeal tabulate --growth-only')
-    emulator, off = read_emulator(path, model), []
+    emulator, off = shipped[1], []
     for i, row in enumerate(scattered_inputs(emulator.domain, options.points, options.seed)):
         off.append(growth_differences(emulator, row))
         said(f'{i + 1} of {options.points} full solutions')

@@ -42,7 +42,7 @@ from squeal_core import BrakeModel, complex_modes, OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.application_risk import ApplicationRisk
 from squeal_core.risk.build_up import saturation_energy
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.emulator_file import find_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.risk.squeal_risk import RiskResult, SquealRisk
@@ -124,9 +124,9 @@ def main() -> int:
     parser.add_argument('--friction', type=float, help="instead of the drive's")
     options = parser.parse_args()
     model = BrakeModel.load(options.model)
-    path = find_emulator_file(model)
-    assert path is not None, 'this model has no emulator; run squeal tabulate --growth'
-    emulator, rng = read_emulator(path, model), np.random.default_rng(options.seed)
+    shipped = find_emulator(model)
+    assert shipped is not None, 'this model has no emulator; run squeal tabulate --growth-only'
+    emulator, rng = shipped[1], np.random.default_rng(options.seed)
     every = [own[:LONGEST] for own in applications(model, options.drive, options.rate)
              if len(own) >= 8]
     rows, failed = [], False

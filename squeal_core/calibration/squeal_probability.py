@@ -23,8 +23,8 @@ from squeal_core.calibration.applications import BrakeApplication
 from squeal_core.calibration.candidates import BrakeCandidates
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.build_up import grown, LEAST_DAMPING_RATIO, nepers, saturation_energy
-from squeal_core.risk.risk_records import GrowthSource, RiskSettings
+from squeal_core.risk.build_up import grown, nepers, saturation_energy
+from squeal_core.risk.risk_records import families_in, GrowthSource, RiskSettings
 from squeal_core.risk.scatter import exceedance, NODES
 
 STEP = 0.25  # s between ticks at which growth is evaluated
@@ -96,12 +96,8 @@ class SquealPredictor:
                  settings: RiskSettings | None = None, step: float = STEP) -> None:
         settings = settings or RiskSettings()
         self._emulator, self._floor = emulator, settings.noise_floor
-        frequency = np.array([family.frequency_hz for family in emulator.families])
-        decay = np.maximum([family.decay_rate for family in emulator.families],
-                           LEAST_DAMPING_RATIO * 2.0 * np.pi * frequency)
-        low, high = settings.band_hz
-        self._families = np.flatnonzero((frequency >= low) & (frequency <= high))
-        self._decay, self._frequency = decay[self._families], frequency[self._families]
+        self._families, self._frequency, self._decay = families_in(settings.band_hz,
+                                                                   emulator.families)
         self._count = len(applications)
         total = sum(float(np.ptp(one.time)) for one in applications)
         chosen = [one.knots(max(step, total / _MOST_KNOTS)) for one in applications]
@@ -147,12 +143,8 @@ class SquealPredictor:
 
     def _growth(self, knots: _Knots, candidates: BrakeCandidates) -> _Growth:
         """Return growth (A, T, P, F)."""
-        inputs = np.stack(np.broadcast_arrays(
-            np.log(np.abs(knots.rotor_speed))[..., None],
-            np.log(knots.contact_pressure)[..., None],
-            knots.friction[..., None] + candidates.friction_bias,
-            candidates.ln_contact_stiffness, candidates.ln_damping, candidates.slope_scale),
-            axis=-1)
+        inputs = candidates.ensemble('').inputs(
+            knots.rotor_speed, knots.contact_pressure, knots.friction)
         # one knot at a time: their terms fit into the cache
         knots_of = [self._emulator.evaluate(one) for one in inputs.reshape(-1, *inputs.shape[2:])]
         shape = (*inputs.shape[:-1], self._families.size)

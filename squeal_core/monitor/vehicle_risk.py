@@ -17,7 +17,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 import math
-from pathlib import Path
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.calibration.calibration_file import check_domain, read_calibration
@@ -31,7 +30,7 @@ from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_stability import Evaluated
 from squeal_core.risk.application_risk import ApplicationRisk
 from squeal_core.risk.emulator_audit import audit
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.emulator_file import named_emulator
 from squeal_core.risk.ensemble import Ensemble, prior_ensemble
 from squeal_core.risk.first_order import first_order_instability
 from squeal_core.risk.growth_emulator import GrowthEmulator
@@ -274,11 +273,9 @@ def ensemble_risk(model: BrakeModel, settings: MonitorSettings) -> SquealRisk | 
     """
     if settings.growth_emulator == NONE:
         return None
-    path = Path(settings.growth_emulator) if settings.growth_emulator else (
-        find_emulator_file(model))
-    if path is None:
+    emulator = named_emulator(settings.growth_emulator, model)
+    if emulator is None:
         return None
-    emulator = read_emulator(path, model)
     return SquealRisk(emulator, _ensemble(model, settings, emulator),
                       risk_settings(settings))
 

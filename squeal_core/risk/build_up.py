@@ -20,17 +20,14 @@ E = 1 while it decays with its own damping d and nothing drives it. A tone ends 
 opens, at an amplitude near c p0 / k_c. The build-up is ln sqrt(E) [nepers].
 """
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 from squeal_core.common.arrays import FloatArray
 
 FLOOR = 1e-9  # m, root mean square relative displacement of a mode at the contact, by noise
 SATURATION = 2.0  # c: transients of kang2009 end 9.9 to 10 nepers above 1 nm, p0 / k_c being 10 um
-LEAST_DAMPING_RATIO = 0.001  # of modes without damping of their own, as in the transients
+_LEAST_DAMPING_RATIO = 0.001  # of modes without damping of their own, as in the transients
 _LEAST_RATE = 1e-6  # 1/s; nearer to zero the stationary energy has no end
-DECIBELS = 20.0 / math.log(10.0)  # in a neper
 
 
 def saturation_energy(contact_pressure: ArrayLike, contact_stiffness: ArrayLike,
@@ -50,6 +47,12 @@ def saturation_energy(contact_pressure: ArrayLike, contact_stiffness: ArrayLike,
     """
     gap = np.asarray(contact_pressure, dtype=float) / np.asarray(contact_stiffness, dtype=float)
     return np.asarray(np.maximum(SATURATION * gap / noise_floor, 1.0)**2)
+
+
+def noise_decay(decay_rate: ArrayLike, frequency_hz: ArrayLike) -> FloatArray:
+    """Return the decay rates d [1/s] at which noise holds modes at their floors."""
+    least = _LEAST_DAMPING_RATIO * 2.0 * np.pi * np.asarray(frequency_hz)
+    return np.asarray(np.maximum(decay_rate, least))
 
 
 def nepers(energy: FloatArray) -> FloatArray:

@@ -101,6 +101,10 @@ def read_emulator(path: str | Path, model: BrakeModel) -> GrowthEmulator:
     if header.get('model') != model_hash(model):
         raise TableFileError(path, 'is the growth emulator of another model',
                              'build one for this model with `squeal tabulate --growth-only`')
+    return _usable(path, header, arrays, model)
+
+
+def _usable(path: str | Path, header: Header, arrays: Arrays, model: BrakeModel) -> GrowthEmulator:
     try:
         return _emulator(header, arrays, model)
     except (AttributeError, LookupError, TypeError, ValueError, OverflowError) as error:
@@ -125,16 +129,25 @@ def cached_emulator_path(model: BrakeModel) -> Path:
     return resources.cache_folder() / f'growth_{model_hash(model)[:16]}_{SCHEMA}{SUFFIX}'
 
 
-def find_emulator_file(model: BrakeModel) -> Path | None:
-    """Return the emulator file of a model in the user's cache, else that is shipped, or None."""
+def find_emulator(model: BrakeModel) -> tuple[Path, GrowthEmulator] | None:
+    """Return file and emulator of a model from the user's cache, else as shipped, or None."""
     wanted = model_hash(model)
     for path in (cached_emulator_path(model), *resources.table_files(SUFFIX)):
         try:
-            if _read(path)[0].get('model') == wanted:
-                return path
+            header, arrays = _read(path)
         except TableFileError:  # none is there, or one of an earlier version
             continue
+        if header.get('model') == wanted:
+            return path, _usable(path, header, arrays, model)
     return None
+
+
+def named_emulator(path: str, model: BrakeModel) -> GrowthEmulator | None:
+    """Return the emulator in a file, or where none is named the one that is found."""
+    if path:
+        return read_emulator(path, model)
+    found = find_emulator(model)
+    return found and found[1]
 
 
 def _read(path: str | Path) -> tuple[Header, Arrays]:

@@ -20,10 +20,9 @@ from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.build_up import grown
-from squeal_core.risk.squeal_risk import SquealRisk
+from squeal_core.risk.squeal_risk import LEAST_KNOWN, SquealRisk
 
 _NOMINAL = (0.0, 0.0, 1.0)  # ln contact stiffness and ln damping over the model's, slope scale
-_LEAST_KNOWN = 0.5  # of the members' weight: below it no risk is known
 
 
 def holding_exceedances(risk: SquealRisk, model: BrakeModel, duration: float,
@@ -80,4 +79,4 @@ def over_members(risk: SquealRisk, values: FloatArray) -> FloatArray:
     total = weights.sum(axis=-1)
     with np.errstate(invalid='ignore'):
         means = (weights * np.nan_to_num(values)).sum(axis=-1) / total
-    return np.where(total < _LEAST_KNOWN, np.nan, means)
+    return np.where(total < LEAST_KNOWN, np.nan, means)

@@ -14,11 +14,13 @@
 
 """What goes into a squeal risk and what comes out of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from squeal_core.common.arrays import FloatArray, repr_with_shapes
-from squeal_core.risk.build_up import FLOOR
+import numpy as np
+from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
+from squeal_core.risk.build_up import FLOOR, noise_decay
 from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
 from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.stability.eigensolution import SQUEAL_BAND
@@ -34,6 +36,16 @@ class GrowthSource(Protocol):
     def error(self) -> EmulatorError: ...
 
     def evaluate(self, inputs: FloatArray) -> EmulatedGrowth: ...
+
+
+def families_in(band_hz: tuple[float, float], families: Sequence[ModeFamily]
+                ) -> tuple[IndexArray, FloatArray, FloatArray]:
+    """Return places, frequencies [Hz] and decay rates [1/s] of the families in a band."""
+    low, high = band_hz
+    frequency = np.array([family.frequency_hz for family in families])
+    places = np.flatnonzero((frequency >= low) & (frequency <= high))
+    decay = noise_decay([family.decay_rate for family in families], frequency)
+    return places, frequency[places], decay[places]
 
 
 @dataclass(frozen=True, kw_only=True)

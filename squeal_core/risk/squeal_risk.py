@@ -24,11 +24,12 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from squeal_core.common.arrays import FloatArray, IndexArray
-from squeal_core.risk.build_up import LEAST_DAMPING_RATIO, nepers, saturation_energy
+from squeal_core.common.arrays import FloatArray
+from squeal_core.risk.build_up import nepers, saturation_energy
 from squeal_core.risk.ensemble import Ensemble
 from squeal_core.risk.risk_records import (
     BuildUpState,
+    families_in,
     GrowthSource,
     MemberGrowth,
     RiskResult,
@@ -69,13 +70,9 @@ class SquealRisk:
                  settings: RiskSettings | None = None) -> None:
         self.emulator, self.ensemble = emulator, ensemble
         self.settings = settings or RiskSettings()
-        frequency = np.array([family.frequency_hz for family in emulator.families])
-        decay = np.maximum([family.decay_rate for family in emulator.families],
-                           LEAST_DAMPING_RATIO * 2.0 * np.pi * frequency)
-        low, high = self.settings.band_hz
-        self.families: IndexArray = np.flatnonzero((frequency >= low) & (frequency <= high))
+        self.families, _, decay = families_in(self.settings.band_hz, emulator.families)
         scale = np.exp(ensemble.ln_damping + ensemble.damping_scatter * NODES[:, None])
-        self.decay: FloatArray = scale[None, :, None] * decay[self.families, None]
+        self.decay: FloatArray = scale[None, :, None] * decay[:, None]
         self.basis = ensemble.calibrated or 'not calibrated'
         if not ensemble.calibrated or ensemble.likelihood_power < _MOSTLY_PRIOR:
             self.basis += f': {_PRIOR}'

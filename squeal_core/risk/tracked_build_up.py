@@ -24,12 +24,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.build_up import (
-    grown,
-    halves,
-    LEAST_DAMPING_RATIO,
-    nepers,
-)
+from squeal_core.risk.build_up import grown, halves, nepers, noise_decay
 from squeal_core.stability.eigensolution import complex_modes
 
 FARTHEST = 0.02  # distance of a mode from itself a tick before, of its frequency
@@ -49,8 +44,7 @@ class TrackedBuildUp:
     """
 
     def __init__(self, frequency_hz: FloatArray, decay_rate: FloatArray) -> None:
-        self._frequency, self._decay = frequency_hz, np.maximum(
-            decay_rate, LEAST_DAMPING_RATIO * 2.0 * np.pi * frequency_hz)
+        self._frequency, self._decay = frequency_hz, noise_decay(decay_rate, frequency_hz)
         self.release(0)
 
     @classmethod

@@ -45,7 +45,7 @@ from squeal_core.monitor.axles import axle_partners
 from squeal_core.monitor.risk_warnings import NONE
 from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorSettings
 from squeal_core.monitor.vehicle_risk import risk_settings
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.emulator_file import named_emulator
 from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.surrogate.table_file import model_hash
 from squeal_ros.cli.arguments import check_output, check_workers, positive
@@ -138,11 +138,11 @@ def _name(path: str) -> str:
 def _emulator(model: BrakeModel, options: argparse.Namespace,
               settings: MonitorSettings) -> GrowthEmulator:
     named = '' if settings.growth_emulator == NONE else settings.growth_emulator
-    path = options.emulator or named or find_emulator_file(model)
-    if path is None:
+    emulator = named_emulator(options.emulator or named, model)
+    if emulator is None:
         raise SquealError(f'{settings.model}: has no growth emulator; build one with `squeal '
-                          f'tabulate {settings.model} --growth`, or give --emulator')
-    return read_emulator(path, model)
+                          f'tabulate {settings.model} --growth-only`, or give --emulator')
+    return emulator
 
 
 def _places(settings: MonitorSettings) -> dict[str, tuple[str, ...]]:

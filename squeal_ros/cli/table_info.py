@@ -22,7 +22,7 @@ from typing import Any
 
 from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator_header
+from squeal_core.risk.emulator_file import find_emulator, read_emulator_header
 from squeal_core.risk.growth_emulator import INPUTS
 from squeal_core.surrogate.table_file import find_table, read_table_header
 
@@ -97,11 +97,11 @@ def emulator_lines(path: str | Path) -> Iterator[str]:
 
 def model_emulator_lines(model: BrakeModel, name: str) -> Iterator[str]:
     """Yield the lines on the growth emulator that the monitor uses for a model."""
-    path = find_emulator_file(model)
-    if path is None:
+    found = find_emulator(model)
+    if found is None:
         yield f'growth emulator  none; build one with `squeal tabulate {name} --growth-only`'
     else:
-        yield from emulator_lines(path)
+        yield from emulator_lines(found[0])
 
 
 def _number(value: object, form: str = '.3g') -> str:

@@ -79,8 +79,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def _emulator(monkeypatch: pytest.MonkeyPatch) -> None:
     growth = LinearGrowth([1655.0, 3210.0], [45.0, 95.0], [350.0, 600.0])
-    monkeypatch.setattr(calibrate_commands, 'find_emulator_file', lambda _: 'emulator.npz')
-    monkeypatch.setattr(calibrate_commands, 'read_emulator', lambda *_: growth)
+    monkeypatch.setattr(calibrate_commands, 'named_emulator', lambda *_: growth)
 
 
 def run(folder: Path, *options: str, events: str = 'events.csv') -> int:
@@ -181,6 +180,6 @@ def test_recordings_of_one_name(folder: Path, capsys: pytest.CaptureFixture[str]
 
 def test_no_emulator(folder: Path, capsys: pytest.CaptureFixture[str],
                      monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(calibrate_commands, 'find_emulator_file', lambda _: None)
+    monkeypatch.setattr(calibrate_commands, 'named_emulator', lambda *_: None)
     assert run(folder) == 2
     assert 'squeal tabulate kang2009 --growth' in capsys.readouterr().err

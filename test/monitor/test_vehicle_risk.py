@@ -38,8 +38,7 @@ GROWTH = GAIN * 0.2 - DECAY
 def _linear(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the model's emulator be one whose growth is known: a family of two modes."""
     emulator = LinearGrowth([2000.0], [DECAY], [GAIN])
-    monkeypatch.setattr(vehicle_risk, 'find_emulator_file', lambda model: 'file')
-    monkeypatch.setattr(vehicle_risk, 'read_emulator', lambda path, model: emulator)
+    monkeypatch.setattr(vehicle_risk, 'named_emulator', lambda path, model: emulator)
 
 
 def car(rate: float = 100.0, **changes: Any) -> VehicleMonitor:

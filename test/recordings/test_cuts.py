@@ -57,8 +57,7 @@ def model() -> BrakeModel:
 def _emulator(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give the model an emulator of growth, whose build-up is between floor and saturation."""
     emulator = LinearGrowth([900.0, 1100.0], [10.0, 12.0], [90.0, 60.0])
-    monkeypatch.setattr(vehicle_risk, 'find_emulator_file', lambda model: 'file')
-    monkeypatch.setattr(vehicle_risk, 'read_emulator', lambda path, model: emulator)
+    monkeypatch.setattr(vehicle_risk, 'named_emulator', lambda path, model: emulator)
 
 
 @pytest.fixture(scope='module')

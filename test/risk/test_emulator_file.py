@@ -27,7 +27,7 @@ from squeal_core.risk.emulator_builder import build_growth_emulator, scattered_i
 from squeal_core.risk.emulator_file import (
     cached_emulator_path,
     emulator_path,
-    find_emulator_file,
+    find_emulator,
     is_emulator,
     read_emulator,
     write_emulator,
@@ -97,16 +97,20 @@ def test_emulators_of_other_models_and_damaged_ones_are_refused(
 def test_where_emulators_are_found(emulator: GrowthEmulator, path: Path,
                                    monkeypatch: pytest.MonkeyPatch) -> None:
     model, other = emulator.model, replace(emulator.model, damping_ratios=0.003)
-    assert find_emulator_file(model) is None
+    assert find_emulator(model) is None
     monkeypatch.setenv('SQUEAL_TABLES', str(path.parent))
     path.with_name('a.growth.npz').write_bytes(b'no archive')
-    assert find_emulator_file(model) == path
-    assert find_emulator_file(other) is None
+    found = find_emulator(model)
+    assert found is not None
+    assert found[0] == path
+    assert find_emulator(other) is None
     assert find_table(model) is None  # an emulator is no table
     cached = cached_emulator_path(other)
     cached.parent.mkdir(parents=True, exist_ok=True)
     write_emulator(cached, emulator, other)
-    assert find_emulator_file(other) == cached
+    found = find_emulator(other)
+    assert found is not None
+    assert found[0] == cached
     cached.unlink()
 
 

@@ -24,7 +24,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.resources import config_folder
 from squeal_core.risk.application_risk import ApplicationRisk
 from squeal_core.risk.build_up import nepers, saturation_energy
-from squeal_core.risk.emulator_file import find_emulator_file, read_emulator
+from squeal_core.risk.emulator_file import find_emulator
 from squeal_core.risk.squeal_risk import SquealRisk
 from squeal_core.risk.tracked_build_up import TrackedBuildUp
 from squeal_core.stability.eigensolution import SQUEAL_BAND
@@ -115,9 +115,9 @@ def followed(model: BrakeModel, times: list[int], points: list[OperatingPoint]) 
 def test_followed_modes_agree_with_fixed_families_on_drives(drive: str) -> None:
     """Of the nominal damped brake; families by the shipped emulator, modes by full solutions."""
     model = BrakeModel.load('kang2009_damped')
-    path = find_emulator_file(model)
-    assert path is not None
-    risk = SquealRisk(read_emulator(path, model), one_brake())
+    found = find_emulator(model)
+    assert found is not None
+    risk = SquealRisk(found[1], one_brake())
     largest = []
     for time, speed, pressure in applications(model, drive, 3):
         times = np.round(1e9 * time).astype(int).tolist()
