@@ -161,16 +161,16 @@ def _places(settings: MonitorSettings) -> dict[str, tuple[str, ...]]:
 
 def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeModel) -> _Recorded:
     """Return the applications that somebody listened to."""
-    from squeal_ros.recordings.bag_reader import Bag
     from squeal_ros.recordings.brake_applications import collect_applications
-    from squeal_ros.recordings.message_definitions import MessageDefinitions
+    from squeal_ros.recordings.recording import open_recording
     from squeal_ros.recordings.replay import Replay
 
     listened = _brakes(options, settings)
     read = _Recorded([], {}, 0)
     for path in options.recordings:
-        replay = Replay(Bag(path, MessageDefinitions(options.types)), settings, model,
-                        namespace=options.namespace)
+        recording = open_recording(path, settings, types=options.types,
+                                   namespace=options.namespace)
+        replay = Replay(recording, settings, model)
         collected = collect_applications(replay, _name(path))
         for finding in replay.findings:
             warn(f'{path}: {finding.what}; {finding.remedy}')

@@ -36,9 +36,9 @@ from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_core.view.table import DriveDisplay
 from squeal_ros.cli.player import BrakePlayer, ORIGIN
 from squeal_ros.recordings.agreement import Agreement, agreement
-from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.evaluation_process import write_replay
+from squeal_ros.recordings.recording import open_recording
 from squeal_ros.recordings.replay import Outputs, Replay
 from squeal_ros.recordings.replay_report import ReplayReport
 
@@ -225,7 +225,7 @@ def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
                   ) -> tuple[ReplayReport, list[SquealEvent]]:
     """Replay the recorded inputs into a bag and a table beside them."""
     outputs = Outputs(files.outputs, settings)
-    ticks = Replay(Bag(files.inputs), settings, model)
+    ticks = Replay(open_recording(files.inputs, settings), settings, model)
     write_replay(ticks, outputs, parallel=False)
     events = [replace(event, start=_on_drive_time(event.start), end=_on_drive_time(event.end))
               for event in outputs.events]

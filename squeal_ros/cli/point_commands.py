@@ -154,9 +154,8 @@ def policy(options: argparse.Namespace) -> int:
 def replay(options: argparse.Namespace) -> int:
     """Run the monitor over a recorded bag."""
     from squeal_ros.recordings import replay as replaying
-    from squeal_ros.recordings.bag_reader import Bag
     from squeal_ros.recordings.evaluation_process import write_replay
-    from squeal_ros.recordings.message_definitions import MessageDefinitions
+    from squeal_ros.recordings.recording import open_recording
     from squeal_ros.recordings.replay_report import ReplayReport
 
     chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
@@ -167,8 +166,9 @@ def replay(options: argparse.Namespace) -> int:
     outputs = replaying.Outputs(Path(options.output), chosen, overwrite=options.force)
     outputs.check((options.bag, *filter(None, (options.config, chosen.model, chosen.table))))
     model = BrakeModel.load(chosen.model)
-    bag = Bag(options.bag, MessageDefinitions(options.types))
-    ticks = replaying.Replay(bag, chosen, model, namespace=options.namespace)
+    recording = open_recording(options.bag, chosen, types=options.types,
+                               namespace=options.namespace)
+    ticks = replaying.Replay(recording, chosen, model)
     report_progress(pressure_references(chosen))
     write_replay(ticks, outputs)
     report = ReplayReport(outputs.summary, outputs.events, ticks.findings, ticks.notes)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Run the monitor of the node on a recorded bag, on the bag's time."""
+"""Run the monitor of the node on a recording, on the time of recording."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -31,51 +31,46 @@ from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_core.monitor.vehicle_monitor import VehicleInputs
 from squeal_core.monitor.vehicle_risk import ensemble_risk
 from squeal_core.risk.squeal_risk import SquealRisk
-from squeal_ros.recordings.bag_reader import Bag, BagError, Record
 from squeal_ros.recordings.bag_writer import BagWriter
-from squeal_ros.recordings.findings import Finding, InputFindings
-from squeal_ros.recordings.sample_reader import SampleReader, Samples
+from squeal_ros.recordings.findings import Finding
+from squeal_ros.recordings.recording import Recording
 from squeal_ros.recordings.serialised_outputs import serialised_outputs
 from squeal_ros.recordings.tick_record import Recorder, TickRecord
 
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
 _LONGEST_SILENCE = 10_000_000_000
 _BLOCK = 256  # ticks that are evaluated at once
-_AT_ONCE, _BYTES_AT_ONCE = 1024, 1_000_000  # messages that are read at once, and their size
 
 
 class Replay:
     """
-    The monitor run on a bag, on the same grid of times as the node; iterate over its ticks.
+    The monitor run on a recording, on the grid of times of the node; iterate over its ticks.
 
     Parameters
     ----------
-    bag : Bag
+    recording : Recording
+        Opened for the same settings.
     settings : MonitorSettings
     model : BrakeModel
-    namespace : str
-        Where the settings' relative topics are in the bag.
     block : int
         Ticks that are evaluated at once; the numbers are the node's, bit for bit, of any.
 
     """
 
-    def __init__(self, bag: Bag, settings: MonitorSettings, model: BrakeModel, *,
-                 namespace: str = '/', block: int = _BLOCK) -> None:
+    def __init__(self, recording: Recording, settings: MonitorSettings, model: BrakeModel, *,
+                 block: int = _BLOCK) -> None:
         self.settings, self.model = settings, model
-        self._bag, self._block = bag, block
-        self._found = InputFindings(settings, namespace)
-        self._reader = SampleReader(bag, settings, self._found, namespace)
+        self.recording, self._block = recording, block
 
     @property
     def findings(self) -> list[Finding]:
-        """Return what of the bag does not fit the settings, as far as it was read."""
-        return self._found.listed(self._bag.types, self._bag.undecodable)
+        """Return what of the recording does not fit the settings, as far as it was read."""
+        return self.recording.findings
 
     @property
     def notes(self) -> list[str]:
-        """Return what else is to be known of the bag, as far as it was read, and settings."""
-        return [*self._bag.notes, *risk_warnings(self._risk, self.settings)]
+        """Return what else is to be known of recording and settings, as far as it was read."""
+        return [*self.recording.notes, *risk_warnings(self._risk, self.settings)]
 
     @property
     def unknown_risk(self) -> str:
@@ -88,9 +83,8 @@ class Replay:
 
     @property
     def messages(self) -> int:
-        """Return how many messages are on the topics of the settings."""
-        return sum(self._bag.types[topic].total() for topic in self._found.wanted
-                   if topic in self._bag.types)
+        """Return how many messages are to be read, or an estimate."""
+        return self.recording.messages
 
     def __iter__(self) -> Iterator[tuple[Assessment, ...]]:
         """
@@ -98,8 +92,8 @@ class Replay:
 
         Raises
         ------
-        BagError
-            For a bag that cannot be read, or has no message on the topics of the settings.
+        SquealError
+            For a recording that cannot be read, or holds none of the inputs.
 
         """
         evaluator = VehicleEvaluator(self.model, self.settings)
@@ -113,17 +107,12 @@ class Replay:
             yield block
 
     def _prepared(self, inputs: VehicleInputs) -> Iterator[PreparedTick]:
-        wanted = self._found.wanted
-        if not self._bag.types:
-            raise BagError(self._bag.path, 'holds no topic', 'check that it was recorded')
-        if not set(wanted) & set(self._bag.types):
-            raise self._nothing('has none of the topics')
         period, tick = self.settings.period, 0
-        for time, samples in self._samples():
+        for time, samples in self.recording.samples():
             first = -(-time // period)
             if tick == 0:
                 tick = first
-            if time < (tick - 1) * period:  # the bag's clock went back
+            if time < (tick - 1) * period:  # the clock of the recording went back
                 inputs.reset()
                 tick = first
             if first > tick:
@@ -132,32 +121,7 @@ class Replay:
                 tick = first
             for sample in samples:
                 inputs.receive(*sample)
-        if not tick:
-            raise self._nothing('has no message to read on the topics')
         yield inputs.prepare(tick * period)
-
-    def _samples(self) -> Iterator[tuple[int, Samples]]:
-        """Yield the time of recording [ns] and the samples of each message."""
-        records: list[Record] = []
-        size = 0
-        for record in self._bag.records(self._found.wanted):
-            records.append(record)
-            size += len(record.data)
-            if len(records) == _AT_ONCE or size > _BYTES_AT_ONCE:
-                yield from self._read(records)
-                records, size = [], 0
-        yield from self._read(records)
-
-    def _read(self, records: Sequence[Record]) -> Iterator[tuple[int, Samples]]:
-        return zip([record.time for record in records], self._reader.samples(records),
-                   strict=True)
-
-    def _nothing(self, what: str) -> BagError:
-        findings = self.findings
-        more = f'; and {len(findings) - 3} more of this kind' if len(findings) > 3 else ''
-        return BagError(
-            self._bag.path, f'{what} {", ".join(sorted(self._found.wanted))}',
-            '; '.join(f'{found.what}: {found.remedy}' for found in findings[:3]) + more)
 
 
 @dataclass

@@ -20,18 +20,16 @@ from itertools import chain, compress, repeat
 from typing import Any, NamedTuple
 
 import numpy as np
-from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
+from squeal_core.monitor.vehicle_monitor import Sample
 from squeal_ros.node.field_paths import Router, Source
 from squeal_ros.recordings.bag_reader import Bag, Record
 from squeal_ros.recordings.findings import absolute, identity_of, InputFindings
 from squeal_ros.recordings.message_layout import Key, LayoutError, MessageLayout
+from squeal_ros.recordings.recording import Samples
 
 _MOST_LAYOUTS = 4  # of a topic and type; messages of others are decoded
 _STAMP: tuple[Key, ...] = (('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec'))
-
-Samples = list[tuple[str, Signal, Sample | MissingValue]]
 
 
 class _KnownLayout(NamedTuple):

@@ -173,9 +173,7 @@ def test_cuts_of_a_drive(model: BrakeModel, table: str, with_table: bool) -> Non
 @pytest.mark.parametrize('with_table', [True, False])
 def test_cuts_of_a_bag(model: BrakeModel, table: str, with_table: bool, tmp_path: Path) -> None:
     pytest.importorskip('rosbags', reason='needs rosbags')
-    from squeal_ros.recordings.bag_reader import Bag
-    from squeal_ros.recordings.replay import Replay
-    from support.bags import write_floats
+    from support.bags import replay_of, write_floats
 
     chosen, events = settings(table if with_table else 'none'), drive(4)
     whole = live(VehicleMonitor(chosen, model), events)
@@ -183,4 +181,4 @@ def test_cuts_of_a_bag(model: BrakeModel, table: str, with_table: bool, tmp_path
         path = write_floats(tmp_path / f'{place}.mcap', [
             (f'/{brake}/{signal}', time, value) for brake, signal, time, value in cut])
         check(whole, {tick[0].time // PERIOD: [numbers(one) for one in tick]
-                      for tick in Replay(Bag(path), chosen, model)})
+                      for tick in replay_of(path, chosen, model)})

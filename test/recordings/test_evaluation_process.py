@@ -32,10 +32,10 @@ from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import PreparedTick  # noqa: E402
 from squeal_ros.recordings import evaluation_process  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.bag_reader import BagError  # noqa: E402
 from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
 from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
-from support.bags import braking, storage_file, write_bag  # noqa: E402, I100
+from support.bags import braking, replay_of, storage_file, write_bag  # noqa: E402, I100
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_the_same_outputs_as_of_one_process(name: str, tmp_path: Path, settings:
     for parallel in (False, True):
         folder = tmp_path / str(parallel)
         folder.mkdir()
-        replay = Replay(Bag(bag), settings, kang)
+        replay = replay_of(bag, settings, kang)
         written = outputs[parallel] = Outputs(folder / name, settings)
         write_replay(replay, written, parallel=parallel)
         assert replay.findings == []
@@ -71,7 +71,7 @@ def test_the_same_outputs_as_of_one_process(name: str, tmp_path: Path, settings:
 def test_short_bags_are_left_to_one_process(tmp_path: Path, settings: MonitorSettings,
                                             kang: BrakeModel,
                                             monkeypatch: pytest.MonkeyPatch) -> None:
-    replay = Replay(Bag(write_bag(tmp_path / 'bag', braking(1.0))), settings, kang)
+    replay = replay_of(write_bag(tmp_path / 'bag', braking(1.0)), settings, kang)
     assert replay.messages == 60
     monkeypatch.setattr(evaluation_process, '_EvaluationProcess', None)
     write_replay(replay, Outputs(tmp_path / 'out.mcap', settings))
@@ -88,21 +88,20 @@ def test_errors_of_either_process_leave_nothing(tmp_path: Path, settings: Monito
     bag = write_bag(tmp_path / 'bag', braking(2.0))
     (tmp_path / 'out.csv').write_text('kept')
     with pytest.raises(SquealError, match=r'out\.csv: exists; give --force'):
-        write_replay(Replay(Bag(bag), settings, kang), Outputs(tmp_path / 'out.mcap', settings),
+        write_replay(replay_of(bag, settings, kang), Outputs(tmp_path / 'out.mcap', settings),
                      parallel=True)
-    damaged = Bag(bag)
+    damaged = replay_of(bag, settings, kang)
     file = storage_file(bag)
     file.write_bytes(file.read_bytes()[:2000])
     with pytest.raises(BagError, match='cannot be read'):
-        write_replay(Replay(damaged, settings, kang), Outputs(tmp_path / 'new.mcap', settings),
-                     parallel=True)
+        write_replay(damaged, Outputs(tmp_path / 'new.mcap', settings), parallel=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'out.csv']
 
 
 def test_a_process_that_is_killed_is_an_error(tmp_path: Path, settings: MonitorSettings,
                                               kang: BrakeModel,
                                               monkeypatch: pytest.MonkeyPatch) -> None:
-    replay = Replay(Bag(write_bag(tmp_path / 'bag', braking(2.0))), settings, kang, block=1)
+    replay = replay_of(write_bag(tmp_path / 'bag', braking(2.0)), settings, kang, block=1)
     started: list[subprocess.Popen[bytes]] = []
     popen = subprocess.Popen
     monkeypatch.setattr(subprocess, 'Popen',
@@ -124,11 +123,11 @@ from pathlib import Path
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
 from squeal_ros.interrupts import InterruptOnce
-from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.evaluation_process import write_replay
+from squeal_ros.recordings.recording import open_recording
 from squeal_ros.recordings.replay import Outputs, Replay
 settings = read_settings({'brakes': ['fl']})
-replay = Replay(Bag('bag'), settings, BrakeModel.load('kang2009'), block=1)
+replay = Replay(open_recording('bag', settings), settings, BrakeModel.load('kang2009'), block=1)
 whole, said = list(replay.blocks()), []
 def blocks():
     for block in cycle(whole):

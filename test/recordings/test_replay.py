@@ -45,8 +45,15 @@ from squeal_ros.node.messages import TYPES  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
-from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
-from support.bags import FLOAT, float_messages, SECOND, STORE, write_floats  # noqa: E402, I100
+from squeal_ros.recordings.replay import Outputs  # noqa: E402
+from support.bags import (  # noqa: E402, I100
+    FLOAT,
+    float_messages,
+    replay_of,
+    SECOND,
+    STORE,
+    write_floats,
+)
 from support.brake_monitors import EAGER  # noqa: E402
 
 QOS = Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, QosDurability.VOLATILE,
@@ -64,7 +71,7 @@ def settings() -> MonitorSettings:
 
 def replay(path: Path, settings: MonitorSettings, model: BrakeModel
            ) -> list[tuple[Assessment, ...]]:
-    return list(Replay(Bag(path), settings, model))
+    return list(replay_of(path, settings, model))
 
 
 def test_sqlite_bag_of_another_writer(tmp_path: Path, settings: MonitorSettings,
@@ -112,7 +119,7 @@ def test_diagnostics_as_the_node_publishes_them(tmp_path: Path, settings: Monito
     path = write_floats(tmp_path / 'in.mcap', float_messages(4.0))
     chosen = replace(settings, rate=10.0)
     outputs = Outputs(tmp_path / 'out.mcap', chosen)
-    write_replay(Replay(Bag(path), chosen, kang), outputs)
+    write_replay(replay_of(path, chosen, kang), outputs)
     seen: dict[str, list[float]] = {}
     for _, time, message, _ in Bag(outputs.path).messages(
             {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray'}):
@@ -160,7 +167,7 @@ def test_damaged_bag_is_one_clear_error_and_leaves_nothing(
     fail(kind, bag)
     outputs = Outputs(tmp_path / 'out.mcap', settings)
     with pytest.raises(BagError, match=r'in\.mcap: .*; ') as error:
-        outputs.write(iter(Replay(Bag(bag), settings, kang)))
+        outputs.write(iter(replay_of(bag, settings, kang)))
     assert '\n' not in str(error.value)
     assert {p.name for p in tmp_path.iterdir()} <= {'in.mcap'}
 
@@ -209,7 +216,7 @@ def test_a_second_publisher_of_other_joints_is_no_finding(tmp_path: Path,
             for name, velocity in (('arm', [0.1]), ('fl_wheel_joint', [value])):
                 bag.write('/joint_states', kind, time,
                           joints(header, [name], none, np.array(velocity), none))
-    played = Replay(Bag(tmp_path / 'in.mcap'), read_settings({
+    played = replay_of(tmp_path / 'in.mcap', read_settings({
         'brakes': ['fl'], 'rate': 2.0, **pressure}), kang)
     assert {tick[0].state for tick in played} == {'steady', 'released'}
     assert played.findings == []

@@ -33,7 +33,7 @@ from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.node.messages import DIAGNOSTICS_TYPE, WARN  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
-from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
+from squeal_ros.recordings.replay import Outputs  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
     Entry,
@@ -42,6 +42,7 @@ from support.bags import (  # noqa: E402, I100
     header,
     make,
     PRESSURE,
+    replay_of,
     report_inputs,
     reports,
     SECOND,
@@ -277,8 +278,8 @@ def test_memory_is_flat_in_the_length_of_the_bag(tmp_path: Path, kang: BrakeMode
     outputs, alive = Outputs(tmp_path / 'out.mcap', settings), []
 
     def watched() -> Iterator[tuple[Assessment, ...]]:
-        bag = Bag(write_bag(tmp_path / 'bag', braking(4.1, pressure=0.0)))
-        for number, tick in enumerate(Replay(bag, settings, kang)):
+        bag = write_bag(tmp_path / 'bag', braking(4.1, pressure=0.0))
+        for number, tick in enumerate(replay_of(bag, settings, kang)):
             if number in (100, 400):
                 gc.collect()
                 alive.append(len(gc.get_objects()))
@@ -295,5 +296,5 @@ def test_inputs_of_one_topic_under_two_names(tmp_path: Path, kang: BrakeModel) -
                               'fr.rotor_speed.field': 'velocity[name=fl_wheel_joint]',
                               'fr.pressure.topic': 'fl/brake_pressure',
                               'fr.friction.topic': '/fl/friction'})
-    ticks = list(Replay(Bag(write_bag(tmp_path / 'bag', braking())), settings, kang))
+    ticks = list(replay_of(write_bag(tmp_path / 'bag', braking()), settings, kang))
     assert Counter(a.state for tick in ticks for a in tick) == {'steady': 2 * len(ticks)}

@@ -21,8 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
+from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.replay import Replay
 import yaml
 
 SECOND = 1_000_000_000
@@ -148,6 +152,11 @@ def values(bag: Bag) -> list[tuple[Any, ...]]:
     return sorted((topic, time, float(message.data) if topic == '/fl/friction'
                    else (float(message.speed), float(message.pressures[0])))
                   for topic, time, message, _ in bag.messages(WANTED))
+
+
+def replay_of(path: Path, settings: MonitorSettings, model: BrakeModel,
+              **options: Any) -> Replay:
+    return Replay(open_recording(path, settings), settings, model, **options)
 
 
 def float_messages(seconds: float, step: float = 0.1) -> list[tuple[str, int, float]]:

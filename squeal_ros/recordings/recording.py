@@ -1,0 +1,190 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A recording of any format: what a replay needs of it, how it is opened, where it is found."""
+
+from collections.abc import Iterable, Iterator, Sequence
+import glob
+import os
+from pathlib import Path
+import re
+from typing import Protocol
+
+from squeal_core.common.errors import LocatedError, short_repr
+from squeal_core.monitor.reading import MissingValue, Sample
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings
+from squeal_ros.recordings.findings import Finding
+from squeal_ros.recordings.positions import Positions
+
+Samples = list[tuple[str, Signal, Sample | MissingValue]]
+"""Brake, signal and sample of all that a message or a row holds."""
+
+_STORAGE = ('.mcap', '.db3')
+_FORMATS = (*_STORAGE,)
+_SPLIT = re.compile(r'(.*)_\d+')  # name of a storage file that rosbag2 split
+_MOST_FILES = 1_000_000  # looked through in a folder
+_RESULT = 'summary.json'  # what a replay writes beside its outputs
+
+
+class RecordingError(LocatedError):
+    """A recording that is not there, or of no format that is read."""
+
+
+class Recording(Protocol):
+    """Samples of the inputs of settings, in order of recording, and what is to be said of them."""
+
+    @property
+    def path(self) -> Path:
+        """Return the file or folder."""
+
+    @property
+    def kind(self) -> str:
+        """Return 'rosbag2', 'rosbag1', 'csv' or 'mdf'."""
+
+    @property
+    def notes(self) -> list[str]:
+        """Return what is to be known of the recording, as far as it was read."""
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Return what of it does not fit the settings, as far as it was read."""
+
+    @property
+    def messages(self) -> int:
+        """Return how many messages or rows are to be read, or an estimate."""
+
+    @property
+    def positions(self) -> Positions:
+        """Return where the vehicle was, as far as it was read."""
+
+    def samples(self) -> Iterator[tuple[int, Samples]]:
+        """
+        Yield the time of recording [ns] and the samples of each message.
+
+        Raises
+        ------
+        SquealError
+            For a recording that cannot be read, or holds none of the inputs.
+
+        """
+
+
+def open_recording(path: str | Path, settings: MonitorSettings, *,
+                   types: str | Path | None = None, namespace: str = '/') -> Recording:
+    """
+    Open a recording of any format that is read.
+
+    Parameters
+    ----------
+    path : path
+        A file, or the folder of a rosbag2.
+    settings : MonitorSettings
+        Their inputs are read.
+    types : path, optional
+        Folder of .msg or .idl files, for messages whose definition a bag does not hold.
+    namespace : str
+        Where the settings' relative topics are in a bag.
+
+    Raises
+    ------
+    SquealError
+        For what cannot be read.
+
+    """
+    from squeal_ros.recordings.bag_reader import Bag
+    from squeal_ros.recordings.bag_recording import BagRecording
+    from squeal_ros.recordings.message_definitions import MessageDefinitions
+
+    return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace)
+
+
+def find_recordings(patterns: Iterable[str | Path]) -> list[Path]:
+    """
+    Return the recordings that files, folders and glob patterns name, each once, sorted.
+
+    A folder of rosbag2 is one recording. In any other folder, and the folders in it, each file of
+    a format that is read is one; results of replays are none.
+
+    Parameters
+    ----------
+    patterns : iterable of paths
+        A path that is there is taken as it is, whatever characters it has.
+
+    Raises
+    ------
+    RecordingError
+        For a pattern that nothing fits.
+
+    """
+    found: dict[Path, Path] = {}  # by where they are, so that no link names one twice
+    for pattern in patterns:
+        named = _named(str(pattern))
+        inside = [recording for path in named for recording in _recordings_of(path)]
+        if not inside:
+            what = 'holds no recording' if named else 'is not there, and no file fits it'
+            raise RecordingError(short_repr(str(pattern)), what,
+                                 f'give files, folders or patterns of {", ".join(_FORMATS)}')
+        for recording in inside:
+            found.setdefault(recording.resolve(), recording)
+    return sorted(found.values(), key=_natural)
+
+
+def _named(pattern: str) -> list[Path]:
+    """Return the paths that a path or a pattern names."""
+    try:
+        if os.path.lexists(pattern):
+            return [Path(pattern)]
+        return [path for path in map(Path, glob.glob(pattern, recursive=True))
+                if path.is_dir() or path.name.endswith(_FORMATS)]
+    except (OSError, ValueError, re.error):  # a NUL, a name too long
+        return []
+
+
+def _recordings_of(path: Path) -> Iterator[Path]:
+    """Yield a file, a folder of rosbag2, or the recordings in any other folder."""
+    if not path.is_dir():
+        yield path
+        return
+    seen = 0
+    for name, folders, files in os.walk(path):
+        folder = Path(name)
+        seen += len(files)
+        if seen > _MOST_FILES:
+            raise RecordingError(path, f'holds more than {_MOST_FILES} files',
+                                 'give the folder of the recordings alone')
+        if _RESULT in files:
+            folders.clear()
+            continue
+        folders[:] = [one for one in folders if not one.startswith('.')]
+        results = {file.removesuffix(f'.{_RESULT}') for file in files if file.endswith(_RESULT)}
+        readable = [file for file in files if file.endswith(_FORMATS)
+                    and file.partition('.')[0] not in results]
+        if 'metadata.yaml' in files or not results and _is_one_bag(readable):
+            yield folder
+        else:
+            yield from (folder / file for file in readable)
+
+
+def _is_one_bag(files: Sequence[str]) -> bool:
+    """Tell whether files are those into which rosbag2 split one bag, by their names."""
+    stems = {file.rpartition('.')[0] for file in files if file.endswith(_STORAGE)}
+    splits = {split[1] if (split := _SPLIT.fullmatch(stem)) else stem for stem in stems}
+    return len(stems) == len(files) and len(splits) == 1
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Return a key by which drive_10 comes after drive_9."""
+    return [(int(part), '') if part.isdecimal() else (-1, part)
+            for part in re.split(r'(\d+)', str(path)) if part]
