@@ -42,6 +42,7 @@ PACKAGES = (
     'squeal_core.studies',
     'squeal_core.verification',
     'squeal_core.monitor',
+    'squeal_core.sound',
     'squeal_core.view',
     'squeal_core',
     'squeal_ros.blas',
@@ -65,6 +66,7 @@ LEAVES = {
     'matplotlib': ('squeal_core.view',),
     'sklearn': ('squeal_core.calibration.scores',),
     'rich': ('squeal_core.view',),
+    'soundfile': ('squeal_core.sound.other_formats',),
 }
 ALWAYS_THERE = {'numpy', 'scipy'}
 PINNED = ('squeal_ros.node.__main__', 'squeal_ros.node.lifecycle_node', 'squeal_ros.cli.player',
@@ -178,7 +180,8 @@ def test_every_leaf_is_one(package: str) -> None:
 @each('module', [
     name for name in SOURCES if within(name, 'squeal_core')
     and not any(within(name, f'squeal_core.{leaf}')
-                for leaf in ('modes.fe', 'modes.readers', 'calibration.scores', 'view'))])
+                for leaf in ('modes.fe', 'modes.readers', 'calibration.scores',
+                             'sound.other_formats', 'view'))])
 def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
     foreign = [i for i in IMPORTS[module] if top(i.target) not in {
         *sys.stdlib_module_names, *ALWAYS_THERE, 'squeal_core'}]

@@ -29,7 +29,9 @@ MAX_LINE = 10_000  # characters
 UNKNOWN = 'unknown'
 REQUIRED = ('time_s', 'frequency_hz')
 OPTIONAL = ('brake', 'level_db', 'recording')
-_PASSED_OVER = ('end_s', 'mode', 'comment')  # the first two are of `squeal simulate`
+# of `squeal simulate` and `squeal listen`
+_PASSED_OVER = ('end_s', 'mode', 'frequency_end_hz', 'prominence_db', 'tone_to_noise_db',
+                'prominence_ratio_db', 'harmonics', 'channel', 'comment')
 _RANGES = {'time_s': (-math.inf, math.inf), 'frequency_hz': (20.0, 20_000.0),
            'level_db': (-20.0, 200.0)}
 
@@ -76,7 +78,8 @@ def read_events(path: str | Path, places: Collection[str]) -> list[MeasuredEvent
     ----------
     path : path
         Columns `time_s` and `frequency_hz`, and `brake`, `level_db`, `recording` where they are
-        known; a cell may be empty but for the time. `end_s`, `mode` and `comment` are passed over.
+        known; a cell may be empty but for the time. Further columns that `squeal simulate` and
+        `squeal listen` write are passed over.
     places : collection of str
         Names of brakes and axles that `brake` may hold, besides `unknown`.
 

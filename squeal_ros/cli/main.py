@@ -41,6 +41,8 @@ from squeal_ros.cli.command_parser import (
     CommandParser,
     mode_numbers,
 )
+from squeal_ros.cli.listen_options import add_listen
+from squeal_ros.cli.listen_options import DESCRIPTION as LISTEN
 from squeal_ros.cli.simulate_options import add_simulate, DESCRIPTION
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
@@ -122,6 +124,10 @@ def parser() -> argparse.ArgumentParser:
                                 description=CALIBRATE)
     calibrated.set_defaults(run=_from_module('calibrate_commands', 'calibrate'))
     add_calibrate(calibrated)
+    heard = sub.add_parser('listen', help='squeal in a sound: events, level, prominence',
+                           description=LISTEN)
+    heard.set_defaults(run=_from_module('listen_commands', 'listen'))
+    add_listen(heard)
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))

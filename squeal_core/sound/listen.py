@@ -1,0 +1,117 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Listen to a sound: all channels in one pass, in blocks, and the squeal events in them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from squeal_core.sound.channel_analysis import ChannelAnalysis, ChannelRecord
+from squeal_core.sound.listening_settings import ListeningSettings
+from squeal_core.sound.sound_errors import SoundError
+from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.spectra import LOWEST
+from squeal_core.sound.squeal_detection import heard_tones, HeardTone, one_of_channels
+from squeal_core.sound.tone_sources import SpeedAt
+
+_HOPS = 256  # in a block: 5.5 s
+
+
+@dataclass(frozen=True)
+class SoundRecord:
+    """
+    What one pass over a sound found.
+
+    Parameters
+    ----------
+    sound : SoundFile
+    settings : ListeningSettings
+    channels : dict of int to ChannelRecord
+        By number, from 0 on.
+    unknown : dict of int to str
+        Why nothing is known of a channel.
+
+    """
+
+    sound: SoundFile
+    settings: ListeningSettings
+    channels: dict[int, ChannelRecord]
+    unknown: dict[int, str] = field(default_factory=dict)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies that were listened to [Hz]: half the rate limits them."""
+        highest = 0.5 * self.sound.rate - 4.0 * self.sound.rate / round(
+            self.sound.rate * 4096 / 48_000)
+        return self.settings.band[0], min(self.settings.band[1], highest)
+
+    @property
+    def heard(self) -> list[ChannelRecord]:
+        """Channels of which something is known."""
+        return [record for i, record in self.channels.items() if i not in self.unknown]
+
+    @property
+    def heard_share(self) -> float:
+        """Fraction of the sound in which a microphone was alive."""
+        return max((float(record.heard.mean()) for record in self.heard), default=0.0)
+
+    def tones(self, *, brakes: Sequence[str] = (), speed: SpeedAt | None = None
+              ) -> list[HeardTone] | None:
+        """Return tones in the squeal band, with events; None where nothing is known."""
+        if not self.heard:
+            return None
+        found = [tone for i, record in self.channels.items() if i not in self.unknown
+                 for tone in heard_tones(record, self.settings, channel=i, speed=speed)]
+        return one_of_channels(found, brakes)
+
+
+def listen(sound: SoundFile, settings: ListeningSettings, *, channels: Sequence[int] = (),
+           progress: Callable[[float], None] = lambda _: None) -> SoundRecord:
+    """
+    Listen to a sound file.
+
+    Parameters
+    ----------
+    sound : SoundFile
+        The file.
+    settings : ListeningSettings
+        What counts as squeal.
+    channels : sequence of int
+        From 0 on; none: all.
+    progress : callable
+        Told the fraction that is done.
+
+    Raises
+    ------
+    SoundError
+        For a rate too low for the band.
+
+    """
+    chosen = list(dict.fromkeys(channels)) or list(range(sound.channels))
+    analyses = [ChannelAnalysis(sound.rate, sound.step, settings) for _ in chosen]
+    spectra = analyses[0].spectra
+    if spectra.highest <= max(1.05 * settings.band[0], LOWEST):
+        raise SoundError(sound.path, f'has {sound.rate} samples a second, which hold tones up to '
+                         f'{spectra.highest:.0f} Hz', f'give a sound of at least '
+                         f'{2.5 * settings.band[0]:.0f} samples a second, or another --band')
+    done = 0
+    for block in sound.blocks(_HOPS * spectra.hop):
+        for i, analysis in zip(chosen, analyses, strict=True):
+            analysis.add(np.ascontiguousarray(block[:, i]))
+        done += len(block)
+        progress(done / sound.frames)
+    records = {i: analysis.finish() for i, analysis in zip(chosen, analyses, strict=True)}
+    unknown = {i: why for i, record in records.items() if (why := record.why_unknown(settings))}
+    return SoundRecord(sound, settings, records, unknown)
