@@ -41,6 +41,28 @@ def read_yaml(path: str | Path, error_of: ErrorOf, *, most_bytes: int = MAX_BYTE
         Of the file; of keys, values, lists and mappings in it.
 
     """
+    return _read(path, error_of, most_bytes, most_nodes)[0]
+
+
+def read_yaml_with_lines(path: str | Path, error_of: ErrorOf
+                         ) -> tuple[Any, dict[tuple[str, ...], int]]:
+    """Return the content of a YAML file, as `read_yaml`, and the line of each key by its path."""
+    content, node = _read(path, error_of, MAX_BYTES, MAX_NODES)
+    lines: dict[tuple[str, ...], int] = {}
+    _note_lines(node, (), lines)
+    return content, lines
+
+
+def _note_lines(node: Any, where: tuple[str, ...], lines: dict[tuple[str, ...], int]) -> None:
+    if getattr(node, 'id', '') == 'mapping':
+        for key, value in node.value:
+            lines[(*where, str(key.value))] = key.start_mark.line + 1
+            _note_lines(value, (*where, str(key.value)), lines)
+
+
+def _read(path: str | Path, error_of: ErrorOf, most_bytes: int, most_nodes: int
+          ) -> tuple[Any, Any]:
+    """Return the content of a YAML file and the node it was made of."""
     import yaml
 
     base: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # C's is ten times as fast
@@ -61,7 +83,12 @@ def read_yaml(path: str | Path, error_of: ErrorOf, *, most_bytes: int = MAX_BYTE
     try:
         text = data.decode('utf-8')
         _check_events(yaml, text, base, most_nodes)
-        return yaml.load(text, Loader)  # a SafeLoader: plain data only
+        loader = Loader(text)  # a SafeLoader: plain data only
+        try:
+            node = loader.get_single_node()
+            return (None if node is None else loader.construct_document(node)), node
+        finally:
+            loader.dispose()
     except Exception as error:  # PyYAML lets ValueError, KeyError, RecursionError and more out
         text = in_one_line(error, 200)
         raise error_of(path, f'is not YAML this can read ({text})', 'mend it') from None

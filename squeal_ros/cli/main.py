@@ -269,6 +269,8 @@ def _replay(p: argparse.ArgumentParser) -> None:
     p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
     p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
     p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
+    p.add_argument('--signals', metavar='SIGNALS.yaml', help='which column or topic field is '
+                   'which input, as `squeal signals` proposes; tables need it')
     p.add_argument('--types', metavar='FOLDER',
                    help='.msg files of message types that the bag does not define')
     add_force(p)

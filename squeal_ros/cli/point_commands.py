@@ -157,17 +157,23 @@ def replay(options: argparse.Namespace) -> int:
     from squeal_ros.recordings.evaluation_process import write_replay
     from squeal_ros.recordings.recording import open_recording
     from squeal_ros.recordings.replay_report import ReplayReport
+    from squeal_ros.recordings.signal_settings import settings_with_signals
+    from squeal_ros.recordings.signals_file import read_signals
 
     chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
     if options.model:
         chosen = replace(chosen, model=options.model)
     if options.rate is not None:
         chosen = replace(chosen, rate=positive('--rate', options.rate))
+    signals = read_signals(options.signals) if options.signals else None
+    if signals is not None:
+        chosen = settings_with_signals(chosen, signals)
     outputs = replaying.Outputs(Path(options.output), chosen, overwrite=options.force)
-    outputs.check((options.bag, *filter(None, (options.config, chosen.model, chosen.table))))
+    outputs.check((options.bag, *filter(None, (
+        options.config, options.signals, chosen.model, chosen.table))))
     model = BrakeModel.load(chosen.model)
     recording = open_recording(options.bag, chosen, types=options.types,
-                               namespace=options.namespace)
+                               namespace=options.namespace, signals=signals)
     ticks = replaying.Replay(recording, chosen, model)
     report_progress(pressure_references(chosen))
     write_replay(ticks, outputs)

@@ -27,12 +27,15 @@ from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions
+from squeal_ros.recordings.signals_file import Signals
 
 Samples = list[tuple[str, Signal, Sample | MissingValue]]
 """Brake, signal and sample of all that a message or a row holds."""
 
 _STORAGE = ('.mcap', '.db3')
-_FORMATS = (*_STORAGE,)
+_TABLES = ('.csv', '.tsv')
+_FORMATS = (*_STORAGE, *_TABLES)
+_TEXTS = (*_TABLES, '.txt', '.dat', '.asc', '.log', '.prn')  # of what is given by its name
 _SPLIT = re.compile(r'(.*)_\d+')  # name of a storage file that rosbag2 split
 _MOST_FILES = 1_000_000  # looked through in a folder
 _RESULT = 'summary.json'  # what a replay writes beside its outputs
@@ -82,7 +85,8 @@ class Recording(Protocol):
 
 
 def open_recording(path: str | Path, settings: MonitorSettings, *,
-                   types: str | Path | None = None, namespace: str = '/') -> Recording:
+                   types: str | Path | None = None, namespace: str = '/',
+                   signals: Signals | None = None) -> Recording:
     """
     Open a recording of any format that is read.
 
@@ -91,11 +95,13 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     path : path
         A file, or the folder of a rosbag2.
     settings : MonitorSettings
-        Their inputs are read.
+        Their inputs are read; with signals, those of `settings_with_signals`.
     types : path, optional
         Folder of .msg or .idl files, for messages whose definition a bag does not hold.
     namespace : str
         Where the settings' relative topics are in a bag.
+    signals : Signals, optional
+        What `read_signals` returns; tables need them.
 
     Raises
     ------
@@ -103,11 +109,30 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
         For what cannot be read.
 
     """
+    path = Path(path)
+    _check_kind(path, signals)
+    if path.name.casefold().endswith(_TEXTS):
+        from squeal_ros.recordings.csv_recording import CsvRecording
+
+        assert signals is not None
+        return CsvRecording(path, settings, signals)
     from squeal_ros.recordings.bag_reader import Bag
     from squeal_ros.recordings.bag_recording import BagRecording
     from squeal_ros.recordings.message_definitions import MessageDefinitions
 
     return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace)
+
+
+def _check_kind(path: Path, signals: Signals | None) -> None:
+    """Refuse a table without signals, and signals of the other kind."""
+    of_columns = path.name.casefold().endswith(_TEXTS) and not path.is_dir()
+    if of_columns and (signals is None or signals.sources[0].kind != 'column'):
+        what = 'the signals name topics' if signals else 'nothing says what its columns are'
+        raise RecordingError(path, f'is a table, and {what}', 'run `squeal signals '
+                             f'{path} -o SIGNALS.yaml`, check it, and give --signals SIGNALS.yaml')
+    if signals and not of_columns and signals.sources[0].kind == 'column':
+        raise RecordingError(path, f'is a bag, and {signals.path} names columns',
+                             'name topics and fields; `squeal signals` proposes them')
 
 
 def find_recordings(patterns: Iterable[str | Path]) -> list[Path]:

@@ -48,7 +48,8 @@ def test_folders_files_and_patterns(tmp_path: Path) -> None:
     assert found(tmp_path, 'odd[1].mcap') == ['odd[1].mcap']
     assert found(tmp_path, 'one') == ['one/y.mcap']  # x.mcap is an output
     (tmp_path / 'linked').symlink_to(tmp_path / 'week')
-    assert found(tmp_path, 'linked', 'week') == ['linked/bag', *week[1:4], 'linked/split']
+    assert found(tmp_path, 'linked', 'week') == [
+        path.replace('week', 'linked', 1) for path in week]
 
 
 @pytest.mark.parametrize('pattern', ['out', 'nothing*.mcap', 'missing.mcap', 'a\0b', 'x' * 5000])

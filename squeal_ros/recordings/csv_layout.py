@@ -1,0 +1,294 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""How a table of text is written: encoding, delimiter, decimal mark, rows of names and units."""
+
+import codecs
+from collections import Counter
+from collections.abc import Iterator, Sequence
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+import re
+from typing import NamedTuple
+
+from squeal_core.common.bounded_reader import bounded_lines, open_bounded
+from squeal_core.common.errors import LocatedError, short_repr
+from squeal_core.common.measured_units import find_unit
+from squeal_ros.recordings.signals_file import TableSpec
+
+MAX_BYTES = 1_000_000_000_000  # rows are read one by one
+MAX_LINE = 1_000_000  # characters
+_HEAD = 200_000  # bytes by which the layout is told
+_HEAD_LINES = 1000
+_WINDOW = 3  # rows, most of which are alike where the values begin
+_USUALLY_SHORT = 0.1  # of the rows
+_DELIMITERS = (';', '\t', ',', '|', ' ')  # a space: any run of blanks
+_BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
+         (codecs.BOM_UTF16_BE, 'utf-16'))
+_NUMBER = re.compile(r"[+-]?(\d[\d.,'’ \u00a0\u202f]*|[.,]\d+)([eE][+-]?\d+)?")
+_DATE_TIME = re.compile(
+    r'\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([T ,]\s*\d.*)?|'
+    r'\d+:\d\d(:\d\d)?([.,]\d+)?(\s*[apAP]\.?[mM]\.?)?')
+_GROUPED = re.compile(r"\d{1,3}(([.,'’ \u00a0\u202f])\d{3})(\2\d{3})*(?!\d)")
+_MARKS = '.,'
+
+
+class CsvError(LocatedError):
+    """A table of text that cannot be read."""
+
+
+@dataclass(frozen=True)
+class CsvLayout:
+    """
+    How a table is written, and what its columns are called.
+
+    Parameters
+    ----------
+    encoding, delimiter, decimal, thousands : str
+        A delimiter ' ' is any run of blanks; thousands are empty where they have no mark.
+    names, units : tuple of str
+        Of each column; units as they are written, empty where there are none.
+    first_row : int
+        Line of the first values, from 1.
+    short_rows : bool
+        Whether rows often end before the last column, as empty cells are left out.
+
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    thousands: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    first_row: int
+    short_rows: bool = False
+
+    def split(self, line: str) -> list[str]:
+        """Return the cells of a line; a line break ends a cell even in quotes."""
+        return split(line, self.delimiter)
+
+    def place(self, column: str) -> int | None:
+        """Return where a column is, by its name or its number from 1."""
+        if column in self.names:
+            return self.names.index(column)
+        bare = [name.strip() for name in self.names]
+        if column.strip() in bare:
+            return bare.index(column.strip())
+        number = int(column) if column.isdecimal() and len(column) < 7 else 0
+        return number - 1 if 0 < number <= len(self.names) else None
+
+
+class _Start(NamedTuple):
+    """Where values begin if a delimiter is right, and how well it fits."""
+
+    quality: float
+    columns: int
+    row: int  # from 0
+
+
+_NOWHERE = _Start(-1.0, 0, 0)
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line."""
+    line = line.rstrip('\r\n')
+    if '"' in line:
+        blank = delimiter == ' '
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=blank), [])
+    if delimiter == ' ':
+        return line.split()
+    return line.split(delimiter)
+
+
+def lines_of(path: Path, encoding: str) -> Iterator[str]:
+    """
+    Yield the lines of a table; bytes that are none of its encoding stand as U+FFFD.
+
+    Raises
+    ------
+    CsvError
+        For what is no regular file, and for a line that is longer than any row.
+
+    """
+    def too_long(number: int) -> CsvError:
+        return CsvError(f'{path}, line {number}', f'has more than {MAX_LINE} characters',
+                        'give a table of rows, or cut this line')
+
+    with open_bounded(path, MAX_BYTES, CsvError) as file:
+        yield from bounded_lines(file, MAX_LINE, too_long, encoding=encoding, errors='replace')
+
+
+def read_layout(path: Path, spec: TableSpec) -> CsvLayout:
+    """
+    Return how a table is written, by its first lines where `spec` does not say.
+
+    Raises
+    ------
+    CsvError
+        For a file that is no table of text.
+
+    """
+    with open_bounded(path, MAX_BYTES, CsvError) as file:
+        head = file.read(_HEAD)
+    encoding = spec.encoding or _encoding(path, head)
+    lines = [line for _, line in zip(range(_HEAD_LINES + (spec.first_row or 0)),
+                                     lines_of(path, encoding), strict=False)]
+    if not any(line.strip() for line in lines):
+        raise CsvError(path, 'is empty', 'check that it was recorded')
+    candidates = (spec.delimiter,) if spec.delimiter else _DELIMITERS
+    starts = {mark: _start(lines, mark, spec) for mark in candidates}
+    delimiter = max(starts, key=lambda mark: starts[mark][:2])
+    start = starts[delimiter]
+    if not start.columns:
+        raise _no_table(path, lines, delimiter if spec.delimiter else '')
+    rows = [split(line, delimiter) for line in lines]
+    names, units = _headings(rows, start, spec)
+    values = [row for row in rows[start.row:] if any(cell.strip() for cell in row)]
+    decimal, thousands = _marks(values, spec)
+    short = sum(len(row) < len(names) for row in values)
+    return CsvLayout(encoding, delimiter, decimal, thousands, names, units, start.row + 1,
+                     short > _USUALLY_SHORT * len(values))
+
+
+def _encoding(path: Path, head: bytes) -> str:
+    """Return the encoding of a text by its first bytes; refuse what is no text."""
+    for mark, name in _BOMS:
+        if head.startswith(mark):
+            return name
+    even, odd = head[:200:2], head[1:200:2]
+    for name, high, low in (('utf-16-le', odd, even), ('utf-16-be', even, odd)):
+        if high.count(0) > 0.7 * len(high) and low.count(0) < 0.1 * len(low):
+            return name
+    first = head.partition(b'\n')[0]
+    strange = sum(byte < 32 and byte not in b'\t\r\n\f\x1b' for byte in first[:2000])
+    if b'\0' in first or strange > 0.02 * len(first[:2000]):
+        raise CsvError(path, 'is no text', 'give a table of text, or end the name as its format '
+                       'does (.mcap, .db3, .bag, .mf4)')
+    try:
+        codecs.getincrementaldecoder('utf-8')().decode(head)
+    except UnicodeDecodeError:
+        return 'cp1252'
+    return 'utf-8'
+
+
+def is_value(cell: str) -> bool:
+    """Tell whether a cell looks like a number, a date or a time."""
+    cell = cell.strip()
+    return bool(_NUMBER.fullmatch(cell) or _DATE_TIME.fullmatch(cell))
+
+
+def _start(lines: Sequence[str], delimiter: str, spec: TableSpec) -> _Start:
+    """Return where rows of values begin, of one number of cells; 0 columns: nowhere."""
+    rows = [split(line, delimiter) for line in lines]
+    full = [at for at, row in enumerate(rows) if any(cell.strip() for cell in row)]
+    shares = {at: sum(map(is_value, rows[at])) / sum(bool(cell.strip()) for cell in rows[at])
+              for at in full}
+    after = spec.first_row - 1 if spec.first_row else max(spec.header_row or 0, spec.unit_row or 0)
+    values = [at for at in full if at >= after and len(rows[at]) > 1 and shares[at] >= 0.5]
+    if not values:
+        named = len(rows[full[0]])  # perhaps a table of names alone
+        quality = -0.5 if delimiter == ' ' else 0.0  # blanks are in names, too
+        return _Start(quality, named, len(lines)) if len(full) <= 2 and named > 1 else _NOWHERE
+    counts = Counter(len(rows[at]) for at in values)
+    columns = max(counts, key=lambda count: (counts[count], count))
+    whole = {at for at in values if len(rows[at]) == columns}
+
+    def begins(at: int) -> bool:
+        window = [one for one in full if one >= at][:_WINDOW]
+        return 2 * sum(one in whole for one in window) > len(window)
+
+    first = spec.first_row - 1 if spec.first_row else next(
+        (at for at in values if at in whole and begins(at)), min(whole))
+    after_first = [at for at in full if at >= first]
+    quality = sum(shares[at] for at in whole if at >= first) / len(after_first)
+    return _Start(round(quality, 2), columns, first)
+
+
+def _headings(rows: Sequence[list[str]], start: _Start, spec: TableSpec
+              ) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names and the units of the columns."""
+    above: list[list[str]] = []
+    for row in reversed(rows[:start.row]):
+        filled = sum(bool(cell.strip()) for cell in row)
+        if filled > 1 and filled >= 0.5 * start.columns:
+            above.insert(0, row)
+        elif filled or above:
+            break
+    units, names = [], []
+    if spec.unit_row:
+        units = rows[spec.unit_row - 1] if spec.unit_row <= len(rows) else []
+    elif spec.unit_row is None and len(above) > 1:
+        ranked = sorted(above[1:], key=_unit_share)
+        units = ranked[-1] if _unit_share(ranked[-1]) >= 0.5 else []
+    if spec.header_row:
+        names = rows[spec.header_row - 1] if spec.header_row <= len(rows) else []
+    elif spec.header_row is None and above:
+        named = above[:above.index(units)] if units in above else above
+        names = max(reversed(named), key=lambda row: len(set(filter(None, map(str.strip, row)))),
+                    default=[])
+    width = max([start.columns, *(at + 1 for at, cell in enumerate(names) if cell.strip())])
+    return (tuple(_unique(cell.strip() or str(at + 1) for at, cell in enumerate(
+        [*names, *[''] * width][:width]))),
+            tuple(cell.strip() for cell in [*units, *[''] * width][:width]))
+
+
+def _unique(names: Iterator[str]) -> Iterator[str]:
+    """Yield names, a second one of a name with its number."""
+    seen: Counter[str] = Counter()
+    for name in names:
+        seen[name] += 1
+        yield name if seen[name] == 1 else f'{name} ({seen[name]})'
+
+
+def _unit_share(row: Sequence[str]) -> float:
+    cells = [cell.strip() for cell in row if cell.strip()]
+    return sum(find_unit(cell) is not None or cell[:1] + cell[-1:] in ('[]', '()')
+               for cell in cells) / max(len(cells), 1)
+
+
+def _marks(rows: Sequence[Sequence[str]], spec: TableSpec) -> tuple[str, str]:
+    """Return the mark of decimals and that of thousands, by how numbers are written."""
+    cells = [cell.strip() for row in rows for cell in row]
+    numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
+    decimal, thousands = spec.decimal, spec.thousands
+    both = Counter(mark for cell in numbers if all(mark in cell for mark in _MARKS)
+                   for mark in _MARKS if cell.rfind(mark) == max(map(cell.rfind, _MARKS)))
+    twice = {mark for cell in numbers for mark in _MARKS if cell.count(mark) > 1}
+    once = Counter(mark for cell in numbers for mark in _MARKS if cell.count(mark) == 1)
+    if not decimal:
+        if both:
+            decimal = both.most_common(1)[0][0]
+        elif len(twice) == 1:
+            decimal = _MARKS.replace(next(iter(twice)), '')
+        else:
+            decimal = ',' if once[','] > once['.'] else '.'
+    if thousands is None:
+        grouped = Counter(match[2] for cell in numbers if (match := _GROUPED.match(cell.lstrip(
+            '+-'))) and match[2] != decimal)
+        other = _MARKS.replace(decimal, '')
+        if not (both or twice):
+            grouped.pop(other, None)  # 1.234 beside 1,5 may be either
+        thousands = grouped.most_common(1)[0][0] if grouped else ''
+    return decimal, thousands
+
+
+def _no_table(path: Path, lines: Sequence[str], delimiter: str) -> CsvError:
+    first = next(line for line in lines if line.strip())
+    apart = f' with {short_repr(delimiter)} between them' if delimiter else ''
+    return CsvError(
+        path, f'is no table: it has no rows of values{apart} '
+        f'(it begins {short_repr(first.strip())})', 'give rows of a time and values, or state '
+        'delimiter, header_row and first_row under table: in the file of --signals')

@@ -1,0 +1,245 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""A table of text, CSV or TSV, as a recording: columns are the inputs, rows the messages."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+import math
+from pathlib import Path
+
+from squeal_core.common.errors import did_you_mean, short_repr
+from squeal_core.common.measured_units import find_unit
+from squeal_core.monitor.reading import MissingValue, Sample
+from squeal_core.monitor.setting_specs import Signal
+from squeal_core.monitor.settings import MonitorSettings
+from squeal_ros.recordings.column_units import contradiction, unit_in_name
+from squeal_ros.recordings.csv_cells import number_reader, time_reader
+from squeal_ros.recordings.csv_layout import CsvError, CsvLayout, lines_of, read_layout
+from squeal_ros.recordings.findings import Finding
+from squeal_ros.recordings.positions import Positions
+from squeal_ros.recordings.recording import Samples
+from squeal_ros.recordings.row_times import RowTimes
+from squeal_ros.recordings.signals_file import Signals, SignalSource, TIME_UNITS
+
+_MOST_NAMES = 30  # of columns, in an error
+_LONGEST_CELL = 30  # characters in a note
+
+
+@dataclass
+class _Column:
+    """One input, the column it is read from, and what was seen in it."""
+
+    source: SignalSource
+    place: int
+    read: Callable[[float], float]  # into SI units
+    values: int = 0
+    empty: int = 0
+    texts: int = 0
+    first_text: str = ''  # in words, with its line
+
+    def sample(self, cell: str, number: float | None, time: int, line: int
+               ) -> tuple[str, Signal, Sample | MissingValue] | None:
+        """Return what a cell gives; None for a missing value."""
+        brake, signal = self.source.brake, self.source.signal
+        if number is None:
+            self.texts += 1
+            self.first_text = self.first_text or (
+                f'{short_repr(cell.strip()[:_LONGEST_CELL])} in line {line}')
+            return brake, signal, MissingValue(
+                f'{short_repr(cell.strip()[:_LONGEST_CELL])} is no number')
+        if math.isnan(number):
+            self.empty += 1
+            return None
+        self.values += 1
+        return brake, signal, Sample(time, self.read(number))
+
+
+class CsvRecording:
+    """
+    A table read through a file of signals, row by row; memory does not grow with it.
+
+    Parameters
+    ----------
+    path : path
+    settings : MonitorSettings
+        With the inputs of the signals.
+    signals : Signals
+
+    Raises
+    ------
+    SquealError
+        For what is no table, or has not the columns.
+
+    """
+
+    kind = 'csv'
+
+    def __init__(self, path: Path, settings: MonitorSettings, signals: Signals) -> None:
+        self.path, self._signals = path, signals
+        self.layout = read_layout(path, signals.table)
+        self.positions = Positions()
+        self._number = number_reader(self.layout.decimal, self.layout.thousands)
+        self._columns = [self._column(source, settings) for source in signals.sources]
+        self._clock = [self._place(name, f'{signals.path}, clock') for name in
+                       signals.clock.columns]
+        if not self._clock:
+            raise CsvError(signals.path, 'names no clock', 'write clock: {column: ...}, the '
+                           f'column of time; {_columns_in_words(self.layout)}')
+        unit = signals.clock.unit or self._stated_time_unit()
+        self._time = time_reader(signals.clock, unit, self._number, f'{signals.path}, clock')
+        self._times = RowTimes(round(signals.clock.offset * 1e9), unit == 'clock')
+        self._odd_rows = {'short': [0, 0], 'long': [0, 0]}  # how many, and the first line
+        self._about = [*self._contradictions(unit), *self._zone_note(unit)]
+
+    def _column(self, source: SignalSource, settings: MonitorSettings) -> _Column:
+        inputs = next(brake.inputs for brake in settings.brakes if brake.name == source.brake)
+        own = inputs[source.signal]
+        zero = settings.ambient_pressure if own.reference == 'absolute' else 0.0
+        return _Column(source, self._place(source.name, source.where),
+                       lambda value: own.scale * value + own.offset - zero)
+
+    def _place(self, name: str, where: str) -> int:
+        place = self.layout.place(name)
+        if place is None:
+            raise CsvError(where, f'{self.path} has no column {short_repr(name)}'
+                           f'{did_you_mean(name, self.layout.names)}',
+                           _columns_in_words(self.layout))
+        return place
+
+    def _stated_time_unit(self) -> str:
+        """Return the unit of time that the column of the clock states."""
+        for place in self._clock:
+            if unit := self._time_unit_of(place):
+                return unit
+        raise CsvError(f'{self._signals.path}, clock', 'has no unit, and the column states none',
+                       f'write unit: one of {", ".join(TIME_UNITS)} for numbers, iso, clock, dmy, '
+                       'mdy or ymd for texts, excel for its days')
+
+    def _time_unit_of(self, place: int) -> str:
+        text = self.layout.units[place] or unit_in_name(self.layout.names[place])
+        unit = find_unit(text) if text else None
+        return unit.name if unit and unit.name in TIME_UNITS else ''
+
+    def _contradictions(self, unit: str) -> Iterator[str]:
+        layout = self.layout
+        for column in self._columns:
+            text = layout.units[column.place] or unit_in_name(layout.names[column.place])
+            yield from contradiction(column.source, layout.names[column.place], text)
+        for place in self._clock:
+            stated = self._time_unit_of(place)
+            if stated and unit in TIME_UNITS and stated != unit:
+                yield (f'clock: the column {short_repr(layout.names[place])} states {stated}, '
+                       f'and {self._signals.path} {unit}, which is taken')
+
+    def _zone_note(self, unit: str) -> Iterator[str]:
+        clock = self._signals.clock
+        if unit not in TIME_UNITS and not clock.timezone and (unit != 'clock' or clock.start):
+            yield 'times without a zone are taken as UTC; clock.timezone says another'
+
+    @property
+    def messages(self) -> int:
+        """Return about how many rows there are."""
+        sample = [len(line) for line, _ in zip(
+            lines_of(self.path, self.layout.encoding), range(200), strict=False)]
+        wide = 2 if self.layout.encoding.startswith('utf-16') else 1
+        return round(self.path.stat().st_size / max(wide * sum(sample) / len(sample), 1.0))
+
+    @property
+    def notes(self) -> list[str]:
+        """Return what is to be known of the table, as far as it was read."""
+        return [*self._about, *self._times.notes(), *self._row_notes(), *self._cell_notes()]
+
+    def _row_notes(self) -> Iterator[str]:
+        for what, (count, first) in self._odd_rows.items():
+            if count:
+                yield (f'{count} rows have {"fewer" if what == "short" else "more"} cells than '
+                       f'the {len(self.layout.names)} columns, the first in line {first}: '
+                       'left out')
+
+    def _cell_notes(self) -> Iterator[str]:
+        for column in self._columns:
+            name = f'{column.source.brake}.{column.source.signal}'
+            if column.texts:
+                yield (f'{name}: {column.texts} cells of {short_repr(column.source.name)} are no '
+                       f'number, the first {column.first_text}: taken as missing')
+            if column.empty and column.values:
+                yield (f'{name}: {column.empty} of {column.values + column.empty + column.texts} '
+                       f'cells of {short_repr(column.source.name)} are empty: taken as missing')
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Return which inputs have no value."""
+        marks = f'decimals are read with {self.layout.decimal!r}'
+        if self.layout.thousands:
+            marks += f', thousands with {self.layout.thousands!r}'
+        return [Finding(
+            (f'{column.source.brake}.{column.source.signal}',),
+            f'column {short_repr(column.source.name)} has no number in {column.texts} texts '
+            f'and {column.empty} empty cells' + (
+                f' (the first text is {column.first_text})' if column.texts else ''),
+            f'check the column; {marks}, see table.decimal and table.thousands')
+            for column in self._columns if not column.values]
+
+    def samples(self) -> Iterator[tuple[int, Samples]]:
+        """
+        Yield the time [ns] and the samples of each row.
+
+        Raises
+        ------
+        CsvError
+            For a table of which no row can be read.
+
+        """
+        taken = False
+        for line, cells in self._rows():
+            stated = self._time(' '.join(cells[place].strip() for place in self._clock))
+            time = self._times.take(line, stated)
+            if time is None:
+                continue
+            taken = True
+            found = []
+            for column in self._columns:
+                cell = cells[column.place] if column.place < len(cells) else ''
+                one = column.sample(cell, self._number(cell), time.stated, line)
+                if one is not None:
+                    found.append(one)
+            yield time.recorded, found
+        if not taken:
+            said = [*self._times.notes(), *self._row_notes()]
+            raise CsvError(self.path, f'has no row to read{": " * bool(said)}{"; ".join(said)}',
+                           'check clock and table in the file of --signals')
+
+    def _rows(self) -> Iterator[tuple[int, Sequence[str]]]:
+        """Yield line number and cells of the rows that have as many as there are columns."""
+        layout, width = self.layout, len(self.layout.names)
+        least = max(self._clock) + 1 if layout.short_rows else width
+        for line, text in enumerate(lines_of(self.path, layout.encoding), 1):
+            if line < layout.first_row or not text.strip(' \t\r\n\0'):
+                continue
+            cells = layout.split(text)
+            too_long = len(cells) > width and any(map(str.strip, cells[width:]))
+            if len(cells) >= least and not too_long:
+                yield line, cells
+                continue
+            odd = self._odd_rows['long' if too_long else 'short']
+            odd[0] += 1
+            odd[1] = odd[1] or line
+
+
+def _columns_in_words(layout: CsvLayout) -> str:
+    names = ', '.join(map(short_repr, layout.names[:_MOST_NAMES]))
+    more = f' and {len(layout.names) - _MOST_NAMES} more' if len(
+        layout.names) > _MOST_NAMES else ''
+    return f'its columns are {names}{more}'

@@ -1,0 +1,303 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The file of `--signals`: which column or topic field is which input of which brake.
+
+docs/recordings.md is its manual; `squeal signals` writes one.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import date, datetime
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from squeal_core.common.errors import did_you_mean, LocatedError, short_repr
+from squeal_core.common.measured_units import find_unit, Unit, unit_remedy, UNITS
+from squeal_core.common.yaml_sections import YamlSection
+from squeal_core.monitor.setting_specs import Signal, SIGNALS
+from squeal_core.monitor.settings import check_names
+
+QUANTITIES: Mapping[Signal, tuple[str, ...]] = {
+    'rotor_speed': ('angular speed', 'speed'), 'pressure': ('pressure',), 'friction': ('ratio',),
+    'temperature': ('temperature',)}
+TIME_UNITS = tuple(unit.name for unit in UNITS.values() if unit.quantity == 'time')
+TIME_FORMATS = ('iso', 'clock', 'dmy', 'mdy', 'ymd', 'excel')
+# settings of an input that the file may give, as config/monitor.yaml does
+PASSED_ON = ('max_age', 'minimum', 'maximum', 'stuck_after', 'movement', 'reference')
+_RADIUS = 'wheel_radius_m'
+_DELIMITERS = {'tab': '\t', 'space': ' ', 'comma': ',', 'semicolon': ';'}
+_LARGEST_RADIUS = 2.0  # m
+_MOST_ROWS = 100_000  # before the first row of values
+_MOST_GROUPS = 1_000_000
+
+Kind: TypeAlias = Literal['column', 'topic']
+
+
+class SignalsError(LocatedError):
+    """A file of signals that cannot be used."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalSource:
+    """
+    One input of one brake, and what it is read from.
+
+    Parameters
+    ----------
+    brake, signal : str
+    where : str
+        File, line and key, for errors.
+    kind : str
+        'column' of a table or channel of a measurement, or 'topic'.
+    name : str
+        Of the column or topic; of a column without a name its number, from 1.
+    group : int, optional
+        Of channels, where several have the name.
+    type, field : str
+        Of a topic; empty: those of the settings.
+    stamp : str
+        Of a topic, as in the settings.
+    unit : Unit
+    scale, offset : float
+        Value in SI units = scale * number + offset.
+    passed_on : mapping
+        Other settings of the input.
+
+    """
+
+    brake: str
+    signal: Signal
+    where: str
+    kind: Kind
+    name: str
+    group: int | None = None
+    type: str = ''  # noqa: A003
+    field: str = ''
+    stamp: str = ''
+    unit: Unit
+    scale: float
+    offset: float
+    passed_on: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockSpec:
+    """
+    Where the times of a table are, and what they mean.
+
+    Parameters
+    ----------
+    columns : tuple of str
+        One, or two of which one holds the date; empty: a measurement's own times.
+    unit : str
+        One of TIME_UNITS or TIME_FORMATS; empty: as it is found.
+    start : datetime or float, optional
+        Instant at which the column reads zero, or day of clock times; a float is a Unix time [s].
+    timezone : str
+        Of local times.
+    offset : float
+        Added to all times [s].
+
+    """
+
+    columns: tuple[str, ...] = ()
+    unit: str = ''
+    start: datetime | float | None = None
+    timezone: str = ''
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableSpec:
+    """How a table of text is written; None or empty: as it is found."""
+
+    delimiter: str = ''
+    decimal: str = ''
+    thousands: str | None = None
+    encoding: str = ''
+    header_row: int | None = None
+    unit_row: int | None = None
+    first_row: int | None = None
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What a file of signals says."""
+
+    path: Path
+    sources: tuple[SignalSource, ...]
+    clock: ClockSpec
+    table: TableSpec
+
+
+def read_signals(path: str | Path) -> Signals:
+    """
+    Read a file of signals.
+
+    Raises
+    ------
+    SignalsError
+        With file, line, key, value and remedy.
+
+    """
+    path = Path(path)
+    top = YamlSection.of_file(path, SignalsError)
+    radius = top.number(_RADIUS, 0.0, 0.0, _LARGEST_RADIUS)
+    brakes, clock = top.section('brakes'), top.section('clock')
+    sources: list[SignalSource] = []
+    if not brakes.content:
+        raise top.error('brakes', 'names no brake', 'see docs/recordings.md, or let `squeal '
+                        'signals RECORDING -o SIGNALS.yaml` propose a file')
+    try:
+        check_names(tuple(brakes.content))
+    except LocatedError as error:
+        raise brakes.error('', error.what, error.remedy) from None
+    stamp = clock.text('stamp', choices=('header', 'receipt'))
+    for brake in brakes.content:
+        sources += _inputs(brakes.section(brake), brake, radius, stamp)
+    found = Signals(path, tuple(sources), _clock(clock), _table(top.section('table')))
+    top.finish()
+    if len(kinds := {source.kind for source in sources}) > 1:
+        raise brakes.error('', f'names {" and ".join(sorted(kinds))} inputs',
+                           'write a file for the tables, and another for the bags')
+    return found
+
+
+def _inputs(brake: YamlSection, name: str, radius: float, stamp: str) -> Iterator[SignalSource]:
+    radius = brake.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS)
+    for signal in SIGNALS:
+        if signal in brake.content:
+            yield _source(brake.section(signal), name, signal, radius, stamp)
+    brake.finish(SIGNALS)
+    for signal in ('rotor_speed', 'pressure'):
+        if signal not in brake.content:
+            raise brake.error(signal, 'is missing', 'say where it is')
+    if not {'friction', 'temperature'} & set(brake.content):
+        raise brake.error('friction', 'is missing, and so is temperature',
+                          "give one of them; by the temperature, friction is the model's")
+
+
+def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
+            stamp: str) -> SignalSource:
+    named = [key for key in ('column', 'channel', 'topic') if key in entry.content]
+    if len(named) != 1:
+        raise entry.error('', f'has {" and ".join(named) or "no column or topic"}',
+                          'give one of column (or channel) and topic')
+    (key,) = named
+    name = entry.text(key)
+    if not name.strip():
+        raise entry.error(key, 'is empty', 'name it')
+    unit, factor = _unit(entry, signal, entry.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS))
+    scale, offset = entry.number('scale', 1.0), entry.number('offset', 0.0)
+    if not scale:
+        raise entry.error('scale', 'is 0', 'give another number')
+    passed_on = {one: entry.content[one] for one in PASSED_ON if one in entry.content
+                 and (one != 'reference' or signal == 'pressure')}
+    if unit.reference and passed_on.setdefault('reference', unit.reference) != unit.reference:
+        raise entry.error('reference', f'is {short_repr(passed_on["reference"])}',
+                          f'the unit {unit.name} is {unit.reference}; correct one of them')
+    about: dict[str, Any] = {'kind': 'column', 'group': entry.count('group', _MOST_GROUPS)}
+    if key == 'topic':
+        about = {'kind': 'topic', 'type': entry.text('type'), 'field': entry.text('field'),
+                 'stamp': entry.text('stamp', stamp, ('header', 'receipt'))}
+    found = SignalSource(
+        brake=brake, signal=signal, where=entry.where(), name=name, unit=unit, **about,
+        scale=factor * unit.scale * scale, offset=factor * (unit.scale * offset + unit.offset),
+        passed_on=passed_on)
+    entry.finish((*passed_on, _RADIUS))
+    return found
+
+
+def _unit(entry: YamlSection, signal: Signal, radius: float) -> tuple[Unit, float]:
+    """Return the unit of an input, and what turns its SI unit into that of the input."""
+    quantities = QUANTITIES[signal]
+    text = entry.text('unit', None)
+    unit = find_unit(text)
+    if unit is None or unit.quantity not in quantities:
+        what = f'is {short_repr(text)}' + (
+            f', a unit of {unit.quantity}' if unit else ', which is no known unit')
+        raise entry.error('unit', what, unit_remedy(text, quantities))
+    if unit.quantity != 'speed':
+        return unit, 1.0
+    if not radius:
+        raise entry.error('unit', f'is {unit.name}, a speed of the vehicle or the wheel rim',
+                          f'give {_RADIUS}, the rolling radius, to have the speed of the rotor')
+    return unit, 1.0 / radius
+
+
+def _clock(section: YamlSection) -> ClockSpec:
+    columns = section.take('column') or section.take('channel') or []
+    if isinstance(columns, str | int):
+        columns = [columns]
+    if not (isinstance(columns, list) and len(columns) <= 2 and all(
+            isinstance(name, str | int) for name in columns)):
+        raise section.error('column', f'is {short_repr(columns)}',
+                            'name a column, or two: [date, time]')
+    units = (*TIME_UNITS, *TIME_FORMATS)
+    unit = section.text('unit')
+    if unit not in (*units, ''):
+        known = find_unit(unit)
+        if known is None or known.quantity != 'time':
+            raise section.error('unit', f'is {short_repr(unit)}', f'write one of '
+                                f'{", ".join(units)}{did_you_mean(unit, units)}')
+        unit = known.name
+    found = ClockSpec(
+        columns=tuple(map(str, columns)), unit=unit, start=_start(section),
+        timezone=section.text('timezone'), offset=section.number('offset', 0.0))
+    section.finish(('channel',))
+    return found
+
+
+def _start(section: YamlSection) -> datetime | float | None:
+    value = section.take('start')
+    if isinstance(value, str):
+        with suppress(ValueError):
+            return datetime.fromisoformat(value)
+    elif isinstance(value, datetime) or value is None:
+        return value
+    elif isinstance(value, date):
+        return datetime(value.year, value.month, value.day)
+    elif isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < 1e11:
+        return float(value)
+    raise section.error('start', f'is {short_repr(value)}',
+                        'write a date and time, as 2026-11-26T10:00:00+01:00, or Unix seconds')
+
+
+def _table(section: YamlSection) -> TableSpec:
+    delimiter = section.text('delimiter')
+    delimiter = _DELIMITERS.get(delimiter.strip().casefold(), delimiter)
+    if len(delimiter) > 1 or delimiter in '"\r\n' and delimiter:
+        raise section.error('delimiter', f'is {short_repr(delimiter)}',
+                            'write one character, tab or space')
+    encoding = section.text('encoding')
+    try:
+        ''.encode(encoding or 'utf-8')
+    except (LookupError, ValueError):
+        raise section.error('encoding', f'is {short_repr(encoding)}',
+                            'write utf-8, latin-1, cp1252 or utf-16') from None
+    thousands = section.text('thousands') if 'thousands' in section.content else None
+    found = TableSpec(
+        delimiter=delimiter, decimal=section.text('decimal', '', ('.', ',')), thousands=thousands,
+        encoding=encoding, header_row=section.count('header_row', _MOST_ROWS),
+        unit_row=section.count('unit_row', _MOST_ROWS),
+        first_row=section.count('first_row', _MOST_ROWS))
+    if thousands and (len(thousands) > 1 or thousands in (found.decimal, delimiter)
+                      or thousands.isdecimal()):
+        raise section.error('thousands', f'is {short_repr(thousands)}',
+                            'write another mark than those of decimals and columns')
+    section.finish()
+    return found
