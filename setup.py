@@ -21,7 +21,7 @@ from setuptools import setup
 PACKAGE = 'squeal_ros'
 SHARE = f'share/{PACKAGE}'
 CONFIG = ('config', 'config/brakes', 'config/models', 'config/tables', 'config/drive_cycles',
-          'config/vehicles', 'config/layouts', 'config/security')
+          'config/schedules', 'config/vehicles', 'config/layouts', 'config/security')
 
 setup(
     python_requires='>=3.11',

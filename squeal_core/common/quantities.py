@@ -18,7 +18,7 @@ Strict reading of descriptions: mappings whose keys carry their unit as a suffix
 A value is a number, or `{value: number, source: text}` where it came from somewhere worth naming.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 import math
 from typing import Any
@@ -97,6 +97,25 @@ class QuantityReader:
         found = self.section(key)
         assert found is not None
         return found
+
+    def sections(self, key: str) -> list['QuantityReader']:
+        """Return the mappings of the list under `key`, one at least."""
+        self._used.add(key)
+        found = self.content.get(key)
+        if not isinstance(found, list) or not found:
+            raise BrakeDescriptionError(
+                self.path(key), f'is {short_repr(found)}', 'write a list of mappings')
+        return [QuantityReader(self.path(f'{key}[{i}]'), one, self.sources, self.warn)
+                for i, one in enumerate(found)]
+
+    def choice(self, key: str, options: Sequence[str], default: str | None = None) -> str:
+        """Return one of some texts."""
+        value = self.text(key, default)
+        if value not in options:
+            raise BrakeDescriptionError(
+                self.path(key), f'is {short_repr(value)}',
+                f'give one of: {", ".join(options)}{did_you_mean(value, options)}')
+        return value
 
     def text(self, key: str, default: str | None = None) -> str:
         self._used.add(key)

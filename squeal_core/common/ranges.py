@@ -32,10 +32,15 @@ UNITS: dict[str, dict[str, float]] = {  # suffixes of keys, and what they are in
     'damping': {'ns_m3': 1.0},
     'inverse_speed': {'s_m': 1.0},
     'frequency': {'hz': 1.0, 'khz': 1e3},
+    'road_speed': {'km_h': 1.0 / 3.6, 'm_s': 1.0},
+    'acceleration': {'m_s2': 1.0, 'g': 9.80665},
+    'time': {'s': 1.0, 'min': 60.0},
+    'celsius': {'degc': 1.0},
     'number': {'': 1.0},
 }
 SYMBOLS = {'pa': 'Pa', 'mpa': 'MPa', 'gpa': 'GPa', 'kg_m3': 'kg/m^3', 'n_m3': 'N/m^3',
-           'ns_m3': 'N s/m^3', 's_m': 's/m', 'hz': 'Hz', 'khz': 'kHz'}
+           'ns_m3': 'N s/m^3', 's_m': 's/m', 'hz': 'Hz', 'khz': 'kHz',
+           'km_h': 'km/h', 'm_s': 'm/s', 'm_s2': 'm/s^2', 'degc': 'degC'}
 # what numbers are given in by mistake: each unit in SI units
 _MISTAKES: dict[str, dict[str, float]] = {
     'length': {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2, 'inch': 0.0254, 'um': 1e-6},
@@ -47,6 +52,10 @@ _MISTAKES: dict[str, dict[str, float]] = {
     'damping': {'N s/mm^3': 1e9},
     'inverse_speed': {'s/mm': 1e3, 'h/km': 3.6},
     'frequency': {'kHz': 1e3, 'Hz': 1.0},
+    'road_speed': {'km/h': 1.0 / 3.6, 'm/s': 1.0, 'mph': 0.44704},
+    'acceleration': {'m/s^2': 1.0, 'g': 9.80665},
+    'time': {'s': 1.0, 'ms': 1e-3, 'min': 60.0},
+    'celsius': {},
     'number': {'%': 1e-2},
     'speed': {'rpm': math.pi / 30.0, 'rev/s': 2.0 * math.pi},
     'force': {'kN': 1e3, 'daN': 10.0},

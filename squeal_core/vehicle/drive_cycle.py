@@ -17,7 +17,6 @@
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
@@ -25,13 +24,14 @@ from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import SquealError
 from squeal_core.common.ranges import Warn, warn_implausible
 from squeal_core.common.resources import names
+from squeal_core.vehicle.cycle_table import CycleTable, SPEED, TIME
 
 MAX_BYTES = 20_000_000
 MAX_ROWS = 500_000
 MAX_LINE = 10_000  # characters
 MAX_SPEED, MAX_DURATION = 340.0, 1e6  # m/s, s
 _USUAL_SPEED, _USUAL_CHANGE = 100.0, 12.0  # m/s, m/s^2
-_COLUMNS = ('time_s', 'speed_m_s')
+_COLUMNS = (TIME, SPEED)
 
 
 class DriveCycleError(SquealError):
@@ -120,9 +120,10 @@ class DriveCycle:
 
 def read_drive_cycle(path: str | Path, *, warn: Warn = warn_implausible) -> DriveCycle:
     """
-    Read a drive cycle from a CSV table with the columns `time_s` and `speed_m_s`.
+    Read a drive cycle from a table with the columns `time_s` and `speed_m_s` or `speed_km_h`.
 
-    Other columns and empty lines are passed over. The file's stem becomes the name.
+    Other columns, comments (#) and empty lines are passed over; see `CycleTable` for what tables
+    may look like. The file's stem becomes the name.
 
     Parameters
     ----------
@@ -154,15 +155,17 @@ def read_drive_cycle(path: str | Path, *, warn: Warn = warn_implausible) -> Driv
             text = bounded_lines(file, MAX_LINE, lambda line: DriveCycleError(
                 f'{path}, line {line}: has more than {MAX_LINE} characters; give a table of '
                 'lines'), errors='replace')
-            lines, values = _rows(path, csv.reader(text))
+            table = CycleTable(text, lambda line, what, remedy: DriveCycleError(
+                f'{path}, line {line}: {what}; {remedy}'))
+            rows = list(table.rows())
     except DriveCycleError:
         raise
     except (OSError, ValueError, csv.Error) as error:
         raise _file_error(path, f'cannot be read ({error})', '') from None
-    time, speed = np.array(values, dtype=np.float64).reshape(-1, 2).T
+    time, speed = np.array([row[1:] for row in rows], dtype=np.float64).reshape(-1, 2).T
     fault = _first_fault(time, speed)
     if fault is not None:
-        line = f', line {lines[fault[0]]}' if fault[0] < len(lines) else ''
+        line = f', line {rows[fault[0]][0]}' if fault[0] < len(rows) else ''
         raise DriveCycleError(f'{path}{line}: {fault[1]}')
     _check_road_vehicle(path, time, speed, warn)
     return DriveCycle(name=path.stem, time=time, speed=speed, source=path.name)
@@ -187,35 +190,6 @@ def _check_road_vehicle(path: Path, time: FloatArray, speed: FloatArray, warn: W
 def _file_error(path: object, what: str, _: str) -> DriveCycleError:
     return DriveCycleError(f'{path}: {what}; give a table of {",".join(_COLUMNS)}, or a shipped '
                            f'cycle: {", ".join(names("drive_cycles", ".csv"))}')
-
-
-def _rows(path: Path, rows: Any) -> tuple[list[int], list[list[float]]]:
-    columns = _columns(path, next(rows, []))
-    lines: list[int] = []
-    values: list[list[float]] = []
-    for row in rows:
-        if any(cell.strip() for cell in row):
-            lines.append(rows.line_num)
-            values.append([_number(path, rows.line_num, row, columns, name) for name in _COLUMNS])
-    return lines, values
-
-
-def _columns(path: Path, header: list[str]) -> dict[str, int]:
-    names = [cell.strip() for cell in header]
-    for name in _COLUMNS:
-        if name not in names:
-            raise DriveCycleError(f'{path}, line 1: no column {name!r} in {names}; the first line '
-                                  f'must name the columns, such as {",".join(_COLUMNS)}')
-    return {name: names.index(name) for name in _COLUMNS}
-
-
-def _number(path: Path, line: int, row: list[str], columns: dict[str, int], name: str) -> float:
-    text = row[columns[name]].strip() if columns[name] < len(row) else ''
-    try:
-        return float(text)
-    except ValueError:
-        raise DriveCycleError(f'{path}, line {line}: {name} = {text!r} is no number; '
-                              'write a decimal number or remove the line') from None
 
 
 def _first_fault(time: FloatArray, speed: FloatArray) -> tuple[int, str] | None:

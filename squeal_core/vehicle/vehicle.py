@@ -154,8 +154,16 @@ class Vehicle:
 
     def brake_force(self, speed: FloatArray, acceleration: FloatArray) -> FloatArray:
         """Force the brakes must add for an acceleration [m/s^2], in N; zero where none is due."""
-        inertia = self.mass + 4.0 * self.wheel_inertia / self.wheel_radius**2
-        return np.maximum(-inertia * acceleration - self.resistance(speed), 0.0)
+        return np.maximum(-self.inertia * acceleration - self.resistance(speed), 0.0)
+
+    def deceleration(self, speed: float, force: float) -> float:
+        """Return how fast the vehicle slows [m/s^2] at a speed [m/s] by a force of the brakes."""
+        return (force + float(self.resistance(np.array(speed)))) / self.inertia
+
+    @property
+    def inertia(self) -> float:
+        """Mass and what the wheels add [kg]."""
+        return self.mass + 4.0 * self.wheel_inertia / self.wheel_radius**2
 
     def cooling(self, speed: FloatArray) -> FloatArray:
         """Heat a disc gives to the air per kelvin above it [W/K], same shape as `speed` [m/s]."""

@@ -115,12 +115,3 @@ def add_force(p: argparse.ArgumentParser) -> None:
 
 def add_model(p: argparse.ArgumentParser) -> None:
     p.add_argument('model', metavar='MODEL', help='path of a model file, or a shipped name')
-
-
-def add_cycle(p: argparse.ArgumentParser) -> None:
-    p.add_argument('cycle', nargs='?', default='us06', metavar='CYCLE',
-                   help='CSV of time_s,speed_m_s, or a shipped name (default us06)')
-    p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
-    p.add_argument('--model', default='kang2009', metavar='MODEL',
-                   help='whose friction table the signals follow')
-    p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')

@@ -34,7 +34,8 @@ from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows, 
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_core.view.table import DriveDisplay
-from squeal_ros.cli.player import BrakePlayer, ORIGIN
+from squeal_ros.cli.drive_signals import ORIGIN
+from squeal_ros.cli.player import BrakePlayer
 from squeal_ros.recordings.agreement import Agreement, agreement
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.evaluation_process import write_replay

@@ -30,7 +30,6 @@ from squeal_ros.cli import advise_options, point_commands as commands
 from squeal_ros.cli.calibrate_options import add_calibrate
 from squeal_ros.cli.calibrate_options import DESCRIPTION as CALIBRATE
 from squeal_ros.cli.command_parser import (
-    add_cycle,
     add_force,
     add_model,
     add_point,
@@ -43,6 +42,8 @@ from squeal_ros.cli.command_parser import (
 )
 from squeal_ros.cli.listen_options import add_listen
 from squeal_ros.cli.listen_options import DESCRIPTION as LISTEN
+from squeal_ros.cli.drive_options import add_cycle, add_drive
+from squeal_ros.cli.drive_options import DESCRIPTION as DRIVE
 from squeal_ros.cli.simulate_options import add_simulate, DESCRIPTION
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
@@ -136,7 +137,10 @@ def parser() -> argparse.ArgumentParser:
         description='Run the monitor over a recorded bag. Exit code 0: every brake that braked '
         'was assessed; 1: a brake was never assessed though it slid under load, or nothing is '
         'known of it; 2: bag, settings or output cannot be used.'))
-    _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
+    driven = sub.add_parser('drive', help='play or record a drive cycle or a schedule',
+                            description=DRIVE)
+    driven.set_defaults(run=_from_module('drive_commands', 'drive'))
+    add_drive(driven)
     _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
     return top
 
@@ -275,17 +279,6 @@ def _replay(p: argparse.ArgumentParser) -> None:
                    help='.msg files of message types that the bag does not define')
     add_force(p)
     p.add_argument('--json', action='store_true')
-
-
-def _drive(p: argparse.ArgumentParser) -> None:
-    p.set_defaults(run=commands.drive)
-    add_cycle(p)
-    p.add_argument('--speed-up', type=float, default=1.0, metavar='X', help='default 1')
-    p.add_argument('--wall-time', action='store_true',
-                   help='stamp with the system clock, publish no /clock (speed-up 1)')
-    p.add_argument('--record', metavar='BAG', help='record the published signals')
-    add_force(p)
-    p.add_argument('--namespace', default='')
 
 
 def _demo(p: argparse.ArgumentParser) -> None:

@@ -39,9 +39,8 @@ from std_msgs.msg import Float64, Header
 from squeal_core.monitor.history import AssessmentRecord  # noqa: I100
 from squeal_core.monitor.settings import NODE_NAME
 from squeal_core.vehicle.vehicle_model import BrakeSignals
+from squeal_ros.cli.drive_signals import ORIGIN
 
-# simulated time at which a drive starts: zero would mean "no clock yet" to ROS
-ORIGIN = 1_000_000_000
 ZERO_CELSIUS = 273.15
 _LONGEST_WAIT = 5.0  # s, for an answer of the monitor
 # columns of the table that a brake's diagnostics have by the same names

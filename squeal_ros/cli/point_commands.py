@@ -27,7 +27,6 @@ import numpy as np
 from squeal_core.brake.brake_yaml import read_brake
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
-from squeal_core.common.output import OutputFiles
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.model_file import load_with_header
 from squeal_core.monitor.settings import load_settings, pressure_references
@@ -41,7 +40,7 @@ from squeal_core.stability.sensitivity import parameter_sensitivity
 from squeal_core.surrogate.table_file import is_table, read_table_header
 from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped
 from squeal_ros.cli.console import plain, report_progress, warn
-from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
+from squeal_ros.cli.drive_signals import chosen_drive, signals_of
 from squeal_ros.cli.listing import counts_in_words, rank
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
@@ -187,31 +186,6 @@ def replay(options: argparse.Namespace) -> int:
     return 0 if report.good else 1
 
 
-def drive(options: argparse.Namespace) -> int:
-    """Play a drive cycle as brake signals."""
-    from squeal_ros.cli.player import BrakePlayer
-    from squeal_ros.recordings.bag_writer import BagWriter
-
-    if options.record:
-        check_output('--record', options.record, force=options.force,
-                     folder=Path(options.record).suffix != '.mcap')
-    cycle, vehicle = _cycle_and_vehicle(options)
-    signals = signals_of(cycle, vehicle, BrakeModel.load(options.model), rate=10.0,
-                         duration=options.duration)
-    simulated = not options.wall_time
-    speed_up = 1.0 if options.wall_time else positive('--speed-up', options.speed_up)
-    with BrakePlayer(signals, namespace=options.namespace) as player:
-        report_progress(f'playing {cycle.name}, {signals.time[-1]:.0f} s at {speed_up:g} x real '
-                        'time')
-        if options.record:
-            with (OutputFiles(overwrite=options.force) as files,
-                  BagWriter(options.record, files) as bag):
-                list(player.play(speed_up=speed_up, simulated=simulated, record=bag.write))
-        else:
-            list(player.play(speed_up=speed_up, simulated=simulated))
-    return 0
-
-
 def demo(options: argparse.Namespace) -> int:
     """Run node, player and replay together."""
     from squeal_core.view.drive_plot import plot_drive
@@ -219,7 +193,7 @@ def demo(options: argparse.Namespace) -> int:
     from squeal_ros.cli import demo as demos
 
     rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
-    cycle, vehicle = _cycle_and_vehicle(options)
+    cycle, vehicle = chosen_drive(options)
     config = Path(options.config or demos.default_config())
     chosen = replace(load_settings(config), rate=rate)
     if not options.config:
@@ -282,9 +256,3 @@ def _mechanism_json(model: BrakeModel, point: OperatingPoint,
             'sensitivity': {name: {'growth_rate': slope.real,
                                    'frequency_hz': slope.imag / (2.0 * math.pi)}
                             for name, slope in moves.items()}}
-
-
-def _cycle_and_vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
-    if options.duration is not None:
-        positive('--duration', options.duration)
-    return cycle_and_vehicle(options.cycle, options.vehicle)

@@ -32,7 +32,7 @@ from squeal_core.simulation.simulation_files import SimulationFiles
 from squeal_core.stability.eigensolution import complex_modes
 from squeal_ros.cli.arguments import operating_point, positive, shipped
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
-from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
+from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
 from squeal_ros.cli.point_checks import check_value
 
 _RAMPED = ('rotor_speed', 'friction', 'pressure', 'preload')
@@ -142,7 +142,7 @@ def _refuse_divergence(model: BrakeModel, points: list[OperatingPoint]) -> None:
 
 def _of_drive(model: BrakeModel, options: argparse.Namespace) -> OperatingHistory:
     """Return what brakes of a vehicle do in a part of a drive cycle."""
-    cycle, vehicle = cycle_and_vehicle(options.drive, options.vehicle)
+    cycle, vehicle = drive_and_vehicle(options.drive, options.vehicle)
     signals = signals_of(cycle, vehicle, model, rate=_SIGNAL_RATE)
     low = float(signals.time[0]) if options.from_ is None else options.from_
     high = float(signals.time[-1]) if options.to is None else options.to

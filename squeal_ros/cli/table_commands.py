@@ -51,7 +51,7 @@ from squeal_core.surrogate.table_domain import (
 from squeal_core.surrogate.table_file import cached_path, read_table_header, write_table
 from squeal_ros.cli.arguments import check_output, check_workers, positive
 from squeal_ros.cli.console import plain, ProgressBar, time_left
-from squeal_ros.cli.drive_signals import cycle_and_vehicle, signals_of
+from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
 from squeal_ros.cli.growth_commands import tabulate_growth
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.table_info import coverage_lines
@@ -160,7 +160,7 @@ def _domain(model: BrakeModel, options: argparse.Namespace) -> TableDomain:
 
 def driven_points(model: BrakeModel, options: Any) -> list[OperatingPoint]:
     """Return the points at which the four brakes slide under load during a drive."""
-    signals = signals_of(*cycle_and_vehicle(options.drive, options.vehicle), model,
+    signals = signals_of(*drive_and_vehicle(options.drive, options.vehicle), model,
                          rate=_DRIVE_RATE, duration=options.duration)
     limits = read_settings({})
     sliding = ((signals.pressure >= limits.release_pressure)

@@ -126,9 +126,26 @@ def test_columns_are_found_by_name_and_empty_lines_skipped(tmp_path: Path) -> No
     assert (cycle.name, cycle.source) == ('trip', 'trip.csv')
 
 
+@pytest.mark.parametrize(('header', 'rows'), [
+    ('time_s;speed_km_h', '0,0;0\n0,5;3,6\n# a note, of two parts\n1,5;7,2'),
+    ('Zeit [s]\tgear\tGeschwindigkeit [km/h]', '0\t1\t0\n0,5\t1\t3,6\n\n1.5\t2\t7,2'),
+    ('"Speed (km/h)","Time (s)"', '0,0\n3.6,0.5\n"7.2","1.5"'),
+    ('t_ms;v_m_s', '0;0\n500;1\n1500;2,0')])
+def test_tables_of_other_locales_and_units(tmp_path: Path, header: str, rows: str) -> None:
+    path = tmp_path / 'bench.csv'
+    path.write_text(f'\ufeff# recorded; on a bench, 20 °C\n#\n{header}\n{rows}\n',
+                    encoding='utf-8')
+    cycle = read_drive_cycle(path)
+    np.testing.assert_allclose(cycle.time, [0.0, 0.5, 1.5])
+    np.testing.assert_allclose(cycle.speed, [0.0, 1.0, 2.0])
+
+
 @pytest.mark.parametrize(('text', 'parts'), [
     ('', ['line 1', "no column 'time_s'", 'must name']),
-    ('time_s,speed_km_h\n0,0\n1,1\n', ['line 1', "no column 'speed_m_s'", 'speed_km_h']),
+    ('time_s,speed\n0,0\n1,1\n', ['line 1', "no column 'speed_m_s'", 'speed_km_h']),
+    ('#a\ntime_s;speed_m_s;v_km_h\n0;0;0\n', ['line 2', "'v_km_h' says again what 'speed_m_s'"]),
+    ('# a\n\ntime_s;speed_km_h\n0,0;0\n1;1.000,5\n', ['line 5', "speed_km_h = '1.000,5'"]),
+    ('time_s,speed_km_h\n0,0\n"1,5",1\n', ['line 3', "time_s = '1,5' is no number"]),
     ('time_s,speed_m_s\n0,0\n1,fast\n', ['line 3', "speed_m_s = 'fast'", 'decimal number']),
     ('time_s,speed_m_s\n0,0\n1\n', ['line 3', "speed_m_s = ''", 'remove the line']),
     ('time_s,speed_m_s\n0,0\n\n1,nan\n', ['line 4', 'speed_m_s = nan', 'remove the line']),
