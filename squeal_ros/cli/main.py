@@ -40,10 +40,10 @@ from squeal_ros.cli.command_parser import (
     CommandParser,
     mode_numbers,
 )
-from squeal_ros.cli.listen_options import add_listen
-from squeal_ros.cli.listen_options import DESCRIPTION as LISTEN
 from squeal_ros.cli.drive_options import add_cycle, add_drive
 from squeal_ros.cli.drive_options import DESCRIPTION as DRIVE
+from squeal_ros.cli.listen_options import add_listen
+from squeal_ros.cli.listen_options import DESCRIPTION as LISTEN
 from squeal_ros.cli.simulate_options import add_simulate, DESCRIPTION
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
