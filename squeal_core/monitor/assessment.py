@@ -123,6 +123,17 @@ class Assessment:
         return tuple([mode.growth_rate for mode in self.flutter])
 
     @property
+    def mode_numbers(self) -> tuple[int, ...]:
+        """Numbers of the flutter modes, worst first."""
+        return tuple([mode.index for mode in self.flutter])
+
+    @property
+    def worst_mode_number(self) -> int:
+        """Number of the least stable oscillating mode in the squeal band; 0: not known."""
+        worst = self.stability.worst if self.stability else None
+        return worst.index if worst else 0
+
+    @property
     def flutter(self) -> tuple[Mode, ...]:
         """Oscillating unstable modes, worst first."""
         return tuple([mode for mode in self.modes if mode.kind == 'flutter'])

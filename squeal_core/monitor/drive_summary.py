@@ -185,7 +185,7 @@ class DriveSummary:
     def _count(self, brake: BrakeSummary, found: Assessment) -> None:
         known_before = brake.states.total() > brake.unknown
         brake.states[found.state] += 1
-        sliding = self._slides(found)
+        sliding = self.slides(found)
         if sliding is None:
             brake.unknown += 1
         else:
@@ -197,7 +197,7 @@ class DriveSummary:
         elif found.state not in _AT_REST:
             _note(brake, found, braking=sliding is not False)
 
-    def _slides(self, found: Assessment) -> bool | None:
+    def slides(self, found: Assessment) -> bool | None:
         """Tell whether a brake slides under load; None: what is known does not say."""
         if found.state == 'steady' or found.state in _AT_REST:
             return found.state == 'steady'

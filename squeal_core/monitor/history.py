@@ -12,20 +12,17 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Assessments over time as a table: rows to and from CSV, and the squeal events in them."""
+"""Assessments over time as a table: rows to and from CSV."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 import csv
-from dataclasses import dataclass
 import math
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import Any, IO, NamedTuple
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import SquealError
-from squeal_core.monitor.alarm import Alarm
 from squeal_core.monitor.assessment import Assessment, VALID
-from squeal_core.monitor.settings import MonitorSettings
 
 MAX_BYTES = 50_000_000_000  # rows are read one by one
 MAX_LINE = 100_000  # characters
@@ -36,7 +33,12 @@ class HistoryError(SquealError):
 
 
 class AssessmentRecord(NamedTuple):
-    """One assessment of one brake; the fields are the CSV's columns, NaN where not known."""
+    """
+    One assessment of one brake; the fields are the CSV's columns, NaN where not known.
+
+    Mode numbers are of the modes of `unstable_frequencies_hz`, and of that at `worst_frequency_hz`
+    (0: not known). `incomplete`: a part of the brake application is not known.
+    """
 
     time_s: float
     brake: str
@@ -55,6 +57,11 @@ class AssessmentRecord(NamedTuple):
     unstable_frequencies_hz: tuple[float, ...]
     unstable_growth_rates_1_s: tuple[float, ...]
     reason: str
+    temperature_k: float = math.nan
+    risk_error: float = math.nan
+    incomplete: bool = False
+    worst_mode_number: int = 0
+    mode_numbers: tuple[int, ...] = ()
 
     @property
     def is_valid(self) -> bool:
@@ -62,13 +69,18 @@ class AssessmentRecord(NamedTuple):
         return self.state in VALID
 
 
-_TEXTS = ('brake', 'state', 'reason')
-_LISTS = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
 _COLUMNS = AssessmentRecord._fields
+_PARSERS: dict[str, Callable[[str], Any]] = {
+    **dict.fromkeys(('brake', 'state', 'reason'), str),
+    **dict.fromkeys(('unstable_frequencies_hz', 'unstable_growth_rates_1_s'),
+                    lambda text: tuple(map(float, text.split()))),
+    'incomplete': lambda text: bool(int(text)), 'worst_mode_number': int,
+    'mode_numbers': lambda text: tuple(map(int, text.split()))}
 
 
 def row_of(assessment: Assessment) -> AssessmentRecord:
     """Return an assessment as a row."""
+    temperature, risk = assessment.inputs.get('temperature'), assessment.risk_result
     return AssessmentRecord(
         time_s=assessment.time * 1e-9, brake=assessment.brake, state=assessment.state,
         rotor_speed_rad_s=assessment.inputs['rotor_speed'].value,
@@ -81,7 +93,12 @@ def row_of(assessment: Assessment) -> AssessmentRecord:
         friction_margin=assessment.friction_margin,
         unstable_frequencies_hz=assessment.unstable_frequencies_hz,
         unstable_growth_rates_1_s=assessment.unstable_growth_rates,
-        reason=assessment.reason)
+        reason=assessment.reason,
+        temperature_k=temperature.value if temperature and temperature.is_believed else math.nan,
+        risk_error=risk.result.error if risk else math.nan,
+        incomplete=bool(risk and risk.result.incomplete),
+        worst_mode_number=assessment.worst_mode_number,
+        mode_numbers=assessment.mode_numbers)
 
 
 class CsvWriter:
@@ -93,9 +110,11 @@ class CsvWriter:
         self._writer.writerow(_COLUMNS)
 
     def write(self, row: AssessmentRecord) -> None:
-        time, brake, state, *numbers, frequencies, growth_rates, reason = row
+        (time, brake, state, *numbers, frequencies, growth_rates, reason, temperature, error,
+         incomplete, worst, modes) = row
         fields = (repr(time), brake, state, *map(repr, numbers), ' '.join(map(repr, frequencies)),
-                  ' '.join(map(repr, growth_rates)), reason)
+                  ' '.join(map(repr, growth_rates)), reason, repr(temperature), repr(error),
+                  '1' if incomplete else '0', repr(worst), ' '.join(map(repr, modes)))
         line = ','.join(fields)
         # csv looks at each character for what it quotes and takes ten times as long
         if line.count(',') < len(fields) and not (
@@ -117,14 +136,15 @@ def read_rows(path: str | Path) -> Iterator[AssessmentRecord]:
     """
     try:
         with open_bounded(path, MAX_BYTES, _file_error) as file:
-            reader = csv.DictReader(bounded_lines(file, MAX_LINE, lambda line: HistoryError(
+            reader = csv.reader(bounded_lines(file, MAX_LINE, lambda line: HistoryError(
                 f'{path}: line {line}: has more than {MAX_LINE} characters; give a table that '
                 '`squeal replay` wrote'), encoding='utf-8'))
-            if tuple(reader.fieldnames or ()) != _COLUMNS:
-                raise HistoryError(f'{path}: its columns are {reader.fieldnames}; '
+            if tuple(columns := next(reader, [])) != _COLUMNS:
+                raise HistoryError(f'{path}: its columns are {columns}; '
                                    f'give a table that `squeal replay` wrote')
             for values in reader:
-                yield _parse(path, reader.line_num, values)
+                if values:
+                    yield _parse(path, reader.line_num, values)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise HistoryError(f'{path}: cannot be read ({error}); check the path') from None
 
@@ -133,113 +153,9 @@ def _file_error(where: object, what: str, remedy: str) -> HistoryError:
     return HistoryError(f'{where}: {what}; {remedy}')
 
 
-def _parse(path: str | Path, line: int, values: dict[str, str]) -> AssessmentRecord:
+def _parse(path: str | Path, line: int, values: Sequence[str]) -> AssessmentRecord:
     try:
-        lists = {name: tuple(map(float, values.pop(name).split())) for name in _LISTS}
-        parsed = {name: value if name in _TEXTS else float(value)
-                  for name, value in values.items()}
-    except (TypeError, ValueError, AttributeError) as error:
+        return AssessmentRecord(*[
+            _PARSERS.get(name, float)(text) for name, text in zip(_COLUMNS, values, strict=True)])
+    except ValueError as error:
         raise HistoryError(f'{path}: line {line}: {error}; mend or leave out the line') from None
-    return AssessmentRecord(**parsed, **lists)  # type: ignore[arg-type]
-
-
-@dataclass(frozen=True)
-class SquealEvent:
-    """
-    An unbroken stretch of ticks at which a brake's alarm was up.
-
-    Parameters
-    ----------
-    brake : str
-    start, end : float
-        First and last such tick [s].
-    peak_risk : float
-        Largest squeal risk in the event [-].
-    growth_rate : float
-        Largest growth rate in the event [1/s].
-    frequency_hz : float
-        Of the mode with that growth rate.
-
-    """
-
-    brake: str
-    start: float
-    end: float
-    peak_risk: float
-    growth_rate: float
-    frequency_hz: float
-
-    def extended(self, tick: '_Tick') -> 'SquealEvent':
-        """Return the event with one more tick."""
-        peak = max(self.peak_risk, tick.risk)  # the first stays where the second is NaN
-        growth_rate, frequency = self.growth_rate, self.frequency_hz
-        if math.isnan(growth_rate) or tick.growth_rate > growth_rate:
-            growth_rate, frequency = tick.growth_rate, tick.frequency_hz
-        return SquealEvent(self.brake, self.start, tick.time, peak, growth_rate, frequency)
-
-
-class _Tick(NamedTuple):
-    """Risk of a brake at a tick [s], growth rate and frequency of its worst mode."""
-
-    brake: str
-    time: float
-    risk: float
-    growth_rate: float
-    frequency_hz: float
-
-
-class EventDetector:
-    """
-    Squeal events by the alarm of the node, tick after tick; holds the events, no rows.
-
-    Parameters
-    ----------
-    settings : MonitorSettings
-        `risk_warning`, `risk_hysteresis` and `risk_hold` decide, as in the node's diagnostics.
-
-    """
-
-    def __init__(self, settings: MonitorSettings) -> None:
-        self._settings = settings
-        self._alarms: dict[str, Alarm] = {}
-        self._open: dict[str, SquealEvent] = {}
-        self._ended: list[SquealEvent] = []
-
-    def add(self, found: Assessment) -> None:
-        """Take the next assessment of a brake."""
-        self._add(found.time, _Tick(found.brake, found.time * 1e-9, found.risk, found.growth_rate,
-                                    found.worst_frequency_hz))
-
-    def add_row(self, row: AssessmentRecord) -> None:
-        """Take the next row of a brake, as of a table."""
-        # a time in s has a microsecond of precision, ten years after 1970 and later
-        self._add(round(row.time_s * 1e6) * 1000, _Tick(
-            row.brake, row.time_s, row.squeal_risk, row.growth_rate_1_s, row.worst_frequency_hz))
-
-    def _add(self, time_ns: int, tick: _Tick) -> None:
-        brake = tick.brake
-        if brake not in self._alarms:
-            self._alarms[brake] = Alarm.of(self._settings)
-        present = self._open.pop(brake, None)
-        up = self._alarms[brake].update(time_ns, tick.risk)
-        if present is not None and (not up or tick.time < present.end):  # or time went back
-            self._ended.append(present)
-            present = None
-        if up:
-            self._open[brake] = present.extended(tick) if present else SquealEvent(
-                brake, tick.time, tick.time, *tick[2:])
-
-    @property
-    def events(self) -> list[SquealEvent]:
-        """Return the events up to now, by time of start."""
-        return sorted([*self._ended, *self._open.values()],
-                      key=lambda event: (event.start, event.brake))
-
-
-def squeal_events(rows: Iterable[AssessmentRecord],
-                  settings: MonitorSettings) -> list[SquealEvent]:
-    """Return the events in the rows of a table, by time of start."""
-    detector = EventDetector(settings)
-    for row in rows:
-        detector.add_row(row)
-    return detector.events

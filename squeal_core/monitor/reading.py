@@ -27,6 +27,7 @@ Status: TypeAlias = Literal[
     'good', 'never received', 'stale', 'stuck', 'contradicted', 'implausible', 'invalid',
     'outside validated range', 'time went backwards']
 
+BELIEVED: tuple[Status, ...] = ('good', 'outside validated range')
 _TABLE_MARGIN = 1.0  # K by which a temperature sensor may err at the ends of a friction table
 
 
@@ -91,7 +92,7 @@ class Reading(NamedTuple):
     @property
     def is_believed(self) -> bool:
         """Whether the value is that of the brake, though the model may not hold there."""
-        return self.status in ('good', 'outside validated range')
+        return self.status in BELIEVED
 
     def described(self, name: str) -> str:
         """Return the reading in words: the input, its value and its age."""

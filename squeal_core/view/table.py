@@ -29,7 +29,8 @@ try:
 except ImportError as error:
     raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
-from squeal_core.monitor.history import AssessmentRecord, SquealEvent
+from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.squeal_events import SquealEvent
 
 _UNKNOWN = '-'
 
@@ -101,16 +102,16 @@ class DriveDisplay:
 
 def events_table(events: Sequence[SquealEvent], *, most: int = 12) -> Table:
     """Return the longest events as a table, in order of time."""
-    shown = sorted(sorted(events, key=lambda e: e.start - e.end)[:most],
-                   key=lambda e: (e.start, e.brake))
+    shown = sorted(sorted(events, key=lambda e: e.start_s - e.end_s)[:most],
+                   key=lambda e: (e.start_s, e.brake))
     table = Table(title=f'Squeal events: {len(events)}'
                   + (f', the {most} longest' if len(events) > most else ''),
                   title_justify='left')
     for name in ('from s', 'to s', 'brake', 'peak risk', 'mode Hz', 'growth 1/s'):
         table.add_column(name, justify='left' if name == 'brake' else 'right')
     for e in shown:
-        table.add_row(f'{e.start:.1f}', f'{e.end:.1f}', e.brake, f'{e.peak_risk:.2f}',
-                      f'{e.frequency_hz:.0f}', f'{e.growth_rate:+.1f}')
+        table.add_row(f'{e.start_s:.1f}', f'{e.end_s:.1f}', e.brake, f'{e.peak_risk:.2f}',
+                      f'{e.frequency_hz:.0f}', f'{e.growth_rate_1_s:+.1f}')
     return table
 
 

@@ -14,12 +14,13 @@
 
 """What commands print: progress on stderr where that is a terminal, and plain JSON."""
 
-import math
 import sys
 import time
-from typing import Any
 
 from squeal_core.common.errors import in_one_line
+from squeal_core.common.json_values import plain
+
+__all__ = ['plain', 'ProgressBar', 'report_progress', 'time_left', 'warn']
 
 
 def report_progress(text: str) -> None:
@@ -61,22 +62,3 @@ def time_left(begun: float, done: int, total: int) -> str:
         return ''
     left = (time.monotonic() - begun) / done * (total - done)
     return f', {left / 60.0:.0f} min left' if left >= 60.0 else f', {left:.0f} s left'
-
-
-def plain(value: Any) -> Any:
-    """
-    Return what JSON can hold.
-
-    Named tuples as objects, complex numbers as [re, im], what is not finite as null.
-    """
-    if hasattr(value, '_asdict'):
-        value = value._asdict()
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, complex):
-        return [plain(value.real), plain(value.imag)]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -17,7 +17,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 import ctypes
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import signal
@@ -30,8 +30,10 @@ from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import check_target, make_folder, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows, SquealEvent
+from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows
+from squeal_core.monitor.result_files import ResultPaths
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_core.view.table import DriveDisplay
 from squeal_ros.cli.drive_signals import ORIGIN
@@ -40,7 +42,8 @@ from squeal_ros.recordings.agreement import Agreement, agreement
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.recording import open_recording
-from squeal_ros.recordings.replay import Outputs, Replay
+from squeal_ros.recordings.replay import Replay
+from squeal_ros.recordings.replay_outputs import Outputs
 from squeal_ros.recordings.replay_report import ReplayReport
 
 NAMESPACE = '/squeal_demo'
@@ -87,6 +90,10 @@ class DemoFiles:
         yield 'table of the node', self.live_table
         yield 'replayed outputs', self.outputs
         yield 'their table', self.table
+        paths = ResultPaths.beside(self.outputs)
+        yield 'their events', paths.events
+        yield 'their brake applications', paths.applications
+        yield 'summary of the replay', paths.summary
 
     def prepare(self, *, force: bool) -> None:
         """
@@ -228,7 +235,8 @@ def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
     outputs = Outputs(files.outputs, settings)
     ticks = Replay(open_recording(files.inputs, settings), settings, model)
     write_replay(ticks, outputs, parallel=False)
-    events = [replace(event, start=_on_drive_time(event.start), end=_on_drive_time(event.end))
+    events = [event._replace(start_s=_on_drive_time(event.start_s),
+                             end_s=_on_drive_time(event.end_s))
               for event in outputs.events]
     return ReplayReport(outputs.summary, events, ticks.findings, ticks.notes), events
 

@@ -37,6 +37,7 @@ from sensor_msgs.msg import FluidPressure, JointState, Temperature
 from std_msgs.msg import Float64, Header
 
 from squeal_core.monitor.history import AssessmentRecord  # noqa: I100
+from squeal_core.monitor.reading import BELIEVED
 from squeal_core.monitor.settings import NODE_NAME
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_ros.cli.drive_signals import ORIGIN
@@ -229,7 +230,12 @@ def _row(seconds: float, brake: str, reason: str, values: dict[str, str]) -> Ass
         **{name: float(values[name]) for name in NUMBERS},
         unstable_frequencies_hz=tuple(map(float, values['unstable_frequencies_hz'].split())),
         unstable_growth_rates_1_s=tuple(map(float, values['unstable_growth_rates_1_s'].split())),
-        reason=reason)
+        reason=reason, risk_error=float(values.get('risk_error', 'nan')),
+        temperature_k=float(values['temperature_input']) if values.get(
+            'temperature_status') in BELIEVED else math.nan,
+        incomplete=values.get('risk_incomplete') == 'True',
+        worst_mode_number=int(values.get('worst_mode_number', 0)),
+        mode_numbers=tuple(map(int, values.get('unstable_mode_numbers', '').split())))
 
 
 def _time(nanoseconds: int) -> Time:

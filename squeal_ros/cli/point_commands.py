@@ -152,10 +152,10 @@ def policy(options: argparse.Namespace) -> int:
 
 def replay(options: argparse.Namespace) -> int:
     """Run the monitor over a recorded bag."""
-    from squeal_ros.recordings import replay as replaying
     from squeal_ros.recordings.evaluation_process import write_replay
     from squeal_ros.recordings.recording import open_recording
-    from squeal_ros.recordings.replay_report import ReplayReport
+    from squeal_ros.recordings.replay import Replay
+    from squeal_ros.recordings.replay_outputs import Outputs
     from squeal_ros.recordings.signal_settings import settings_with_signals
     from squeal_ros.recordings.signals_file import read_signals
 
@@ -167,16 +167,16 @@ def replay(options: argparse.Namespace) -> int:
     signals = read_signals(options.signals) if options.signals else None
     if signals is not None:
         chosen = settings_with_signals(chosen, signals)
-    outputs = replaying.Outputs(Path(options.output), chosen, overwrite=options.force)
+    outputs = Outputs(Path(options.output), chosen, overwrite=options.force)
     outputs.check((options.bag, *filter(None, (
         options.config, options.signals, chosen.model, chosen.table))))
     model = BrakeModel.load(chosen.model)
     recording = open_recording(options.bag, chosen, types=options.types,
                                namespace=options.namespace, signals=signals)
-    ticks = replaying.Replay(recording, chosen, model)
+    ticks = Replay(recording, chosen, model)
     report_progress(pressure_references(chosen))
     write_replay(ticks, outputs)
-    report = ReplayReport(outputs.summary, outputs.events, ticks.findings, ticks.notes)
+    report = outputs.report(ticks)
     if options.json:
         print(json.dumps(plain({**report.as_json(), 'output': options.output,
                                 'table': str(outputs.csv_path)})))

@@ -36,7 +36,8 @@ from typing import Any
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.assessment import PreparedTick
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
-from squeal_ros.recordings.replay import Outputs, Replay
+from squeal_ros.recordings.replay import Replay
+from squeal_ros.recordings.replay_outputs import Outputs
 from squeal_ros.recordings.tick_record import TickRecord
 
 _FEW_MESSAGES = 20_000  # read in less time than a process takes to start
@@ -68,11 +69,10 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
     if parallel is None:
         parallel = (os.cpu_count() or 1) > 1 and replay.messages >= _FEW_MESSAGES
     if not parallel:
-        outputs.write(replay)
+        outputs.write_records(map(outputs.recorder.record, replay), replay)
         return
     with _EvaluationProcess(replay, outputs) as process, _rare_collections():
-        outputs.write_records(process.records(replay.blocks()))
-        outputs.recorder = process.recorder
+        outputs.write_records(process.records(replay.blocks()), replay)
 
 
 @contextmanager
@@ -90,19 +90,18 @@ class _EvaluationProcess:
     """The process that evaluates; a context manager."""
 
     def __init__(self, replay: Replay, outputs: Outputs) -> None:
-        self._job = replay.model, replay.settings, outputs.recorder
-        self.recorder = outputs.recorder
+        self._replay, self._outputs = replay, outputs
 
     def __enter__(self) -> '_EvaluationProcess':
         self._process = subprocess.Popen(
             [sys.executable, '-P', '-c', _START], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             start_new_session=True)
         self._send(sys.path)
-        self._send(self._job)
+        self._send((self._replay.model, self._replay.settings, self._outputs.recorder))
         return self
 
     def records(self, blocks: Iterable[list[PreparedTick]]) -> Iterator[TickRecord]:
-        """Yield the records of all ticks; `recorder` is that of the drive in the end."""
+        """Yield the records of all ticks; the outputs have the recorder of the drive then."""
         answered: list[TickRecord] = []
         pending = False
         for block in blocks:
@@ -114,7 +113,7 @@ class _EvaluationProcess:
         if pending:
             yield from self._received()
         self._send(None)
-        self.recorder = self._received()
+        self._outputs.recorder = self._received()
 
     def _send(self, what: object) -> None:
         assert self._process.stdin is not None

@@ -14,28 +14,21 @@
 
 """Run the monitor of the node on a recording, on the time of recording."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from itertools import islice
-from pathlib import Path
 
-from squeal_core.common.output import check_target, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, PreparedTick
-from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import CsvWriter, SquealEvent
+from squeal_core.monitor.input_quality import InputQuality
 from squeal_core.monitor.risk_warnings import risk_warnings, why_unknown
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_core.monitor.vehicle_monitor import VehicleInputs
 from squeal_core.monitor.vehicle_risk import ensemble_risk
 from squeal_core.risk.squeal_risk import SquealRisk
-from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.recording import Recording
-from squeal_ros.recordings.serialised_outputs import serialised_outputs
-from squeal_ros.recordings.tick_record import Recorder, TickRecord
 
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
 _LONGEST_SILENCE = 10_000_000_000
@@ -54,13 +47,27 @@ class Replay:
     model : BrakeModel
     block : int
         Ticks that are evaluated at once; the numbers are the node's, bit for bit, of any.
+    stopping : callable
+        Of no arguments, called before each block: whether to leave the rest out.
+
+    Attributes
+    ----------
+    partial : bool
+        Whether the rest was left out.
+    quality : InputQuality
+        Of the inputs, as far as they were read.
+    start, end, read : int
+        Times of recording of the first and the last message [ns], and how many were read.
 
     """
 
     def __init__(self, recording: Recording, settings: MonitorSettings, model: BrakeModel, *,
-                 block: int = _BLOCK) -> None:
+                 block: int = _BLOCK, stopping: Callable[[], bool] = lambda: False) -> None:
         self.settings, self.model = settings, model
-        self.recording, self._block = recording, block
+        self.recording, self._block, self._stopping = recording, block, stopping
+        self.partial = False
+        self.start = self.end = self.read = 0
+        self.quality = InputQuality(settings)
 
     @property
     def findings(self) -> list[Finding]:
@@ -103,15 +110,21 @@ class Replay:
     def blocks(self) -> Iterator[list[PreparedTick]]:
         """Yield the ticks, prepared and in blocks; raises as `__iter__`."""
         ticks = self._prepared(VehicleInputs(self.settings, self.model))
-        while block := list(islice(ticks, self._block)):
+        while not self.partial and (block := list(islice(ticks, self._block))):
+            for tick in block:
+                for one in tick:
+                    self.quality.read(one.brake, one.inputs)
             yield block
+            self.partial = self._stopping()
 
     def _prepared(self, inputs: VehicleInputs) -> Iterator[PreparedTick]:
         period, tick = self.settings.period, 0
         for time, samples in self.recording.samples():
             first = -(-time // period)
             if tick == 0:
-                tick = first
+                tick, self.start = first, time
+            self.end = max(self.end, time)
+            self.read += 1
             if time < (tick - 1) * period:  # the clock of the recording went back
                 inputs.reset()
                 tick = first
@@ -120,74 +133,6 @@ class Replay:
                     yield inputs.prepare(number * period)
                 tick = first
             for sample in samples:
+                self.quality.receive(time, *sample)
                 inputs.receive(*sample)
         yield inputs.prepare(tick * period)
-
-
-@dataclass
-class Outputs:
-    """
-    Writes what the node publishes as a bag, and a table beside it as CSV; keeps no rows.
-
-    Parameters
-    ----------
-    path : Path
-        Of the bag.
-    settings : MonitorSettings
-    overwrite : bool
-        Whether an existing bag and an existing table may be replaced.
-    node : str
-        Whose topics are written.
-
-    """
-
-    path: Path
-    settings: MonitorSettings
-    overwrite: bool = False
-    node: str = '/squeal_monitor'
-    recorder: Recorder = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.recorder = Recorder(self.settings, self.node)
-
-    @property
-    def summary(self) -> DriveSummary:
-        return self.recorder.summary
-
-    @property
-    def csv_path(self) -> Path:
-        return self.path.with_suffix('.csv')
-
-    @property
-    def events(self) -> list[SquealEvent]:
-        return self.recorder.detector.events
-
-    def check(self, inputs: Sequence[str | Path] = ()) -> None:
-        """
-        Refuse, before any work, outputs that could not be written, or would replace an input.
-
-        Parameters
-        ----------
-        inputs : sequence of paths
-            What the replay reads; of a folder each file.
-
-        """
-        check_target(self.path, overwrite=self.overwrite, folder=self.path.suffix != '.mcap',
-                     inputs=inputs)
-        check_target(self.csv_path, overwrite=self.overwrite, inputs=inputs)
-
-    def write(self, ticks: Iterable[tuple[Assessment, ...]]) -> None:
-        """Write all ticks; counts them in `summary` and finds the events."""
-        self.write_records(map(self.recorder.record, ticks))
-
-    def write_records(self, records: Iterable[TickRecord]) -> None:
-        """Write the records of all ticks."""
-        with OutputFiles(overwrite=self.overwrite) as files:
-            table = files.add(self.csv_path, probe=True)
-            with BagWriter(self.path, files) as bag, table.partial.open(
-                    'w', encoding='utf-8', newline='') as file:
-                rows = CsvWriter(file)
-                for record in records:
-                    for row in record.rows:
-                        rows.write(row)
-                    bag.write_serialised(record.time, serialised_outputs(self.node, record))

@@ -21,7 +21,7 @@ import math
 from typing import Any
 
 from squeal_core.monitor.drive_summary import BrakeSummary, DriveSummary, Reason, worst_reason
-from squeal_core.monitor.history import SquealEvent
+from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_ros.recordings.findings import Finding
 
 _MOST_LINES = 12
@@ -103,7 +103,15 @@ class ReplayReport:
                        for name, brake in summary.brakes.items()},
             'findings': [asdict(finding) for finding in (*self._of_risk, *self._findings)],
             'notes': list(self._notes),
-            'events': [asdict(event) for event in self._events] if self.events_known else None}
+            'events': [self._event_json(event) for event in self._events]
+            if self.events_known else None}
+
+    @staticmethod
+    def _event_json(event: SquealEvent) -> dict[str, Any]:
+        # the names before there was a table of events, then those of its columns
+        return {'brake': event.brake, 'start': event.start_s, 'end': event.end_s,
+                'peak_risk': event.peak_risk, 'growth_rate': event.growth_rate_1_s,
+                **event._asdict()}
 
     def lines(self) -> list[str]:
         """Return the report in words, line by line, without the events."""
@@ -136,8 +144,9 @@ class ReplayReport:
         count = len(self._events)
         more = count - _MOST_LINES
         return [f'{ticks}, {count} squeal event{"s" * (count != 1)}{while_known}',
-                *(f'  {e.brake}, {e.start:.1f} to {e.end:.1f} s: risk up to {e.peak_risk:.2f}, '
-                  f'{e.frequency_hz:.0f} Hz, growth {e.growth_rate:+.1f} 1/s'
+                *(f'  {e.brake}, {e.start_s:.1f} to {e.end_s:.1f} s: risk up to '
+                  f'{e.peak_risk:.2f}, {e.frequency_hz:.0f} Hz, growth '
+                  f'{e.growth_rate_1_s:+.1f} 1/s'
                   for e in self._events[:_MOST_LINES]),
                 *([f'  and {more} more: see the table'] if more > 0 else [])]
 

@@ -18,9 +18,11 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from squeal_core.monitor.alarm_events import AlarmEvents
+from squeal_core.monitor.drive_applications import ApplicationDetector
 from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import AssessmentRecord, EventDetector, row_of
+from squeal_core.monitor.history import AssessmentRecord, row_of
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.squeal_events import EventDetector
 from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_monitor import Assessment
 from squeal_ros.node import messages
@@ -57,7 +59,8 @@ class TickRecord(NamedTuple):
 
 class Recorder:
     """
-    Makes the records of a drive, tick after tick; counts the ticks and finds the events.
+    Makes the records of a drive, tick after tick; counts the ticks, finds the
+    events and the brake applications.
 
     Parameters
     ----------
@@ -80,17 +83,20 @@ class Recorder:
         self._period = settings.period
         self._interval = round(_SECOND / settings.diagnostics_rate)
         self.detector = EventDetector(settings)
+        self.applications = ApplicationDetector(settings)
         self.summary = DriveSummary(settings)
 
     def record(self, assessments: Sequence[Assessment]) -> TickRecord:
         """Return the record of a tick."""
         self.summary.add(assessments)
-        for assessment in assessments:
-            self.detector.add(assessment)
+        rows = [*map(row_of, assessments)]
+        for assessment, row in zip(assessments, rows, strict=True):
+            alarm = self.detector.add(row, assessment.time)
+            self.applications.add(row, self.summary.slides(assessment), alarm=alarm)
         events = [messages.event_status(self._node, event)
                   for event in self._alarms.update(assessments)]
         return TickRecord(
-            assessments[0].time, [*map(row_of, assessments)],
+            assessments[0].time, rows,
             [*map(serialised_state, assessments)], [*self._statuses(assessments)], events)
 
     def _statuses(self, assessments: Sequence[Assessment]) -> Iterator[messages.StatusTexts]:

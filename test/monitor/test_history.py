@@ -25,9 +25,10 @@ import numpy as np
 import pytest
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.drive_summary import DriveSummary, worst_reason
-from squeal_core.monitor.history import AssessmentRecord, CsvWriter, squeal_events
+from squeal_core.monitor.history import AssessmentRecord, CsvWriter
 from squeal_core.monitor.reading import Reading, Status
 from squeal_core.monitor.settings import MonitorSettings, read_settings
+from squeal_core.monitor.squeal_events import squeal_events
 from squeal_core.view.drive_envelope import drive_envelope
 
 SECOND = 1_000_000_000
@@ -58,13 +59,13 @@ def test_an_event_has_the_figures_of_its_worst_row() -> None:
     rows = [row(1.0, 0.6, 10.0, 1500.0), row(1.1, 0.9, 20.0, 1600.0), row(1.2, 0.7, 50.0, 1700.0),
             row(1.3, 0.8, -5.0, 1800.0), row(1.4, 0.55, NAN, NAN)]
     (event,) = squeal_events(rows, settings(risk_hold=0.0))
-    assert (event.peak_risk, event.growth_rate, event.frequency_hz) == (0.9, 50.0, 1700.0)
-    assert (event.brake, event.start, event.end) == ('fl', 1.0, 1.4)
+    assert (event.peak_risk, event.growth_rate_1_s, event.frequency_hz) == (0.9, 50.0, 1700.0)
+    assert (event.brake, event.start_s, event.end_s) == ('fl', 1.0, 1.4)
 
 
 def test_a_growth_rate_that_is_not_known_first_is_not_the_worst() -> None:
     (event,) = squeal_events([row(1.0, 0.6, NAN, NAN), row(1.1, 0.6, -3.0, 1700.0)], settings())
-    assert (event.growth_rate, event.frequency_hz) == (-3.0, 1700.0)
+    assert (event.growth_rate_1_s, event.frequency_hz) == (-3.0, 1700.0)
 
 
 def test_risk_warning_hysteresis_and_hold_decide() -> None:
@@ -74,7 +75,7 @@ def test_risk_warning_hysteresis_and_hold_decide() -> None:
     assert squeal_events(rows, settings()) == []
 
     def spans(**values: float) -> list[tuple[float, float]]:
-        return [(round(e.start, 6), round(e.end, 6)) for e in squeal_events(
+        return [(round(e.start_s, 6), round(e.end_s, 6)) for e in squeal_events(
             rows, settings(risk_warning=0.3, **values))]
 
     assert spans(risk_hysteresis=0.0, risk_hold=0.0) == [(0.2, 0.2), (0.8, 0.8)]
@@ -87,7 +88,7 @@ def test_events_of_brakes_and_of_a_clock_set_back_are_apart() -> None:
     rows = [row(5.0, 1.0), row(5.0, 1.0, brake='fr'), row(5.1, 0.0), row(5.1, 1.0, brake='fr'),
             row(2.0, 1.0), row(2.0, 1.0, brake='fr')]
     events = squeal_events(rows, settings(risk_hold=0.0))
-    assert [(e.brake, e.start, e.end) for e in events] == [
+    assert [(e.brake, e.start_s, e.end_s) for e in events] == [
         ('fl', 2.0, 2.0), ('fr', 2.0, 2.0), ('fl', 5.0, 5.0), ('fr', 5.0, 5.1)]
 
 
@@ -195,11 +196,11 @@ def test_a_long_drive_keeps_extremes_in_a_fixed_size() -> None:
 def test_rows_are_written_as_csv_writes_them(reason: str) -> None:
     """Quoted where csv quotes them."""
     record = row(1.5, 1.0 / 3.0, 1e-300, NAN)._replace(
-        reason=reason, unstable_frequencies_hz=(1.0, 2.5))
+        reason=reason, unstable_frequencies_hz=(1.0, 2.5), incomplete=True, mode_numbers=(25, 7))
     written, expected = io.StringIO(newline=''), io.StringIO(newline='')
     CsvWriter(written).write(record)
     texts = csv.writer(expected, lineterminator='\n')
     texts.writerow(record._fields)
-    texts.writerow([' '.join(map(repr, value)) if isinstance(value, tuple) else value
-                    for value in record])
+    texts.writerow([' '.join(map(repr, value)) if isinstance(value, tuple) else int(value)
+                    if isinstance(value, bool) else value for value in record])
     assert written.getvalue() == expected.getvalue()

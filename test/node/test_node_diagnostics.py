@@ -68,6 +68,7 @@ def test_every_figure_is_a_value() -> None:
         assert [s.hardware_id for s in (fl, fr)] == ['fl', 'fr']
         texts = {'state', 'friction_source', 'modes_from', 'risk_basis', 'risk_incomplete',
                  'likely_modes', 'unstable_frequencies_hz', 'unstable_growth_rates_1_s',
+                 'unstable_mode_numbers',
                  'unstable_build_ups_nepers', 'mode_shapes', 'model',
                  'audit_failed_names', 'cross_checks', 'friction_margin_reason',
                  'friction_margin_confirmed', 'quiet_pressure_confirmed',

@@ -34,13 +34,17 @@ from squeal_core.monitor.vehicle_monitor import PreparedTick  # noqa: E402
 from squeal_ros.recordings import evaluation_process  # noqa: E402
 from squeal_ros.recordings.bag_reader import BagError  # noqa: E402
 from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
-from squeal_ros.recordings.replay import Outputs, Replay  # noqa: E402
+from squeal_ros.recordings.replay import Replay  # noqa: E402
+from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
 from support.bags import braking, replay_of, storage_file, write_bag  # noqa: E402, I100
 
 
 @pytest.fixture
 def settings() -> MonitorSettings:
     return read_settings({'brakes': ['fl']})
+
+
+ENDINGS = ('csv', 'events.csv', 'applications.csv', 'summary.json')
 
 
 def contents(path: Path) -> list[tuple[str, str, int, bytes]]:
@@ -60,12 +64,15 @@ def test_the_same_outputs_as_of_one_process(name: str, tmp_path: Path, settings:
         written = outputs[parallel] = Outputs(folder / name, settings)
         write_replay(replay, written, parallel=parallel)
         assert replay.findings == []
-        assert sorted(path.name for path in folder.iterdir()) == sorted([name, 'out.csv'])
+        assert sorted(path.name for path in folder.iterdir()) == sorted([
+            name, *(f'out.{end}' for end in ENDINGS)])
     one, two = outputs.values()
     assert contents(one.path) == contents(two.path) != []
-    assert one.csv_path.read_bytes() == two.csv_path.read_bytes()
-    assert (one.events, one.summary.brakes, one.summary.ticks) == (
-        two.events, two.summary.brakes, 31)
+    for path, other in zip(one.paths, two.paths, strict=True):
+        if path.suffix == '.csv':
+            assert path.read_bytes() == other.read_bytes()
+    assert repr(one.events) == repr(two.events)
+    assert (one.summary.brakes, one.summary.ticks) == (two.summary.brakes, 31)
 
 
 def test_short_bags_are_left_to_one_process(tmp_path: Path, settings: MonitorSettings,
@@ -125,7 +132,8 @@ from squeal_core.monitor.settings import read_settings
 from squeal_ros.interrupts import InterruptOnce
 from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.recording import open_recording
-from squeal_ros.recordings.replay import Outputs, Replay
+from squeal_ros.recordings.replay import Replay
+from squeal_ros.recordings.replay_outputs import Outputs
 settings = read_settings({'brakes': ['fl']})
 replay = Replay(open_recording('bag', settings), settings, BrakeModel.load('kang2009'), block=1)
 whole, said = list(replay.blocks()), []

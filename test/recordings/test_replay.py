@@ -34,9 +34,10 @@ from rosbags.interfaces import (  # noqa: E402
 )
 from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
-from squeal_core.monitor.history import read_rows, row_of, squeal_events  # noqa: E402
+from squeal_core.monitor.history import read_rows, row_of  # noqa: E402
 from squeal_core.monitor.setting_specs import Signal  # noqa: E402
 from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
+from squeal_core.monitor.squeal_events import squeal_events  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
 from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
@@ -45,7 +46,7 @@ from squeal_ros.node.messages import TYPES  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
 from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
-from squeal_ros.recordings.replay import Outputs  # noqa: E402
+from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     FLOAT,
     float_messages,
@@ -108,8 +109,8 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
     assert repr([(s.squeal_risk, s.growth_rate, tuple(s.frequencies_hz.tolist())) for s in states]
                 ) == repr([(r.squeal_risk, r.growth_rate_1_s, r.unstable_frequencies_hz)
                            for r in rows])
-    assert [(e.start, e.end) for e in outputs.events] == [(101.0, 102.5)]
-    assert squeal_events(rows, settings) == outputs.events
+    assert [(e.start_s, e.end_s) for e in outputs.events] == [(101.0, 102.5)]
+    assert repr(squeal_events(rows, settings)) == repr(outputs.events)
     assert not [p for p in tmp_path.iterdir() if p.name.startswith('.') or p.suffix == '.part']
 
 

@@ -33,7 +33,7 @@ from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.node.messages import DIAGNOSTICS_TYPE, WARN  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
-from squeal_ros.recordings.replay import Outputs  # noqa: E402
+from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
     Entry,
@@ -268,8 +268,9 @@ def test_outputs_are_refused_before_any_work(run: Run, tmp_path: Path) -> None:
                      '--config', arguments[-1]]) == 2
     assert main([*arguments, '--force']) == 0
     assert (tmp_path / 'out.csv').read_text().startswith('time_s,')
-    assert {path.name for path in tmp_path.iterdir()} == {'bag', 'config.yaml', 'out.csv',
-                                                          'out.mcap'}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        'bag', 'config.yaml', 'out.csv', 'out.mcap', 'out.events.csv', 'out.applications.csv',
+        'out.summary.json'}
 
 
 def test_memory_is_flat_in_the_length_of_the_bag(tmp_path: Path, kang: BrakeModel) -> None:

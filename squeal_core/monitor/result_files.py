@@ -1,0 +1,219 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+The files of a replayed recording: tables of its ticks, events and applications, and a summary.
+
+A result is a folder with `table.csv`, `events.csv`, `applications.csv`, `summary.json`, or files
+beside each other that have a name before these: `NAME.csv`, `NAME.events.csv`,
+`NAME.applications.csv` and `NAME.summary.json`.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+import csv
+from dataclasses import dataclass
+import json
+import math
+from pathlib import Path
+from typing import Any, get_type_hints, NamedTuple, TypeVar
+
+from squeal_core.common.bounded_reader import bounded_lines, open_bounded, read_text_bounded
+from squeal_core.common.errors import LocatedError
+from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.history import AssessmentRecord, read_rows
+from squeal_core.monitor.squeal_events import SquealEvent
+
+FORMAT = 1
+SUMMARY = 'summary.json'
+_MAX_BYTES = 200_000_000
+_MAX_LINE = 10_000  # characters
+_REMEDY = 'give a result that `squeal replay` wrote, or write it again'
+
+Record = TypeVar('Record', SquealEvent, ApplicationRecord)
+
+
+class ResultError(LocatedError):
+    """Files of a replayed recording that cannot be read."""
+
+
+class ResultPaths(NamedTuple):
+    """Where the files of one result are."""
+
+    bag: Path
+    table: Path
+    parquet: Path
+    events: Path
+    applications: Path
+    summary: Path
+
+    @classmethod
+    def in_folder(cls, folder: Path) -> 'ResultPaths':
+        return cls(*(folder / name for name in (
+            'outputs.mcap', 'table.csv', 'table.parquet', 'events.csv', 'applications.csv',
+            SUMMARY)))
+
+    @classmethod
+    def beside(cls, bag: Path) -> 'ResultPaths':
+        """Return those that have the name of a bag of outputs."""
+        stem = bag.with_suffix('') if bag.suffix == '.mcap' else bag
+        return cls(bag, *(stem.with_name(f'{stem.name}{ending}') for ending in (
+            '.csv', '.parquet', '.events.csv', '.applications.csv', f'.{SUMMARY}')))
+
+    @classmethod
+    def of_summary(cls, summary: Path) -> 'ResultPaths':
+        """Return those that go with a `summary.json` or `NAME.summary.json`."""
+        if summary.name == SUMMARY:
+            return cls.in_folder(summary.parent)
+        return cls.beside(summary.with_name(summary.name.removesuffix(f'.{SUMMARY}') + '.mcap'))
+
+
+@dataclass(frozen=True, eq=False)
+class ReplayResult:
+    """
+    Files of one replayed recording, read.
+
+    Parameters
+    ----------
+    paths : ResultPaths
+    summary : dict
+        Of `summary.json`; docs/interface.md names the keys.
+    events : tuple of SquealEvent
+    applications : tuple of ApplicationRecord
+
+    """
+
+    paths: ResultPaths
+    summary: dict[str, Any]
+    events: tuple[SquealEvent, ...]
+    applications: tuple[ApplicationRecord, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the recording."""
+        return str(self.summary['recording']['name'])
+
+    def rows(self) -> Iterator[AssessmentRecord]:
+        """
+        Yield the rows of the table, one by one.
+
+        Raises
+        ------
+        HistoryError
+            Naming file, line and what is wrong.
+
+        """
+        return read_rows(self.paths.table)
+
+    @classmethod
+    def load(cls, path: str | Path) -> 'ReplayResult':
+        """
+        Read a result.
+
+        Parameters
+        ----------
+        path : path
+            Its folder, or its summary.
+
+        Raises
+        ------
+        ResultError
+            With file, what is wrong and the remedy.
+
+        """
+        given = Path(path)
+        paths = ResultPaths.in_folder(given) if given.is_dir() else ResultPaths.of_summary(given)
+        return cls(paths, _read_summary(paths.summary),
+                   tuple(read_records(paths.events, SquealEvent)),
+                   tuple(read_records(paths.applications, ApplicationRecord)))
+
+
+def find_results(paths: Sequence[str | Path]) -> list[Path]:
+    """
+    Return the summaries of all results in folders, or given themselves; sorted, each once.
+
+    Raises
+    ------
+    ResultError
+        For a path at which there is none.
+
+    """
+    found: dict[Path, Path] = {}
+    for path in map(Path, paths):
+        summaries = [path] if path.is_file() else sorted(
+            [*path.rglob(SUMMARY), *path.rglob(f'*.{SUMMARY}')])
+        if not summaries:
+            raise ResultError(path, 'holds no result of `squeal replay`' if path.is_dir()
+                              else 'is not there', 'give the folder that it wrote (-o)')
+        found |= {summary.resolve(): summary for summary in summaries}
+    return list(found.values())
+
+
+def _read_summary(path: Path) -> dict[str, Any]:
+    try:
+        summary = json.loads(read_text_bounded(path, _MAX_BYTES, ResultError))
+    except (ValueError, RecursionError) as error:
+        raise ResultError(path, f'is no JSON ({error})', _REMEDY) from None
+    if not isinstance(summary, dict) or summary.get('format') != FORMAT:
+        raise ResultError(path, f'is no summary of format {FORMAT}', _REMEDY)
+    if not isinstance(summary.get('recording'), dict) or 'name' not in summary['recording']:
+        raise ResultError(path, 'names no recording', _REMEDY)
+    return summary
+
+
+def write_records(path: Path, kind: type[Record], records: Iterable[Record]) -> None:
+    """Write records as CSV, the fields as columns; a cell is empty where nothing is known."""
+    with path.open('w', encoding='utf-8', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        writer.writerow(kind._fields)
+        for record in records:
+            writer.writerow([_cell(value, name) for name, value in zip(
+                kind._fields, record, strict=True)])
+
+
+def _cell(value: object, name: str) -> object:
+    if value is None or value != value or (name == 'mode_number' and not value):
+        return ''
+    return int(value) if isinstance(value, bool) else value
+
+
+_PARSERS: dict[object, Any] = {
+    str: str, int: lambda text: int(text or 0), float: lambda text: float(text or math.nan),
+    bool | None: lambda text: bool(int(text)) if text else None}
+
+
+def read_records(path: str | Path, kind: type[Record]) -> Iterator[Record]:
+    """
+    Yield the records of a CSV file.
+
+    Raises
+    ------
+    ResultError
+        Naming file, line and what is wrong.
+
+    """
+    parsers = [_PARSERS[get_type_hints(kind)[name]] for name in kind._fields]
+    try:
+        with open_bounded(path, _MAX_BYTES, ResultError) as file:
+            reader = csv.reader(bounded_lines(file, _MAX_LINE, lambda line: ResultError(
+                f'{path}, line {line}', f'has more than {_MAX_LINE} characters', _REMEDY)))
+            if tuple(columns := next(reader, [])) != kind._fields:
+                raise ResultError(path, f'has the columns {columns}', _REMEDY)
+            for cells in reader:
+                try:
+                    yield kind(*[parse(cell) for parse, cell in zip(parsers, cells, strict=True)])
+                except ValueError as error:
+                    raise ResultError(f'{path}, line {reader.line_num}', str(error),
+                                      _REMEDY) from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ResultError(path, f'cannot be read ({error})', _REMEDY) from None
