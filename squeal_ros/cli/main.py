@@ -26,7 +26,7 @@ import sys
 from squeal_core import __version__
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
-from squeal_ros.cli import advise_options, point_commands as commands
+from squeal_ros.cli import advise_options, point_commands as commands, signals_options
 from squeal_ros.cli.calibrate_options import add_calibrate
 from squeal_ros.cli.calibrate_options import DESCRIPTION as CALIBRATE
 from squeal_ros.cli.command_parser import (
@@ -137,6 +137,10 @@ def parser() -> argparse.ArgumentParser:
         description='Run the monitor over a recorded bag. Exit code 0: every brake that braked '
         'was assessed; 1: a brake was never assessed though it slid under load, or nothing is '
         'known of it; 2: bag, settings or output cannot be used.'))
+    listed = sub.add_parser('signals', help='what a recording holds, and a file for --signals',
+                            description=signals_options.DESCRIPTION)
+    listed.set_defaults(run=_from_module('signals_commands', 'signals'))
+    signals_options.add_signals(listed)
     driven = sub.add_parser('drive', help='play or record a drive cycle or a schedule',
                             description=DRIVE)
     driven.set_defaults(run=_from_module('drive_commands', 'drive'))

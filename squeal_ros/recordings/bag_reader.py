@@ -82,13 +82,26 @@ class Bag:
         self._stores: dict[tuple[str, str], Typestore] = {}
         self._files = BagFiles(self.path)
         self.notes = self._files.notes
+        self.kind = 'rosbag2'
+        self._connections: list[Connection] = []
         self._counts: Counter[str] = Counter()  # by the storage files
         for file in self._files.files:
             with _opened(file) as reader:
+                self._connections += reader.connections
                 for connection in reader.connections:
                     self.types[connection.topic][connection.msgtype] += connection.msgcount
                     self._counts[connection.topic] += connection.msgcount
         self.types = dict(self.types)
+
+    def undefined_topics(self) -> dict[str, str]:
+        """Return why, of each topic whose messages nothing defines."""
+        found: dict[str, str] = {}
+        for connection in self._connections:
+            try:
+                self._kind(connection)
+            except DefinitionError as error:
+                found[connection.topic] = f'{connection.topic}: {error.what}; {error.remedy}'
+        return found
 
     def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any, int]]:
         """

@@ -110,8 +110,9 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
 
     """
     path = Path(path)
-    _check_kind(path, signals)
-    if path.name.casefold().endswith(_TEXTS):
+    kind = kind_of_path(path)
+    _check_kind(path, kind, signals)
+    if kind == 'csv':
         from squeal_ros.recordings.csv_recording import CsvRecording
 
         assert signals is not None
@@ -123,9 +124,14 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace)
 
 
-def _check_kind(path: Path, signals: Signals | None) -> None:
+def kind_of_path(path: Path) -> str:
+    """Return the format of a recording by its name: 'csv', or 'bag' where nothing else is told."""
+    return 'csv' if path.name.casefold().endswith(_TEXTS) and not path.is_dir() else 'bag'
+
+
+def _check_kind(path: Path, kind: str, signals: Signals | None) -> None:
     """Refuse a table without signals, and signals of the other kind."""
-    of_columns = path.name.casefold().endswith(_TEXTS) and not path.is_dir()
+    of_columns = kind != 'bag'
     if of_columns and (signals is None or signals.sources[0].kind != 'column'):
         what = 'the signals name topics' if signals else 'nothing says what its columns are'
         raise RecordingError(path, f'is a table, and {what}', 'run `squeal signals '

@@ -1,0 +1,46 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Contents of a recording of any format."""
+
+from pathlib import Path
+
+from squeal_ros.recordings.contents import Contents
+from squeal_ros.recordings.recording import kind_of_path
+
+
+def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
+    """
+    Return what a recording holds.
+
+    Parameters
+    ----------
+    path : path
+    types : path, optional
+        Folder of definitions for messages whose definition a bag does not hold.
+
+    Raises
+    ------
+    SquealError
+        For what cannot be read.
+
+    """
+    path = Path(path)
+    if kind_of_path(path) == 'csv':
+        from squeal_ros.recordings.csv_contents import csv_contents
+
+        return csv_contents(path)
+    from squeal_ros.recordings.bag_contents import bag_contents
+
+    return bag_contents(path, types)
