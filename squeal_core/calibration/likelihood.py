@@ -27,7 +27,6 @@ from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 _OTHER_PITCH = 0.1  # probability that a squeal's pitch is that of none of the growing modes
 _UNIFORM = 1.0 / math.log(SQUEAL_BAND[1] / SQUEAL_BAND[0])  # density over ln frequency
-_LEAST_SHARE = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,11 +96,16 @@ def log_likelihood(found: SquealProbabilities, observations: Sequence[Observatio
 
 def _pitch(found: SquealProbabilities, places: list[int], frequency: float,
            hearing: HearingModel) -> FloatArray:
-    """Return probability of an event times density of its pitch, summed over applications."""
-    by_family, squeals = found.by_family[:, places], found.squeals[:, places]
-    share = by_family / np.maximum(by_family.sum(axis=-1, keepdims=True), _LEAST_SHARE)
+    """
+    Return probability of an event times density of its pitch, summed over applications.
+
+    A pitch says that its family exceeded N*. Which one of several that do is heard is not
+    modelled: it may be the fastest, the first, or the one that stays after saturation.
+    """
     off = np.log(frequency / found.frequency_hz[places]) / hearing.frequency_tolerance
     density = np.exp(-0.5 * off**2) / (math.sqrt(2.0 * math.pi) * hearing.frequency_tolerance)
-    right = (1.0 - 2.0 * hearing.label_error) * hearing.detection * squeals
-    own = (1.0 - _OTHER_PITCH) * (share * density).sum(axis=-1) + _OTHER_PITCH * _UNIFORM
-    return np.asarray((right * own + (hearing.heard(squeals) - right) * _UNIFORM).sum(axis=-1))
+    right = (1.0 - _OTHER_PITCH) * (1.0 - 2.0 * hearing.label_error) * hearing.detection
+    squeals = found.squeals[:, places]
+    own = (found.by_family[:, places] * density).sum(axis=-1)
+    return np.asarray((right * own + (hearing.heard(squeals) - right * squeals) * _UNIFORM
+                       ).sum(axis=-1))

@@ -25,7 +25,7 @@ from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.build_up import grown, nepers, saturation_energy
 from squeal_core.risk.risk_records import families_in, GrowthSource, RiskSettings
-from squeal_core.risk.scatter import exceedance, NODES
+from squeal_core.risk.scatter import along_scatter, exceedance, NODES
 
 STEP = 0.25  # s between ticks at which growth is evaluated
 _MOST_KNOTS = 20_000  # of all applications about; of longer recordings they are further apart
@@ -115,8 +115,8 @@ class SquealPredictor:
             found = self._growth(knots, candidates)
             frequency[places] = _fastest(found, self._frequency)
             known += np.isfinite(found.rate[..., :1]).mean(axis=(1, 3)).sum(axis=0)
-            rates = found.rate, *_scattered(found, candidates)
-            reach = sum(np.abs(part) for part in rates[1:]) * NODES[-1]
+            rates = found.rate, _scatter(found, candidates)
+            reach = NODES[-1] * np.abs(rates[1])
             active = np.flatnonzero((np.nan_to_num(rates[0] + reach, nan=-1.0) > 0.0
                                      ).any(axis=(0, 1, 2)))
             if active.size:  # others never leave their floor
@@ -155,24 +155,22 @@ class SquealPredictor:
     def _margins(self, knots: _Knots, parts: Sequence[NDArray[np.float32]], decay: FloatArray,
                  candidates: BrakeCandidates) -> FloatArray:
         """
-        Return build-up minus N*, the largest over each application, (3, 3, A, P, F).
+        Return build-up minus N*, the largest over each application, (7, A, P, F).
 
         Single precision is enough, and twice as fast.
         """
-        nodes = NODES[:, None, None, None]
-        damping = candidates.ln_damping[:, None] + candidates.damping_scatter[:, None] * nodes
-        decays = (np.exp(damping) * decay).astype(np.float32)
+        decays: Any = (np.exp(candidates.ln_damping)[:, None] * decay).astype(np.float32)
         cap: Any = saturation_energy(
             knots.contact_pressure[..., None], knots.contact_stiffness[..., None]
             * np.exp(candidates.ln_contact_stiffness), self._floor)[..., None].astype(np.float32)
         duration: Any = knots.duration[..., None, None].astype(np.float32)
-        nodes = nodes.astype(np.float32)
+        nodes = NODES[:, None, None, None].astype(np.float32)
         rates: Any = np.ones((), np.float32)
         energy = peak = rates
         with np.errstate(over='ignore'):  # the cap ends it
             for tick in range(knots.duration.shape[1]):
-                rate, by_friction, by_damping = (part[:, tick] for part in parts)
-                before, rates = rates, (rate + nodes[:, None] * by_friction) + nodes * by_damping
+                rate, scatter = (part[:, tick] for part in parts)
+                before, rates = rates, rate + nodes * scatter
                 energy = grown(energy, 0.5 * (before + rates) if tick else rates,
                                duration[:, tick], decays, cap[:, tick])
                 peak = np.maximum(peak, energy)
@@ -196,10 +194,10 @@ def _padded(knots: Sequence[_Knots]) -> _Knots:
     return _Knots(*columns)
 
 
-def _scattered(found: _Growth, candidates: BrakeCandidates) -> tuple[FloatArray, FloatArray]:
-    """Return the change of growth rates over one standard deviation of each scatter."""
-    return (candidates.friction_scatter[:, None] * found.by_friction,
-            candidates.damping_scatter[:, None] * found.by_damping)
+def _scatter(found: _Growth, candidates: BrakeCandidates) -> FloatArray:
+    """Return the change of growth rates over one standard deviation of their scatter."""
+    return along_scatter(candidates.friction_scatter[:, None] * found.by_friction,
+                         candidates.damping_scatter[:, None] * found.by_damping)
 
 
 def _fastest(found: _Growth, otherwise: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.build_up import grown, halves
+from squeal_core.risk.scatter import NODES
 from squeal_core.risk.squeal_risk import MemberGrowth, RiskResult, SquealRisk
 
 _SECOND = 1_000_000_000
@@ -48,7 +49,7 @@ class ApplicationRisk:
 
     def __init__(self, risk: SquealRisk) -> None:
         self._risk = risk
-        self._shape = (3, 3, risk.families.size, risk.ensemble.weights.size)
+        self._shape = (NODES.size, risk.families.size, risk.ensemble.weights.size)
         self._time, self._slid_at, self._fresh = 0, 0, False
         self._rates: FloatArray | None = None  # at the nodes at the last tick; None: not known
         self._growth: MemberGrowth | None = None  # then, where the brake slid
@@ -56,8 +57,8 @@ class ApplicationRisk:
         self.incomplete = True  # nothing is known of what was before the first tick
 
     def _reset(self) -> None:
-        self.energy, self.peak = np.ones(self._shape), np.ones((3, 3, 1, self._shape[-1]))
-        self.growing = np.zeros((3, 3, self._shape[-1]))
+        self.energy, self.peak = np.ones(self._shape), np.ones((NODES.size, 1, self._shape[-1]))
+        self.growing = np.zeros((NODES.size, self._shape[-1]))
         self.incomplete = False
 
     def update(self, time_ns: int, growth: MemberGrowth) -> RiskResult | None:
@@ -159,9 +160,9 @@ class ApplicationRisk:
         cap = np.array(np.inf) if growth is None else growth.cap
         self.energy = grown(self.energy, rates, duration, self._risk.decay, cap)
         if growth is not None:
-            largest = self.energy.max(axis=2, keepdims=True, initial=1.0)
+            largest = self.energy.max(axis=1, keepdims=True, initial=1.0)
             np.maximum(self.peak, largest, out=self.peak)
-            self.growing += duration * (rates > 0.0).any(axis=2)
+            self.growing += duration * (rates > 0.0).any(axis=1)
 
 
 def over_application(risk: SquealRisk, times_ns: Sequence[int],

@@ -81,8 +81,8 @@ class MemberGrowth(NamedTuple):
     ----------
     rate, frequency_hz : (..., F, M) arrays
         Growth rate [1/s] and frequency of the least stable mode of each family.
-    by_friction, by_damping : (..., F, M) arrays
-        Change of the growth rate over one standard deviation of the scatter [1/s].
+    scatter : (..., F, M) array
+        Change of the growth rate over one standard deviation of its scatter [1/s].
     cap : (..., M) array
         Energy at saturation over the floor's.
 
@@ -90,8 +90,7 @@ class MemberGrowth(NamedTuple):
 
     rate: FloatArray
     frequency_hz: FloatArray
-    by_friction: FloatArray
-    by_damping: FloatArray
+    scatter: FloatArray
     cap: FloatArray
 
     def at(self, tick: int) -> 'MemberGrowth':
@@ -158,11 +157,11 @@ class BuildUpState(Protocol):
 
     Attributes
     ----------
-    energy : (3, 3, F, M) array
+    energy : (7, F, M) array
         Of each family over its floor.
-    peak : (3, 3, 1, M) array
+    peak : (7, 1, M) array
         The largest of all families since the start of the application.
-    growing : (3, 3, M) array
+    growing : (7, M) array
         Time since then in which some family grew [s].
     incomplete : bool
         Whether a part of the application is not known.

@@ -15,51 +15,67 @@
 """
 Scatter of friction and damping from one brake application to the next, inside each brake.
 
-Both are Gaussian. Growth rates, and build-ups by them, are computed at the 3 x 3 nodes of
-Gauss-Hermite quadrature. A probability is that of a piecewise linear function through the nodes,
-as weights of nodes alone would make steps of a sixth.
+Both are Gaussian, and a growth rate is linear in them as far as they scatter. So all that a growth
+rate has of them is one Gaussian, in which more friction and less damping go together; how much of
+either differs little between the modes of a brake, so that one is enough for all of them. Growth
+rates, and build-ups by them, are computed at nodes of it. A build-up rises from the noise floor to
+saturation within less than a standard deviation: nodes are dense where that is probable.
 """
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 from squeal_core.common.arrays import FloatArray
 
-NODES = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0])  # standard deviations
-WEIGHTS = np.outer([1.0, 4.0, 1.0], [1.0, 4.0, 1.0]) / 36.0  # (friction, damping)
-_FARTHEST = -9.0  # standard deviations, beyond which are 1e-19
-_FINE = ndtri((np.arange(6) + 0.5) / 6.0)  # damping, of equal probability
+_COUNT = 7
+NODES = 1.2 * ndtri((np.arange(_COUNT) + 0.5) / _COUNT)  # standard deviations
+MIDDLE = _COUNT // 2  # the node without scatter
+_FARTHEST = 9.0  # standard deviations, beyond which are 1e-19
+_POINTS = np.array([-_FARTHEST, *NODES, _FARTHEST])
+_BELOW = ndtr(_POINTS)
+_BETWEEN = np.diff(_BELOW)
+WEIGHTS = np.diff(ndtr([-np.inf, *0.5 * (NODES[1:] + NODES[:-1]), np.inf]))  # nearest to a node
 
 
-def _interpolation(at: FloatArray) -> FloatArray:
-    """Return the weights (points, 3) of linear interpolation through the nodes."""
-    left, right = np.minimum(at, 0.0) / NODES[2], np.maximum(at, 0.0) / NODES[2]
-    return np.stack([-left, 1.0 + left - right, right], axis=-1)
+def along_scatter(by_friction: FloatArray, by_damping: FloatArray) -> FloatArray:
+    """
+    Return the change of growth rates over one standard deviation of their scatter.
 
+    Parameters
+    ----------
+    by_friction, by_damping : arrays
+        Their changes over one standard deviation of friction and of ln damping.
 
-_THROUGH = _interpolation(_FINE)
+    """
+    return np.asarray(np.copysign(np.hypot(by_friction, by_damping), by_friction - by_damping))
 
 
 def exceedance(margin: FloatArray) -> FloatArray:
     """
-    Return the probability that functions of friction and damping are positive.
+    Return the probability that functions of the scatter are positive.
+
+    They are linear between nodes and go on as straight lines beyond the outer ones.
 
     Parameters
     ----------
-    margin : (3, 3, ...) array
-        The functions at the nodes of friction and damping, in this order.
+    margin : (7, ...) array
+        The functions at the nodes.
 
     Returns
     -------
     (...) array
 
     """
-    low, middle, high = _THROUGH @ margin.reshape(3, 3, -1)  # (points, ...) each
-    steps = np.stack([low - middle, high - middle])  # outwards to the nodes
-    with np.errstate(divide='ignore', invalid='ignore'):
-        zero = NODES[2] * middle / steps  # less the standard deviations to it
-    inside = np.empty_like(steps)
-    inside[:] = 0.5 * (middle > 0.0)  # of all values on the node's side
-    some = np.flatnonzero((zero <= 0.0) & (zero > _FARTHEST))
-    beyond = ndtr(zero.ravel()[some])
-    inside.ravel()[some] = np.where(steps.ravel()[some] < 0.0, 0.5 - beyond, beyond)
-    return np.asarray(inside.sum(axis=0).mean(axis=0).reshape(margin.shape[2:]))
+    values = np.empty((_COUNT + 2, margin[0].size))
+    values[1:-1] = margin.reshape(_COUNT, -1)
+    reach = (_FARTHEST - NODES[-1]) / (NODES[-1] - NODES[-2])
+    values[0] = values[1] + reach * (values[1] - values[2])
+    values[-1] = values[-2] + reach * (values[-2] - values[-3])
+    above = values > 0.0
+    found = np.asarray(_BETWEEN @ (above[1:] & above[:-1]))
+    segment, place = np.nonzero(above[1:] != above[:-1])
+    low, high = values[segment, place], values[segment + 1, place]
+    left, right = _POINTS[segment], _POINTS[segment + 1]
+    below = ndtr(left + (right - left) * low / (low - high))
+    inside = np.where(high > low, _BELOW[segment + 1] - below, below - _BELOW[segment])
+    found += np.bincount(place, inside, minlength=found.size)
+    return found.reshape(margin.shape[1:])

@@ -16,8 +16,8 @@
 Squeal risk: the probability that some mode's build-up exceeds what is audible.
 
 An ensemble of brakes stands for what is not known of a brake and stays (damping, contact
-stiffness, bias of friction ...). Each member has the build-up of each of its mode families, at the
-3 x 3 nodes of the scatter of friction and damping from application to application.
+stiffness, bias of friction ...). Each member has the build-up of each of its mode families, at
+nodes of the scatter of friction and damping from application to application.
 """
 
 import math
@@ -35,7 +35,7 @@ from squeal_core.risk.risk_records import (
     RiskResult,
     RiskSettings,
 )
-from squeal_core.risk.scatter import exceedance, NODES, WEIGHTS
+from squeal_core.risk.scatter import along_scatter, exceedance, MIDDLE, NODES, WEIGHTS
 
 __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'SquealRisk']
 
@@ -61,8 +61,8 @@ class SquealRisk:
     ----------
     families : (F,) array
         Indices of the emulator's families in the squeal band.
-    decay : (1, 3, F, M) array
-        Their own decay rates [1/s] at the nodes of the scatter.
+    decay : (F, M) array
+        Their own decay rates [1/s].
 
     """
 
@@ -71,8 +71,7 @@ class SquealRisk:
         self.emulator, self.ensemble = emulator, ensemble
         self.settings = settings or RiskSettings()
         self.families, _, decay = families_in(self.settings.band_hz, emulator.families)
-        scale = np.exp(ensemble.ln_damping + ensemble.damping_scatter * NODES[:, None])
-        self.decay: FloatArray = scale[None, :, None] * decay[:, None]
+        self.decay: FloatArray = np.exp(ensemble.ln_damping) * decay[:, None]
         self.basis = ensemble.calibrated or 'not calibrated'
         if not ensemble.calibrated or ensemble.likelihood_power < _MOSTLY_PRIOR:
             self.basis += f': {_PRIOR}'
@@ -104,18 +103,16 @@ class SquealRisk:
                 *inputs.shape[:-2], self.families.size, members.count)
             for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping'))
         return MemberGrowth(
-            rate, frequency, members.friction_scatter * by_friction,
-            members.damping_scatter * by_damping, cap)
+            rate, frequency, along_scatter(members.friction_scatter * by_friction,
+                                           members.damping_scatter * by_damping), cap)
 
     def at_nodes(self, growth: MemberGrowth) -> FloatArray:
-        """Return the growth rates of a tick at the nodes of the scatter, (3, 3, F, M)."""
-        friction = growth.rate + NODES[:, None, None] * growth.by_friction
-        damping = NODES[:, None, None] * growth.by_damping
-        return np.asarray(friction[:, None] + damping)
+        """Return the growth rates of a tick at the nodes of the scatter, (7, F, M)."""
+        return np.asarray(growth.rate + NODES[:, None, None] * growth.scatter)
 
     def exceedances(self, energy: FloatArray) -> FloatArray:
-        """Return the probability in each member (M,) that energies (3, 3, F, M) exceed N*."""
-        return exceedance(self._margin(energy.max(axis=2, initial=1.0)))
+        """Return the probability in each member (M,) that energies (7, F, M) exceed N*."""
+        return exceedance(self._margin(energy.max(axis=1, initial=1.0)))
 
     def _margin(self, energy: FloatArray) -> FloatArray:
         """Return the build-up of energies (..., M) less N*."""
@@ -132,7 +129,7 @@ class SquealRisk:
             Of the application up to the tick.
         growth : MemberGrowth
             At the tick.
-        rates : (3, 3, F, M) array
+        rates : (7, F, M) array
             `at_nodes` of it.
 
         """
@@ -142,20 +139,20 @@ class SquealRisk:
         if total < LEAST_KNOWN:
             return None
         weights /= total
-        largest = state.energy.max(axis=2, initial=0.0)
+        largest = state.energy.max(axis=1, initial=0.0)
         reached = np.maximum(largest, 1.0)
         margin = self._margin(reached)
         of_member = exceedance(np.stack([
             margin, margin + self.emulator.error.rms * state.growing,
-            self._margin(state.peak[:, :, 0]),
-            np.where(known, self._excess(growth, rates), _NEVER)], axis=2))
+            self._margin(state.peak[:, 0]),
+            np.where(known, self._excess(growth, rates), _NEVER)], axis=1))
         risk, risk_by_error, peak, unstable = (of_member @ weights).tolist()
         time, *energies = _medians(np.vstack([
-            self._time(state.energy[1, 1], margin[1, 1], growth.rate), reached[1, 1],
-            state.energy[1, 1]]), weights)
+            self._time(state.energy[MIDDLE], margin[MIDDLE], growth.rate), reached[MIDDLE],
+            state.energy[MIDDLE]]), weights)
         build_up, *by_family = nepers(np.array(energies)).tolist()
         family, frequency = self._leading(
-            state.energy >= largest[:, :, None], margin > 0.0, growth, weights)
+            state.energy >= largest[:, None], margin > 0.0, growth, weights)
         return RiskResult(
             squeal_risk=risk, peak_risk=peak, instability_probability=unstable,
             error=math.hypot(risk_by_error - risk, self._sampling_error(of_member[0], weights))
@@ -165,11 +162,11 @@ class SquealRisk:
             calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete)
 
     def _excess(self, growth: MemberGrowth, rates: FloatArray) -> FloatArray:
-        """Return the largest growth rate beyond that of -zeta* at the nodes, (3, 3, M)."""
+        """Return the largest growth rate beyond that of -zeta* at the nodes, (7, M)."""
         ratio = self.settings.instability_damping_ratio
         if ratio:
             rates = rates - ratio * 2.0 * np.pi * growth.frequency_hz
-        return np.asarray(rates.max(axis=2, initial=_NEVER))
+        return np.asarray(rates.max(axis=1, initial=_NEVER))
 
     def _time(self, energy: FloatArray, margin: FloatArray, rate: FloatArray) -> FloatArray:
         """Return the time until N* of each member without scatter [s], (M,)."""
@@ -184,13 +181,13 @@ class SquealRisk:
         """
         Return index and frequency of the family that leads where N* is exceeded, or at all.
 
-        By whether a family has the largest energy (3, 3, F, M), and whether that exceeds N*.
+        By whether a family has the largest energy (7, F, M), and whether that exceeds N*.
         """
         count = self.families.size
         if not count:
             return -1, math.nan
-        share = WEIGHTS[:, :, None] * weights * (exceeds if exceeds.any() else 1.0)
-        total = (leads.reshape(9, count, -1).astype(float) @ share.reshape(9, -1, 1)).sum(axis=0)
+        share = WEIGHTS[:, None] * weights * (exceeds if exceeds.any() else 1.0)
+        total = (leads.astype(float) @ share[..., None]).sum(axis=0)
         place = int((total > total.max() - 1e-12).argmax())  # the first of equals
         frequency = growth.frequency_hz[place]
         return int(self.families[place]), float(

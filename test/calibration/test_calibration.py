@@ -82,25 +82,24 @@ def test_probabilities_are_those_of_listening(kang: BrakeModel) -> None:
     brake = BrakeCandidates(*values[:, None], np.array([0.02]), np.array([0.15]))
     found = SquealPredictor(kang, GROWTH, applications).evaluate(brake).squeals[0]
     truth = listen(GROWTH, applications, values, rng, draws=256)
-    # linear between nine nodes, a build-up that is convex in the scatter comes out too large
-    assert np.abs(found - truth.probability).max() < 0.2
-    assert np.abs(found - truth.probability).mean() < 0.08
-    assert np.corrcoef(found, truth.probability)[0, 1] > 0.97
+    # linear between nodes with 14 % between them, and damping linear in its logarithm
+    assert np.abs(found - truth.probability).max() < 0.08
+    assert np.abs(found - truth.probability).mean() < 0.03
 
 
 def test_calibration_beats_what_knows_no_physics(kang: BrakeModel) -> None:
     trials = [trial(kang, GROWTH, GROWTH, seed, train=50, test=50, stops=STOPS)
               for seed in range(3)]
     mean = {name: np.mean([one.brier[name] for one in trials]) for name in trials[0].brier}
-    assert mean['calibrated'] < mean['truth'] + 0.012
+    assert mean['calibrated'] < mean['truth'] + 0.01
     assert mean['calibrated'] < min(mean['base rate'], mean['table']) - 0.01
     if scores.has_sklearn():
         assert mean['calibrated'] < mean['logistic']
     assert min(one.effective_size for one in trials) > 150.0
     together = scores.score(np.concatenate([one.probability for one in trials]),
                             np.concatenate([one.heard for one in trials]), 0.5)
-    assert 0.7 < together.calibration_slope < 1.4
-    assert together.calibration_error < 0.08
+    assert 0.7 < together.calibration_slope < 1.4  # of 150 applications
+    assert together.calibration_error < 0.08  # true probabilities: 0.06
 
 
 def test_few_events_leave_the_prior(kang: BrakeModel) -> None:
@@ -168,6 +167,9 @@ def test_likelihood_of_hits_misses_and_pitches() -> None:
         1.0 - (1.0 - heard[0]) * (1.0 - heard[1]))
     right, wrong = (likelihood(Observation((1,), True, hz)) for hz in (1610.0, 3000.0))
     assert right > 20.0 * wrong
+    both = found._replace(by_family=np.stack([squeals, squeals], axis=-1))
+    assert math.exp(log_likelihood(both, [Observation((1,), True, 1610.0)], hearing)[0]
+                    ) == pytest.approx(right)  # another family's squeal is no doubt of this one
     grid = np.exp(np.linspace(math.log(1250.0), math.log(16_000.0), 20_001))
     total = sum(likelihood(Observation((1,), True, hz)) for hz in grid[::10]) * 10 * math.log(
         grid[1] / grid[0])

@@ -22,6 +22,7 @@ from scipy.integrate import solve_ivp
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.application_risk import ApplicationRisk, over_application
 from squeal_core.risk.build_up import grown, halves, nepers, saturation_energy
+from squeal_core.risk.scatter import MIDDLE
 from squeal_core.risk.squeal_risk import MemberGrowth, RiskSettings, SquealRisk
 from support.linear_growth import LinearGrowth, one_brake
 
@@ -41,7 +42,7 @@ def growing(risk: SquealRisk, rate: float) -> MemberGrowth:
 
 
 def build_up(application: ApplicationRisk) -> float:
-    return float(nepers(application.energy[1, 1, 0, 0]))
+    return float(nepers(application.energy[MIDDLE, 0, 0]))
 
 
 @pytest.mark.parametrize('rate', [-300.0, -100.0, -1.0, 0.0, 1e-4, 20.0, 80.0])
@@ -195,7 +196,7 @@ def test_sliding_between_two_evaluations_is_seen(risk: SquealRisk) -> None:
                 application.hold(tick * 10 * MS)
         end(application, 240 * MS)
         wanted = (1.0 + DECAY / 20.0) * np.exp(40.0 * 0.23) - DECAY / 20.0
-        assert application.peak[1, 1, 0, 0] == pytest.approx(wanted)
+        assert application.peak[MIDDLE, 0, 0] == pytest.approx(wanted)
 
 
 def test_a_band_without_families_has_no_risk() -> None:

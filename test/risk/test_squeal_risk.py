@@ -23,7 +23,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.application_risk import ApplicationRisk, over_application
 from squeal_core.risk.build_up import nepers
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
-from squeal_core.risk.scatter import exceedance, NODES, WEIGHTS
+from squeal_core.risk.scatter import along_scatter, exceedance, NODES, WEIGHTS
 from squeal_core.risk.squeal_risk import MemberGrowth, RiskResult, RiskSettings, SquealRisk
 from support.linear_growth import LinearGrowth, members, one_brake
 
@@ -62,19 +62,31 @@ def brakes(count: int, prior: EnsemblePrior, seed: int) -> FloatArray:
 def test_scatter_is_integrated_exactly_where_the_build_up_is_linear(
         slopes: tuple[float, float]) -> None:
     middle = np.linspace(-3.0, 3.0, 13)
-    at = slopes[0] * NODES[:, None, None] + slopes[1] * NODES[:, None] + middle
     width = np.hypot(*slopes)
     wanted = norm.cdf(middle / width) if width else (middle > 0.0).astype(float)
-    error = 0.01 if slopes[0] else 0.07  # eight values of damping alone
-    assert exceedance(at) == pytest.approx(wanted, abs=error)
+    assert abs(along_scatter(*np.array(slopes))) == pytest.approx(width)
+    assert exceedance(along_scatter(*np.array(slopes)) * NODES[:, None] + middle
+                      ) == pytest.approx(wanted, abs=1e-14)
     assert WEIGHTS.sum() == pytest.approx(1.0)
+
+
+def test_scatter_is_integrated_where_the_build_up_is_no_line() -> None:
+    """A line between a floor and saturation; a valley, positive on both sides."""
+    z = np.linspace(-6.0, 6.0, 400_001)
+    weight = norm.pdf(z) * (z[1] - z[0])
+    zero, width = (one.ravel() for one in np.meshgrid(np.linspace(-1.6, 1.6, 33), [0.1, 0.6]))
+    ramp = np.clip((NODES[:, None] - zero) / width, -1.0, 0.8)
+    assert exceedance(ramp) == pytest.approx(norm.cdf(-zero), abs=0.07)
+    valley = np.abs(NODES - 0.2) - 0.5
+    assert exceedance(valley[:, None]) == pytest.approx(
+        weight[np.abs(z - 0.2) > 0.5].sum(), abs=0.02)
 
 
 def test_a_zero_at_a_node_or_far_away_has_its_own_probability() -> None:
     """The function is 2 z of friction plus these values: from sure to impossible."""
     middle = np.array([-60.0, -19.0, -17.0, -8.0, 0.0, 8.0, 17.0, 19.0, 60.0])
     for slope in (2.0, -2.0):
-        at = slope * NODES[:, None, None] + np.zeros((3, 1)) + middle
+        at = slope * NODES[:, None] + middle
         assert exceedance(at) == pytest.approx(norm.cdf(middle / 2.0), abs=1e-15, rel=0.0)
 
 
@@ -155,14 +167,14 @@ def test_the_error_covers_what_more_members_change() -> None:
         assert many.error < 0.4 * few[0].error
     rms, error = np.sqrt(np.mean(np.square(off))), np.sqrt(np.mean(np.square(stated)))
     assert rms < 0.025
-    assert 0.5 * rms < error < 3.0 * rms
+    assert 0.5 * rms < error < 4.0 * rms  # Sobol members are better than their residuals tell
 
 
 def test_the_emulators_error_widens_that_of_the_risk() -> None:
     exact, wrong = (steady(SquealRisk(LinearGrowth(*FAMILIES, error=error), prior_ensemble(PRIOR)),
                            0.39, 20) for error in (0.0, 1.0))
     assert wrong.squeal_risk == exact.squeal_risk
-    assert wrong.error > exact.error + 0.005
+    assert wrong.error > exact.error + 0.004
 
 
 def test_families_outside_the_band_do_not_count() -> None:
@@ -238,4 +250,4 @@ def test_energies_can_be_compared_with_other_thresholds() -> None:
     lower = SquealRisk(risk.emulator, replace(
         risk.ensemble, audible_build_up=risk.ensemble.audible_build_up - 0.9))
     assert lower.exceedances(application.peak).sum() > risk.exceedances(application.peak).sum()
-    assert nepers(application.peak).shape == (3, 3, 1, 64)
+    assert nepers(application.peak).shape == (NODES.size, 1, 64)
