@@ -219,8 +219,11 @@ def main(arguments: list[str] | None = None) -> int:
         node = SquealMonitor(alone=True, context=context)
         executor = ResilientExecutor(context=context, report=node.report)
         executor.add_node(node)
-        node.bring_up()
-        executor.spin()
+        try:
+            node.bring_up()
+            executor.spin()
+        finally:
+            executor.shutdown()  # its destructor reports an error where others ran before it
     except ExternalShutdownException:
         pass
     except Exception as error:
