@@ -21,12 +21,11 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from squeal_core.calibration.events import EventFileError, MeasuredEvent
+from squeal_core.calibration.events import AFTER, EventFileError, MeasuredEvent
 from squeal_core.common.arrays import FloatArray, IndexArray, readonly, repr_with_shapes
 from squeal_core.common.errors import SquealError
 
 _LEAST_KNOWN = 0.8  # fraction of the ticks of an application that can be an observation
-_AFTER = 0.5  # s after its end in which an event is of an application: clocks, reverberation
 _SAME_PITCH = 0.05  # relative difference within which two events at once are one sound
 
 
@@ -234,7 +233,7 @@ def _of_brake(event: MeasuredEvent, applications: Sequence[BrakeApplication],
         one = applications[i]
         time = event.time + zero.get(one.recording, 0.0)
         if event.recording in ('', one.recording) \
-                and one.time[0] <= time <= one.time[-1] + _AFTER:
+                and one.time[0] <= time <= one.time[-1] + AFTER:
             found[one.recording] = i  # the later one, where the one before has just ended
     return list(found.values())
 

@@ -28,12 +28,13 @@ MAX_EVENTS = 200_000
 MAX_LINE = 10_000  # characters
 UNKNOWN = 'unknown'
 REQUIRED = ('time_s', 'frequency_hz')
-OPTIONAL = ('brake', 'level_db', 'recording')
+OPTIONAL = ('brake', 'level_db', 'recording', 'end_s')
 # of `squeal simulate` and `squeal listen`
-_PASSED_OVER = ('end_s', 'mode', 'frequency_end_hz', 'prominence_db', 'tone_to_noise_db',
+_PASSED_OVER = ('mode', 'frequency_end_hz', 'prominence_db', 'tone_to_noise_db',
                 'prominence_ratio_db', 'harmonics', 'channel', 'comment')
 _RANGES = {'time_s': (-math.inf, math.inf), 'frequency_hz': (20.0, 20_000.0),
-           'level_db': (-20.0, 200.0)}
+           'level_db': (-20.0, 200.0), 'end_s': (-math.inf, math.inf)}
+AFTER = 0.5  # s after the end of a brake application in which an event is of it: clocks, echoes
 
 
 class EventFileError(LocatedError):
@@ -59,6 +60,8 @@ class MeasuredEvent:
         Name of the recording it is of; empty: the one that covers its time.
     line : int
         Of the table, for errors.
+    end : float
+        Of the squeal, as the table has it [s]; NaN: not known.
 
     """
 
@@ -68,6 +71,7 @@ class MeasuredEvent:
     level_db: float = math.nan
     recording: str = ''
     line: int = 0
+    end: float = math.nan
 
 
 def read_events(path: str | Path, places: Collection[str]) -> list[MeasuredEvent]:
@@ -77,9 +81,9 @@ def read_events(path: str | Path, places: Collection[str]) -> list[MeasuredEvent
     Parameters
     ----------
     path : path
-        Columns `time_s` and `frequency_hz`, and `brake`, `level_db`, `recording` where they are
-        known; a cell may be empty but for the time. Further columns that `squeal simulate` and
-        `squeal listen` write are passed over.
+        Columns `time_s` and `frequency_hz`, and `brake`, `level_db`, `recording`, `end_s` where
+        they are known; a cell may be empty but for the time. Further columns that `squeal
+        simulate` and `squeal listen` write are passed over.
     places : collection of str
         Names of brakes and axles that `brake` may hold, besides `unknown`.
 
@@ -117,9 +121,13 @@ def _events(path: Path, rows: Iterator[list[str]],
         if count > MAX_EVENTS:
             raise EventFileError(where, f'is event {count}', f'give at most {MAX_EVENTS}')
         cells = dict(zip(columns, map(str.strip, row), strict=True))
-        time, frequency, level = (_number(where, name, cells.get(name, '')) for name in _RANGES)
+        time, frequency, level, end = (
+            _number(where, name, cells.get(name, '')) for name in _RANGES)
+        if end < time:
+            raise EventFileError(where, f'end_s is {end:g}, before time_s {time:g}',
+                                 'give the later one, or nothing')
         yield MeasuredEvent(time, _place(where, cells.get('brake', ''), places), frequency, level,
-                            cells.get('recording', ''), line)
+                            cells.get('recording', ''), line, end)
 
 
 def _columns(path: Path, header: Sequence[str]) -> list[str]:

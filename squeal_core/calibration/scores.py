@@ -14,13 +14,14 @@
 
 """Scores of squeal probabilities on applications that were held out, beside plain baselines."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from squeal_core.common.arrays import FloatArray
+from numpy.typing import ArrayLike, NDArray
+from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.errors import SquealError
 
 _LEAST = 1e-3  # probabilities are this far from 0 and 1 at least where a logarithm is taken
@@ -48,7 +49,7 @@ class Score:
     calibration_error : float
         Expected calibration error over five equally full bins.
     correlation : float
-        Matthews coefficient at a probability of 0.5.
+        Matthews coefficient of what was decided.
     roc_area, precision_area : float
         Areas under the ROC and the precision-recall curve.
     roc_interval, precision_interval : (2,) floats
@@ -74,7 +75,8 @@ def has_sklearn() -> bool:
     return find_spec('sklearn') is not None
 
 
-def score(probability: FloatArray, heard: NDArray[np.bool_], base_rate: float, *,
+def score(probability: FloatArray, heard: NDArray[np.bool_], base_rate: ArrayLike, *,
+          decided: NDArray[np.bool_] | None = None, draws: Sequence[IndexArray] | None = None,
           seed: int = 0) -> Score:
     """
     Return the scores of probabilities.
@@ -85,22 +87,30 @@ def score(probability: FloatArray, heard: NDArray[np.bool_], base_rate: float, *
         Of an event.
     heard : (n,) array of bool
         Whether there was one.
-    base_rate : float
+    base_rate : float or (n,) array
         Of the training applications.
+    decided : (n,) array of bool, optional
+        Whether an event was said to come; at a probability of 0.5 or more where None.
+    draws : sequence of arrays of int, optional
+        Of `bootstrap_draws`; of applications one by one where None.
     seed : int
         Of the bootstrap.
 
     """
+    if decided is None:
+        decided = probability >= 0.5
+    if draws is None:
+        draws = bootstrap_draws(np.arange(heard.size), seed=seed)
     p, y = np.clip(probability, _LEAST, 1.0 - _LEAST), heard.astype(float)
     brier = float(np.mean((probability - y)**2))
-    reference = float(np.mean((base_rate - y)**2))
-    areas = _areas(probability, heard, seed) if has_sklearn() and 0 < heard.sum() < y.size else {}
+    reference = float(np.mean((np.asarray(base_rate) - y)**2))
+    areas = _areas(probability, heard, draws) if has_sklearn() and 0 < heard.sum() < y.size else {}
     return Score(
         brier, 1.0 - brier / reference if reference else math.nan,
         float(-np.mean(y * np.log(p) + (1.0 - y) * np.log1p(-p))),
         _slope(np.log(p / (1.0 - p)), y),
         sum(len(b) * abs(float((probability[b] - y[b]).mean()))
-            for b in _bins(probability)) / y.size, _matthews(probability >= 0.5, heard), **areas)
+            for b in _bins(probability)) / y.size, matthews(decided, heard), **areas)
 
 
 def calibration_curve(probability: FloatArray, heard: NDArray[np.bool_]
@@ -130,22 +140,50 @@ def _slope(logit: FloatArray, y: FloatArray) -> float:
     return float(b[1])
 
 
-def _matthews(said: NDArray[np.bool_], heard: NDArray[np.bool_]) -> float:
+def matthews(said: NDArray[np.bool_], heard: NDArray[np.bool_]) -> float:
+    """Return the Matthews coefficient; NaN where one of both is always the same."""
     if said.all() or heard.all() or not said.any() or not heard.any():
         return math.nan
     return float(np.corrcoef(said, heard)[0, 1])
 
 
-def _areas(probability: FloatArray, heard: NDArray[np.bool_], seed: int) -> dict[str, Any]:
-    from sklearn.metrics import average_precision_score, roc_auc_score
+def bootstrap_draws(clusters: IndexArray, *, count: int = _RESAMPLES,
+                    seed: int = 0) -> list[IndexArray]:
+    """
+    Return applications drawn with replacement, those of one cluster together.
+
+    Parameters
+    ----------
+    clusters : (n,) array of int
+        Number of the cluster of each application, as of brakes that were applied at once.
+    count, seed : int
+        Of the draws.
+
+    """
+    members = np.split(np.argsort(clusters, kind='stable'),
+                       np.flatnonzero(np.diff(np.sort(clusters))) + 1)
     rng = np.random.default_rng(seed)
+    return [np.concatenate([members[i] for i in draw])
+            for draw in rng.integers(0, len(members), (count, len(members)))]
+
+
+def interval(values: Sequence[float]) -> tuple[float, float]:
+    """Return the 95 % interval of values by resampling; NaN where most are not defined."""
+    known = [value for value in values if not math.isnan(value)]
+    if 2 * len(known) <= len(values):
+        return math.nan, math.nan
+    low, high = np.quantile(known, (0.025, 0.975)).tolist()
+    return low, high
+
+
+def _areas(probability: FloatArray, heard: NDArray[np.bool_],
+           draws: Sequence[IndexArray]) -> dict[str, Any]:
+    from sklearn.metrics import average_precision_score, roc_auc_score
     found: dict[str, Any] = {}
-    draws = [d for d in rng.integers(0, heard.size, (_RESAMPLES, heard.size))
-             if 0 < heard[d].sum() < heard.size]
     for name, area in (('roc', roc_auc_score), ('precision', average_precision_score)):
         found[f'{name}_area'] = float(area(heard, probability))
-        ends = np.quantile([area(heard[d], probability[d]) for d in draws], (0.025, 0.975))
-        found[f'{name}_interval'] = tuple(ends.tolist())
+        found[f'{name}_interval'] = interval([
+            float(area(heard[d], probability[d])) for d in draws if 0 < heard[d].sum() < d.size])
     return found
 
 

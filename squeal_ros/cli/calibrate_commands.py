@@ -41,7 +41,7 @@ from squeal_core.common import resources
 from squeal_core.common.checks import check_number
 from squeal_core.common.errors import did_you_mean, SquealError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.axles import axle_partners
+from squeal_core.monitor.event_places import event_places
 from squeal_core.monitor.risk_warnings import NONE
 from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorSettings
 from squeal_core.monitor.vehicle_risk import risk_settings
@@ -78,7 +78,7 @@ def calibrate(options: argparse.Namespace) -> int:
     _check(options)
     model = BrakeModel.load(settings.model)
     emulator = _emulator(model, options, settings)
-    places = _places(settings)
+    places = event_places([brake.name for brake in settings.brakes], settings.axles)
     events = [one for one in read_events(options.events, places) if options.minimum_level is None
               or not one.level_db < options.minimum_level]
     recorded = _read(options, settings, model)
@@ -143,20 +143,6 @@ def _emulator(model: BrakeModel, options: argparse.Namespace,
         raise SquealError(f'{settings.model}: has no growth emulator; build one with `squeal '
                           f'tabulate {settings.model} --growth-only`, or give --emulator')
     return emulator
-
-
-def _places(settings: MonitorSettings) -> dict[str, tuple[str, ...]]:
-    """Return the brakes of each name that an event may have: brakes, and axles by their ends."""
-    brakes = [brake.name for brake in settings.brakes]
-    places: dict[str, tuple[str, ...]] = {name: (name,) for name in brakes}
-    for left, right in axle_partners(brakes, settings.axles).items():
-        if brakes.index(left) < brakes.index(right):
-            places[f'{left}+{right}'] = (left, right)
-            shared = ''.join(a if a == b else '\0' for a, b in zip(left, right, strict=False))
-            axle = shared.partition('\0')[0].rstrip('_- ')
-            if axle and axle not in places:
-                places[axle] = (left, right)
-    return places
 
 
 def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeModel) -> _Recorded:

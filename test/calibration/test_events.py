@@ -42,8 +42,9 @@ def read(folder: Path, text: str) -> list[MeasuredEvent]:
 def test_a_table_of_events(tmp_path: Path) -> None:
     first, second = read(tmp_path, 'time_s,brake,frequency_hz,level_db,end_s,mode\n'
                          '1.5,fl,1655.2,84,2.0,13\n\n7, unknown,,,,\n')
-    assert first == MeasuredEvent(1.5, 'fl', 1655.2, 84.0, '', 2)
+    assert first == MeasuredEvent(1.5, 'fl', 1655.2, 84.0, '', 2, 2.0)
     assert (second.time, second.place, second.line) == (7.0, '', 4)
+    assert math.isnan(second.end)
     assert math.isnan(second.frequency_hz)
     assert read(tmp_path, 'frequency_hz,time_s\n3000,2\n')[0].place == ''
 

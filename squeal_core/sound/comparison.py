@@ -1,0 +1,311 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Comparison of predicted with measured squeal: outcomes, pitches, lead times and scores."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from squeal_core.monitor.event_places import event_places
+from squeal_core.monitor.squeal_events import clock_time
+from squeal_core.sound.listening import Listening, MeasuredSquealError, read_listenings
+from squeal_core.sound.matching import (
+    match,
+    MatchedApplication,
+    Matches,
+    OUTCOMES,
+    Predictions,
+)
+from squeal_core.sound.prediction_scores import PredictionScores, score_predictions, scored
+
+FORMAT = 1
+_NEAR = 0.02  # relative error of a pitch that counts as the same mode
+_SHOWN = 20  # applications that are listed as text
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """
+    Predicted and measured squeal of some recordings.
+
+    Parameters
+    ----------
+    recordings : tuple of str
+    listenings : tuple of Listening
+    matches : Matches
+    scores : PredictionScores
+    notes : tuple of str
+        What it rests on, and what is not known.
+
+    """
+
+    recordings: tuple[str, ...]
+    listenings: tuple[Listening, ...]
+    matches: Matches
+    scores: PredictionScores
+    notes: tuple[str, ...]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of brake applications of each outcome."""
+        return {outcome: self.matches.count(outcome) for outcome in OUTCOMES}
+
+    @property
+    def unit(self) -> str:
+        """What an application is of: a brake, or brakes that events do not tell apart."""
+        groups = self.matches.groups
+        if all(len(group) == 1 for group in groups):
+            return 'brake'
+        return 'vehicle' if len(groups) == 1 else 'group of brakes'
+
+    @property
+    def frequency_errors(self) -> list[tuple[float, float]]:
+        """Measured pitch and relative error of the nearest predicted unstable mode; NaN: none."""
+        return [(event.frequency_hz, error / event.frequency_hz)
+                for one in self.matches.applications
+                for event, error in zip(one.events, one.frequency_errors, strict=True)
+                if not math.isnan(event.frequency_hz)]
+
+    @property
+    def lead_times(self) -> list[float]:
+        """Lead times of the hits whose alarm and squeal have a start [s]."""
+        return [one.lead_time for one in self.matches.applications
+                if not math.isnan(one.lead_time)]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return all of it as plain data; NaN: not known."""
+        return {
+            'format': FORMAT, 'recordings': list(self.recordings),
+            'measured': [str(one.path) for one in self.listenings], 'unit': self.unit,
+            'groups': [list(group) for group in self.matches.groups],
+            'counts': self.counts, 'scores': self.scores.as_json(),
+            'frequency': self._frequency(), 'lead_time': self._lead_time(),
+            'applications': [_as_json(one) for one in self.matches.applications],
+            'events_in_no_application': [
+                {'time_s': one.time, 'frequency_hz': one.frequency_hz, 'brake': one.place}
+                for one in self.matches.unmatched],
+            'notes': list(self.notes)}
+
+    def _frequency(self) -> dict[str, Any]:
+        errors = np.array([error for _, error in self.frequency_errors])
+        known = np.abs(errors[~np.isnan(errors)])
+        return {'events': errors.size, 'with_unstable_mode': known.size,
+                'median_relative_error': float(np.median(known)) if known.size else math.nan,
+                'largest_relative_error': float(known.max()) if known.size else math.nan,
+                'within_2_percent': int((known <= _NEAR).sum())}
+
+    def _lead_time(self) -> dict[str, Any]:
+        times = self.lead_times
+        return {'hits': len(times), **dict(zip(
+            ('least_s', 'median_s', 'largest_s'),
+            np.quantile(times, (0.0, 0.5, 1.0)).tolist() if times else [math.nan] * 3,
+            strict=True)), 'alarm_first': sum(time > 0.0 for time in times)}
+
+    def lines(self) -> list[str]:
+        """Return it as text, what is not known first."""
+        counts, matches = self.counts, self.matches
+        unknown = Counter(one.why for one in matches.applications if one.outcome == 'not known')
+        return [
+            *(f'note: {text}' for text in self.notes),
+            f'{sum(counts.values())} brake applications ({self._of_what()}) of '
+            f'{len(self.recordings)} recordings; not known: {counts["not known"]}'
+            + ''.join(f'; {number}: {why}' for why, number in unknown.most_common()),
+            ', '.join(f'{number} {_plural(outcome, number)}' for outcome, number in counts.items()
+                      if outcome != 'not known'),
+            *self._pitch_lines(), *self._lead_lines(), *self.scores.lines(),
+            *self._application_lines()]
+
+    def _of_what(self) -> str:
+        return {'brake': 'of one brake each', 'vehicle': 'of the vehicle: the events name no '
+                'brakes'}.get(self.unit, 'of ' + ', '.join(map('+'.join, self.matches.groups)))
+
+    def _pitch_lines(self) -> list[str]:
+        found = self._frequency()
+        if not found['events']:
+            return []
+        if not found['with_unstable_mode']:
+            return [f'pitch: no unstable mode was predicted at any of {found["events"]} events']
+        return [f'pitch: nearest predicted unstable mode off by {found["median_relative_error"]:.1%} '
+                f'(median), {found["largest_relative_error"]:.1%} at most; within {_NEAR:.0%} at '
+                f'{found["within_2_percent"]} of {found["events"]} events, none predicted at '
+                f'{found["events"] - found["with_unstable_mode"]}']
+
+    def _lead_lines(self) -> list[str]:
+        found = self._lead_time()
+        return [f'lead time of the alarm: {found["median_s"]:+.2f} s (median; {found["least_s"]:+.2f} '
+                f'to {found["largest_s"]:+.2f} s), before the squeal in {found["alarm_first"]} of '
+                f'{found["hits"]} hits'] if found['hits'] else []
+
+    def _application_lines(self) -> list[str]:
+        shown = [one for one in self.matches.applications
+                 if one.outcome in ('hit', 'miss', 'false alarm')]
+        lines = [_in_words(one) for one in shown[:_SHOWN]]
+        return lines + [f'  and {len(shown) - _SHOWN} more'] * (len(shown) > _SHOWN)
+
+
+def compare(results: Sequence[Predictions],
+            measured: str | Path | Sequence[str | Path]) -> Comparison:
+    """
+    Compare the squeal that replays predicted with the squeal that was measured.
+
+    Parameters
+    ----------
+    results : sequence of ReplayResult
+        One a recording.
+    measured : path or sequence of paths
+        Tables as `squeal listen` writes them, with the JSON beside them where it is there; on the
+        clocks of the recordings.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    EventFileError, MeasuredSquealError
+        For a table that cannot be used, or that is of another time than all recordings.
+
+    """
+    names = [result.name for result in results]
+    for name in names:
+        if names.count(name) > 1:
+            raise MeasuredSquealError(name, f'{names.count(name)} results are of a recording of '
+                                      'this name', 'give one result of each recording')
+    brakes, axles = _brakes(results)
+    places = event_places(brakes, axles)
+    listenings = read_listenings(measured, places)
+    notes = _check_clocks(results, listenings)
+    matches = match(results, listenings, brakes, places)
+    if matches.unmatched:
+        notes.append(f'{len(matches.unmatched)} of {sum(len(one.events) for one in listenings)} '
+                     'events are in no brake application of their brake, the first at '
+                     f'{_time(matches.unmatched[0].time)}')
+    return Comparison(tuple(names), tuple(listenings), matches,
+                      score_predictions(scored(matches.applications)), tuple(notes))
+
+
+def _brakes(results: Sequence[Predictions]) -> tuple[list[str], tuple[str, ...]]:
+    """Return the brakes of the results in order, and the axles of the settings."""
+    found: dict[str, None] = {}
+    axles: tuple[str, ...] = ('auto',)
+    for result in results:
+        inputs: Any = result.summary.get('inputs') or ()
+        found |= dict.fromkeys([*(one['brake'] for one in inputs),
+                                *(one.brake for one in result.applications)])
+        try:
+            axles = tuple(json.loads(_settings(result))['axles'])
+        except (ValueError, KeyError, TypeError):
+            continue  # settings written otherwise: axles by the names of the brakes
+    return list(found), axles
+
+
+def _settings(result: Predictions) -> Any:
+    settings: Any = result.summary.get('settings') or {}
+    return settings.get('yaml') or ''
+
+
+def _range(result: Predictions) -> tuple[float, float]:
+    recording: Any = result.summary['recording']
+    return float(recording['start_s']), float(recording['end_s'])
+
+
+def _check_clocks(results: Sequence[Predictions], listenings: Sequence[Listening]) -> list[str]:
+    """Refuse measured squeal of another time; return what is assumed of the listening."""
+    notes = []
+    recordings = {result.name: _range(result) for result in results}
+    for one in listenings:
+        times = [(event.time, event.recording or one.recording) for event in one.events]
+        span = one.span or (min((time for time, _ in times), default=math.nan),
+                            max((time for time, _ in times), default=math.nan))
+        inside = [_is_within(time, name, recordings) for time, name in times]
+        silent_elsewhere = not times and one.span is not None and not any(
+            span[0] <= end and start <= span[1] for start, end in recordings.values())
+        if (times and not any(inside)) or silent_elsewhere:
+            raise _other_clock(one, span, recordings)
+        if times and not all(inside):
+            notes.append(f'{one.path}: {inside.count(False)} of {len(inside)} events are outside of '
+                         'the time of all recordings')
+        if one.span is None:
+            notes.append(f'{one.path}: nothing says when somebody listened, so the whole of the '
+                         'recordings is taken as listened to')
+        elif one.heard_share < 1.0:
+            notes.append(f'{one.path}: the microphone was alive for {one.heard_share:.1%} of the '
+                         'sound; silence in the rest counts as silence')
+    return notes
+
+
+def _is_within(time: float, name: str, recordings: dict[str, tuple[float, float]]) -> bool:
+    return any(start - 1.0 <= time <= end + 1.0 for recording, (start, end) in recordings.items()
+               if name in ('', recording))
+
+
+def _other_clock(one: Listening, span: tuple[float, float],
+                 recordings: dict[str, tuple[float, float]]) -> MeasuredSquealError:
+    start = min(start for start, _ in recordings.values())
+    end = max(end for _, end in recordings.values())
+    names = {event.recording for event in one.events} - {''} - recordings.keys()
+    remedy = (f'give results of {", ".join(sorted(names))}' if names else
+              'give `squeal listen` the start of the sound (--start), or --sync')
+    return MeasuredSquealError(
+        one.path, f'is from {_time(span[0])} to {_time(span[1])}, and the recordings are from '
+        f'{_time(start)} to {_time(end)}', remedy)
+
+
+def _time(seconds: float) -> str:
+    """Return a time in seconds, and of day where it is one of a clock."""
+    clock = '' if math.isnan(seconds) else clock_time(seconds)
+    return f'{seconds:.3f} s' + (f' ({clock})' if clock else '')
+
+
+def _as_json(one: MatchedApplication) -> dict[str, Any]:
+    braking, worst = one.braking, one.braking.worst
+    return {
+        'recording': braking.recording, 'brakes': list(braking.brakes), 'start_s': braking.start,
+        'end_s': braking.end, 'outcome': one.outcome, 'why_not_known': one.why,
+        'alarm': braking.alarm, 'peak_risk': braking.risk,
+        'predicted_frequency_hz': worst.frequency_hz, 'pressure_pa': worst.pressure_pa,
+        'rotor_speed_rad_s': worst.rotor_speed_rad_s, 'temperature_k': worst.temperature_k,
+        'lead_time_s': one.lead_time,
+        'measured': [{'time_s': event.time, 'end_s': event.end, 'brake': event.place,
+                      'frequency_hz': event.frequency_hz, 'level_db': event.level_db,
+                      'nearest_unstable_mode_off_by_hz': error}
+                     for event, error in zip(one.events, one.frequency_errors, strict=True)]}
+
+
+def _in_words(one: MatchedApplication) -> str:
+    braking = one.braking
+    parts = [f'  {one.outcome}: {braking.recording}, {"+".join(braking.brakes)}, '
+             f'{braking.start:.1f} to {braking.end:.1f} s, risk up to {braking.risk:.2f}']
+    if one.events:
+        parts.append('measured ' + ', '.join(
+            'an unknown pitch' if math.isnan(event.frequency_hz) else f'{event.frequency_hz:.0f} Hz'
+            for event in one.events[:4]) + ' ...' * (len(one.events) > 4))
+    known = [error for error in one.frequency_errors if not math.isnan(error)]
+    if known:
+        parts.append(f'nearest unstable mode off by {min(known, key=abs):+.0f} Hz')
+    if not math.isnan(one.lead_time):
+        parts.append(f'alarm {one.lead_time:+.2f} s ahead')
+    return ', '.join(parts)
+
+
+def _plural(outcome: str, number: int) -> str:
+    plurals = {'hit': 'hits', 'miss': 'misses', 'false alarm': 'false alarms',
+               'correct silence': 'correct silences'}
+    return outcome if number == 1 else plurals[outcome]

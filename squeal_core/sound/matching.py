@@ -1,0 +1,332 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Predicted and measured squeal of each brake application, brought together."""
+
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import math
+from typing import Literal, Protocol, TypeAlias
+
+import numpy as np
+from squeal_core.calibration.events import AFTER, MeasuredEvent
+from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.sound.listening import Listening, MeasuredSquealError
+
+Outcome: TypeAlias = Literal['hit', 'miss', 'false alarm', 'correct silence', 'not known']
+OUTCOMES: tuple[Outcome, ...] = ('hit', 'miss', 'false alarm', 'correct silence', 'not known')
+_BEFORE = 0.2  # s by which squeal may begin before its brake application: clocks, rate of ticks
+_UNTIMED = 0.5  # s that an event without an end is taken to last
+
+
+class Predictions(Protocol):
+    """What a replay says of one recording; `ReplayResult` is one."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def summary(self) -> Mapping[str, object]: ...
+
+    @property
+    def events(self) -> Sequence[SquealEvent]: ...
+
+    @property
+    def applications(self) -> Sequence[ApplicationRecord]: ...
+
+    def rows(self) -> Iterator[AssessmentRecord]: ...
+
+
+@dataclass(frozen=True)
+class Braking:
+    """
+    Brakes that were applied together, which measured squeal cannot tell apart; or a single one.
+
+    Parameters
+    ----------
+    recording : str
+    applications : tuple of ApplicationRecord
+        Of different brakes, at times that overlap.
+
+    """
+
+    recording: str
+    applications: tuple[ApplicationRecord, ...]
+
+    @property
+    def brakes(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(one.brake for one in self.applications))
+
+    @property
+    def start(self) -> float:
+        return min(one.start_s for one in self.applications)
+
+    @property
+    def end(self) -> float:
+        return max(one.end_s for one in self.applications)
+
+    @property
+    def alarm(self) -> bool | None:
+        """Whether some brake's alarm was up; None: of none is it known to be, but of some not."""
+        alarms = [one.alarm for one in self.applications]
+        return True if True in alarms else None if None in alarms else False
+
+    @property
+    def worst(self) -> ApplicationRecord:
+        """The application with the largest risk that is known."""
+        return max(self.applications, key=lambda one: (
+            -1.0 if math.isnan(one.peak_risk) else one.peak_risk))
+
+    @property
+    def risk(self) -> float:
+        """Largest squeal risk of these brakes; NaN: not known."""
+        return self.worst.peak_risk
+
+
+@dataclass(frozen=True)
+class MatchedApplication:
+    """
+    A brake application, what was predicted of it and what was heard.
+
+    Parameters
+    ----------
+    braking : Braking
+    events : tuple of MeasuredEvent
+        On the clock of the recording.
+    outcome : str
+        One of `OUTCOMES`.
+    why : str
+        Why it is not known.
+    frequency_errors : tuple of float
+        Of each event: nearest predicted unstable mode minus what was heard [Hz]; NaN: none
+        was predicted then, or the pitch is not known.
+    lead_time : float
+        Start of the measured squeal minus that of the alarm [s]; NaN but for hits.
+
+    """
+
+    braking: Braking
+    events: tuple[MeasuredEvent, ...]
+    outcome: Outcome
+    why: str = ''
+    frequency_errors: tuple[float, ...] = ()
+    lead_time: float = math.nan
+
+    @property
+    def measured(self) -> bool:
+        return bool(self.events)
+
+
+@dataclass(frozen=True)
+class Matches:
+    """
+    All brake applications of some recordings, matched.
+
+    Parameters
+    ----------
+    applications : tuple of MatchedApplication
+    unmatched : tuple of MeasuredEvent
+        In no brake application of their place.
+    groups : tuple of tuples of str
+        Brakes that the events tell apart.
+
+    """
+
+    applications: tuple[MatchedApplication, ...]
+    unmatched: tuple[MeasuredEvent, ...]
+    groups: tuple[tuple[str, ...], ...]
+
+    def count(self, outcome: Outcome) -> int:
+        return sum(one.outcome == outcome for one in self.applications)
+
+
+def groups_of(brakes: Sequence[str], places: Mapping[str, Sequence[str]],
+              named: Iterable[str]) -> tuple[tuple[str, ...], ...]:
+    """
+    Return the brakes that events tell apart: those of one place are not.
+
+    Parameters
+    ----------
+    brakes : sequence of str
+    places : mapping
+        Brakes of each place.
+    named : iterable of str
+        Places of the events; empty: not known, so any brake.
+
+    """
+    group = {brake: {brake} for brake in brakes}
+    for place in dict.fromkeys(named):
+        joined = set().union(*(group[brake] for brake in (places[place] if place else brakes)))
+        for brake in joined:
+            group[brake] = joined
+    return tuple(dict.fromkeys(
+        tuple(brake for brake in brakes if brake in group[one]) for one in brakes))
+
+
+def brakings_of(result: Predictions, group: Collection[str]) -> list[Braking]:
+    """Return the applications of some brakes, those at overlapping times together."""
+    own = sorted((one for one in result.applications if one.brake in group),
+                 key=lambda one: one.start_s)
+    found: list[list[ApplicationRecord]] = []
+    end = -math.inf
+    for one in own:
+        if one.start_s > end:
+            found.append([])
+            end = -math.inf
+        found[-1].append(one)
+        end = max(end, one.end_s)
+    return [Braking(result.name, tuple(some)) for some in found]
+
+
+def match(results: Sequence[Predictions], listenings: Sequence[Listening],
+          brakes: Sequence[str], places: Mapping[str, Sequence[str]]) -> Matches:
+    """
+    Return what was predicted and what was heard of each brake application.
+
+    Parameters
+    ----------
+    results : sequence of Predictions
+        One a recording.
+    listenings : sequence of Listening
+        Measured squeal of these recordings.
+    brakes : sequence of str
+        Names of all brakes.
+    places : mapping
+        Brakes of each place that an event may name.
+
+    Raises
+    ------
+    MeasuredSquealError
+        For an event that is of two recordings by its time.
+
+    """
+    events = [(one, listening) for listening in listenings for one in listening.events]
+    groups = groups_of(brakes, places, (one.place for one, _ in events))
+    brakings = {(result.name, group): brakings_of(result, group)
+                for result in results for group in groups}
+    heard: defaultdict[tuple[str, tuple[str, ...], int], list[MeasuredEvent]] = defaultdict(list)
+    unmatched = []
+    for event, listening in events:
+        group = next(group for group in groups if not event.place or places[event.place][0] in group)
+        found = [(result.name, group, place) for result in results
+                 if event.recording in ('', result.name)
+                 and listening.recording in ('', result.name)
+                 for place in _place(event, brakings[result.name, group],
+                                     max(_BEFORE, 2.0 * listening.clock_error))]
+        if len({name for name, *_ in found}) > 1:
+            raise MeasuredSquealError(
+                f'{listening.path}, line {event.line}', f'time_s {event.time:g} is of '
+                f'{" and ".join(name for name, *_ in found)}',
+                'name the recording in a column `recording`')
+        if found:
+            heard[found[0]].append(event)
+        else:
+            unmatched.append(event)
+    matched = []
+    for result in results:
+        own = [(braking, tuple(heard[result.name, group, i])) for group in groups
+               for i, braking in enumerate(brakings[result.name, group])]
+        matched += _matched(result, own, listenings)
+    return Matches(tuple(matched), tuple(unmatched), groups)
+
+
+def _place(event: MeasuredEvent, brakings: Sequence[Braking], before: float) -> list[int]:
+    """Return the number of the braking that an event is of: the later one where two end it."""
+    i = bisect_right([one.start for one in brakings], event.time + before) - 1
+    if i >= 0 and event.time <= brakings[i].end + AFTER:
+        return [i]
+    later = i + 1
+    return [later] if later < len(brakings) and brakings[later].start <= event.end else []
+
+
+def _matched(result: Predictions, found: Sequence[tuple[Braking, tuple[MeasuredEvent, ...]]],
+             listenings: Sequence[Listening]) -> Iterator[MatchedApplication]:
+    """Yield the applications of one recording in the order of time."""
+    unstable = _UnstableModes(result, [one for _, events in found for one in events])
+    for braking, events in sorted(found, key=lambda one: one[0].start):
+        outcome, why = _outcome(braking, bool(events), listenings)
+        yield MatchedApplication(
+            braking, events, outcome, why,
+            tuple(unstable.nearest_error(one, braking.brakes) for one in events),
+            _lead_time(result, braking, events) if outcome == 'hit' else math.nan)
+
+
+def _outcome(braking: Braking, measured: bool,
+             listenings: Sequence[Listening]) -> tuple[Outcome, str]:
+    alarm = braking.alarm
+    if alarm is None:
+        return 'not known', 'the squeal risk is not known for enough of it'
+    if measured:
+        return ('hit' if alarm else 'miss'), ''
+    ears = [one for one in listenings
+            if one.covers(braking.recording, braking.start, braking.end)]
+    if not ears:
+        return 'not known', 'nobody listened to the whole of it'
+    pitch = braking.worst.frequency_hz
+    if alarm and not any(one.hears(pitch) for one in ears):
+        return 'not known', f'{pitch:.0f} Hz is outside of what the sound holds'
+    return ('false alarm' if alarm else 'correct silence'), ''
+
+
+def _lead_time(result: Predictions, braking: Braking,
+               events: Sequence[MeasuredEvent]) -> float:
+    starts = [one.start_s for one in result.events if one.brake in braking.brakes
+              and one.start_s <= braking.end and one.end_s >= braking.start]
+    return min(one.time for one in events) - min(starts) if starts else math.nan
+
+
+class _UnstableModes:
+    """Frequencies of the unstable modes that were predicted at the times of events."""
+
+    def __init__(self, result: Predictions, events: Sequence[MeasuredEvent]) -> None:
+        self._times: list[float] = []
+        self._rows: list[AssessmentRecord] = []
+        windows = _joined(sorted(map(_window, events)))
+        starts = [start for start, _ in windows]
+        for row in result.rows() if windows else ():
+            i = bisect_right(starts, row.time_s) - 1
+            if i >= 0 and row.time_s <= windows[i][1] and row.unstable_frequencies_hz:
+                self._rows.append(row)
+        self._rows.sort(key=lambda row: row.time_s)
+        self._times = [row.time_s for row in self._rows]
+
+    def nearest_error(self, event: MeasuredEvent, brakes: Collection[str]) -> float:
+        """Return the nearest of them minus the pitch of an event [Hz]; NaN: none, or no pitch."""
+        start, end = _window(event)
+        errors = [hertz - event.frequency_hz
+                  for row in self._rows[bisect_right(self._times, start):
+                                        bisect_right(self._times, end)]
+                  if row.brake in brakes for hertz in row.unstable_frequencies_hz]
+        if not errors or math.isnan(event.frequency_hz):
+            return math.nan
+        return errors[int(np.abs(errors).argmin())]
+
+
+def _window(event: MeasuredEvent) -> tuple[float, float]:
+    end = event.time + _UNTIMED if math.isnan(event.end) else event.end
+    return event.time - _BEFORE, end + _BEFORE
+
+
+def _joined(windows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    found: list[tuple[float, float]] = []
+    for start, end in windows:
+        if found and start <= found[-1][1]:
+            found[-1] = (found[-1][0], max(end, found[-1][1]))
+        else:
+            found.append((start, end))
+    return found
