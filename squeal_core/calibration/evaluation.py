@@ -100,7 +100,7 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
         probability['logistic regression'] = scores.logistic_regression(
             inputs[:at], before, inputs[at:])
     else:
-        without = f'logistic regression, areas under ROC and precision-recall: {scores.EXTRA}'
+        without = f'logistic regression: {scores.EXTRA}'
     pitch = np.array([one.frequency_hz for one in unseen])
     likely = after.by_family.mean(axis=0).argmax(axis=-1)
     off = np.abs(pitch / after.frequency_hz[np.arange(len(new)), likely] - 1.0)[heard]

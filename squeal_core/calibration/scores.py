@@ -34,7 +34,7 @@ EXTRA = "needs scikit-learn: pip install -e '.[calibration]' in the checkout"
 @dataclass(frozen=True)
 class Score:
     """
-    Scores of probabilities against what was heard; NaN where not defined or not computed.
+    Scores of probabilities against what was heard; NaN where not defined.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ def score(probability: FloatArray, heard: NDArray[np.bool_], base_rate: ArrayLik
     p, y = np.clip(probability, _LEAST, 1.0 - _LEAST), heard.astype(float)
     brier = float(np.mean((probability - y)**2))
     reference = float(np.mean((np.asarray(base_rate) - y)**2))
-    areas = _areas(probability, heard, draws) if has_sklearn() and 0 < heard.sum() < y.size else {}
     return Score(
         brier, 1.0 - brier / reference if reference else math.nan,
         float(-np.mean(y * np.log(p) + (1.0 - y) * np.log1p(-p))),
         _slope(np.log(p / (1.0 - p)), y),
         sum(len(b) * abs(float((probability[b] - y[b]).mean()))
-            for b in _bins(probability)) / y.size, matthews(decided, heard), **areas)
+            for b in _bins(probability)) / y.size, matthews(decided, heard),
+        **_areas(probability, heard, draws))
 
 
 def calibration_curve(probability: FloatArray, heard: NDArray[np.bool_]
@@ -176,14 +176,31 @@ def interval(values: Sequence[float]) -> tuple[float, float]:
     return low, high
 
 
+def roc_area(probability: FloatArray, heard: NDArray[np.bool_]) -> float:
+    """Return the area under the ROC curve: the probability of the right order; ties count half."""
+    from scipy.stats import rankdata
+    events = int(heard.sum())
+    above = float(rankdata(probability)[heard].sum()) - 0.5 * events * (events + 1)
+    pairs = events * (heard.size - events)
+    return above / pairs if pairs else math.nan
+
+
+def average_precision(probability: FloatArray, heard: NDArray[np.bool_]) -> float:
+    """Return the area under the precision-recall curve, in steps: precision at each event."""
+    order = np.argsort(-probability, kind='stable')
+    last = np.append(np.flatnonzero(np.diff(probability[order])), heard.size - 1)  # of ties
+    events = np.cumsum(heard[order])[last]
+    if not events[-1] or events[-1] == heard.size:
+        return math.nan
+    return float(np.sum(np.diff(events, prepend=0) * events / (last + 1.0)) / events[-1])
+
+
 def _areas(probability: FloatArray, heard: NDArray[np.bool_],
            draws: Sequence[IndexArray]) -> dict[str, Any]:
-    from sklearn.metrics import average_precision_score, roc_auc_score
     found: dict[str, Any] = {}
-    for name, area in (('roc', roc_auc_score), ('precision', average_precision_score)):
-        found[f'{name}_area'] = float(area(heard, probability))
-        found[f'{name}_interval'] = interval([
-            float(area(heard[d], probability[d])) for d in draws if 0 < heard[d].sum() < d.size])
+    for name, area in (('roc', roc_area), ('precision', average_precision)):
+        found[f'{name}_area'] = area(probability, heard)
+        found[f'{name}_interval'] = interval([area(probability[d], heard[d]) for d in draws])
     return found
 
 

@@ -24,14 +24,14 @@ from typing import Any
 
 import numpy as np
 from squeal_core.monitor.event_places import event_places
-from squeal_core.monitor.squeal_events import clock_time
+from squeal_core.sound.brakings import Predictions
+from squeal_core.sound.clock_check import check_clocks, time_in_words
 from squeal_core.sound.listening import Listening, MeasuredSquealError, read_listenings
 from squeal_core.sound.matching import (
     match,
     MatchedApplication,
     Matches,
     OUTCOMES,
-    Predictions,
 )
 from squeal_core.sound.prediction_scores import PredictionScores, score_predictions, scored
 
@@ -142,16 +142,20 @@ class Comparison:
             return []
         if not found['with_unstable_mode']:
             return [f'pitch: no unstable mode was predicted at any of {found["events"]} events']
-        return [f'pitch: nearest predicted unstable mode off by {found["median_relative_error"]:.1%} '
-                f'(median), {found["largest_relative_error"]:.1%} at most; within {_NEAR:.0%} at '
+        none = found['events'] - found['with_unstable_mode']
+        return ['pitch: nearest predicted unstable mode off by '
+                f'{found["median_relative_error"]:.1%} (median), '
+                f'{found["largest_relative_error"]:.1%} at most; within {_NEAR:.0%} at '
                 f'{found["within_2_percent"]} of {found["events"]} events, none predicted at '
-                f'{found["events"] - found["with_unstable_mode"]}']
+                f'{none}']
 
     def _lead_lines(self) -> list[str]:
         found = self._lead_time()
-        return [f'lead time of the alarm: {found["median_s"]:+.2f} s (median; {found["least_s"]:+.2f} '
-                f'to {found["largest_s"]:+.2f} s), before the squeal in {found["alarm_first"]} of '
-                f'{found["hits"]} hits'] if found['hits'] else []
+        if not found['hits']:
+            return []
+        return [f'lead time of the alarm: {found["median_s"]:+.2f} s (median; '
+                f'{found["least_s"]:+.2f} to {found["largest_s"]:+.2f} s), before the squeal in '
+                f'{found["alarm_first"]} of {found["hits"]} hits']
 
     def _application_lines(self) -> list[str]:
         shown = [one for one in self.matches.applications
@@ -191,12 +195,12 @@ def compare(results: Sequence[Predictions],
     brakes, axles = _brakes(results)
     places = event_places(brakes, axles)
     listenings = read_listenings(measured, places)
-    notes = _check_clocks(results, listenings)
+    notes = check_clocks(results, listenings)
     matches = match(results, listenings, brakes, places)
     if matches.unmatched:
         notes.append(f'{len(matches.unmatched)} of {sum(len(one.events) for one in listenings)} '
                      'events are in no brake application of their brake, the first at '
-                     f'{_time(matches.unmatched[0].time)}')
+                     f'{time_in_words(matches.unmatched[0].time)}')
     return Comparison(tuple(names), tuple(listenings), matches,
                       score_predictions(scored(matches.applications)), tuple(notes))
 
@@ -221,59 +225,6 @@ def _settings(result: Predictions) -> Any:
     return settings.get('yaml') or ''
 
 
-def _range(result: Predictions) -> tuple[float, float]:
-    recording: Any = result.summary['recording']
-    return float(recording['start_s']), float(recording['end_s'])
-
-
-def _check_clocks(results: Sequence[Predictions], listenings: Sequence[Listening]) -> list[str]:
-    """Refuse measured squeal of another time; return what is assumed of the listening."""
-    notes = []
-    recordings = {result.name: _range(result) for result in results}
-    for one in listenings:
-        times = [(event.time, event.recording or one.recording) for event in one.events]
-        span = one.span or (min((time for time, _ in times), default=math.nan),
-                            max((time for time, _ in times), default=math.nan))
-        inside = [_is_within(time, name, recordings) for time, name in times]
-        silent_elsewhere = not times and one.span is not None and not any(
-            span[0] <= end and start <= span[1] for start, end in recordings.values())
-        if (times and not any(inside)) or silent_elsewhere:
-            raise _other_clock(one, span, recordings)
-        if times and not all(inside):
-            notes.append(f'{one.path}: {inside.count(False)} of {len(inside)} events are outside of '
-                         'the time of all recordings')
-        if one.span is None:
-            notes.append(f'{one.path}: nothing says when somebody listened, so the whole of the '
-                         'recordings is taken as listened to')
-        elif one.heard_share < 1.0:
-            notes.append(f'{one.path}: the microphone was alive for {one.heard_share:.1%} of the '
-                         'sound; silence in the rest counts as silence')
-    return notes
-
-
-def _is_within(time: float, name: str, recordings: dict[str, tuple[float, float]]) -> bool:
-    return any(start - 1.0 <= time <= end + 1.0 for recording, (start, end) in recordings.items()
-               if name in ('', recording))
-
-
-def _other_clock(one: Listening, span: tuple[float, float],
-                 recordings: dict[str, tuple[float, float]]) -> MeasuredSquealError:
-    start = min(start for start, _ in recordings.values())
-    end = max(end for _, end in recordings.values())
-    names = {event.recording for event in one.events} - {''} - recordings.keys()
-    remedy = (f'give results of {", ".join(sorted(names))}' if names else
-              'give `squeal listen` the start of the sound (--start), or --sync')
-    return MeasuredSquealError(
-        one.path, f'is from {_time(span[0])} to {_time(span[1])}, and the recordings are from '
-        f'{_time(start)} to {_time(end)}', remedy)
-
-
-def _time(seconds: float) -> str:
-    """Return a time in seconds, and of day where it is one of a clock."""
-    clock = '' if math.isnan(seconds) else clock_time(seconds)
-    return f'{seconds:.3f} s' + (f' ({clock})' if clock else '')
-
-
 def _as_json(one: MatchedApplication) -> dict[str, Any]:
     braking, worst = one.braking, one.braking.worst
     return {
@@ -294,9 +245,9 @@ def _in_words(one: MatchedApplication) -> str:
     parts = [f'  {one.outcome}: {braking.recording}, {"+".join(braking.brakes)}, '
              f'{braking.start:.1f} to {braking.end:.1f} s, risk up to {braking.risk:.2f}']
     if one.events:
-        parts.append('measured ' + ', '.join(
-            'an unknown pitch' if math.isnan(event.frequency_hz) else f'{event.frequency_hz:.0f} Hz'
-            for event in one.events[:4]) + ' ...' * (len(one.events) > 4))
+        pitches = ['no known pitch' if math.isnan(event.frequency_hz) else
+                   f'{event.frequency_hz:.0f} Hz' for event in one.events]
+        parts.append('measured ' + ', '.join(pitches[:4]) + ' ...' * (len(pitches) > 4))
     known = [error for error in one.frequency_errors if not math.isnan(error)]
     if known:
         parts.append(f'nearest unstable mode off by {min(known, key=abs):+.0f} Hz')

@@ -16,86 +16,22 @@
 
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import math
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from squeal_core.calibration.events import AFTER, MeasuredEvent
-from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.sound.brakings import Braking, brakings_of, groups_of, Predictions
+from squeal_core.sound.clock_check import is_within, times_of
 from squeal_core.sound.listening import Listening, MeasuredSquealError
 
 Outcome: TypeAlias = Literal['hit', 'miss', 'false alarm', 'correct silence', 'not known']
 OUTCOMES: tuple[Outcome, ...] = ('hit', 'miss', 'false alarm', 'correct silence', 'not known')
 _BEFORE = 0.2  # s by which squeal may begin before its brake application: clocks, rate of ticks
 _UNTIMED = 0.5  # s that an event without an end is taken to last
-
-
-class Predictions(Protocol):
-    """What a replay says of one recording; `ReplayResult` is one."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def summary(self) -> Mapping[str, object]: ...
-
-    @property
-    def events(self) -> Sequence[SquealEvent]: ...
-
-    @property
-    def applications(self) -> Sequence[ApplicationRecord]: ...
-
-    def rows(self) -> Iterator[AssessmentRecord]: ...
-
-
-@dataclass(frozen=True)
-class Braking:
-    """
-    Brakes that were applied together, which measured squeal cannot tell apart; or a single one.
-
-    Parameters
-    ----------
-    recording : str
-    applications : tuple of ApplicationRecord
-        Of different brakes, at times that overlap.
-
-    """
-
-    recording: str
-    applications: tuple[ApplicationRecord, ...]
-
-    @property
-    def brakes(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(one.brake for one in self.applications))
-
-    @property
-    def start(self) -> float:
-        return min(one.start_s for one in self.applications)
-
-    @property
-    def end(self) -> float:
-        return max(one.end_s for one in self.applications)
-
-    @property
-    def alarm(self) -> bool | None:
-        """Whether some brake's alarm was up; None: of none is it known to be, but of some not."""
-        alarms = [one.alarm for one in self.applications]
-        return True if True in alarms else None if None in alarms else False
-
-    @property
-    def worst(self) -> ApplicationRecord:
-        """The application with the largest risk that is known."""
-        return max(self.applications, key=lambda one: (
-            -1.0 if math.isnan(one.peak_risk) else one.peak_risk))
-
-    @property
-    def risk(self) -> float:
-        """Largest squeal risk of these brakes; NaN: not known."""
-        return self.worst.peak_risk
 
 
 @dataclass(frozen=True)
@@ -155,44 +91,6 @@ class Matches:
         return sum(one.outcome == outcome for one in self.applications)
 
 
-def groups_of(brakes: Sequence[str], places: Mapping[str, Sequence[str]],
-              named: Iterable[str]) -> tuple[tuple[str, ...], ...]:
-    """
-    Return the brakes that events tell apart: those of one place are not.
-
-    Parameters
-    ----------
-    brakes : sequence of str
-    places : mapping
-        Brakes of each place.
-    named : iterable of str
-        Places of the events; empty: not known, so any brake.
-
-    """
-    group = {brake: {brake} for brake in brakes}
-    for place in dict.fromkeys(named):
-        joined = set().union(*(group[brake] for brake in (places[place] if place else brakes)))
-        for brake in joined:
-            group[brake] = joined
-    return tuple(dict.fromkeys(
-        tuple(brake for brake in brakes if brake in group[one]) for one in brakes))
-
-
-def brakings_of(result: Predictions, group: Collection[str]) -> list[Braking]:
-    """Return the applications of some brakes, those at overlapping times together."""
-    own = sorted((one for one in result.applications if one.brake in group),
-                 key=lambda one: one.start_s)
-    found: list[list[ApplicationRecord]] = []
-    end = -math.inf
-    for one in own:
-        if one.start_s > end:
-            found.append([])
-            end = -math.inf
-        found[-1].append(one)
-        end = max(end, one.end_s)
-    return [Braking(result.name, tuple(some)) for some in found]
-
-
 def match(results: Sequence[Predictions], listenings: Sequence[Listening],
           brakes: Sequence[str], places: Mapping[str, Sequence[str]]) -> Matches:
     """
@@ -215,14 +113,17 @@ def match(results: Sequence[Predictions], listenings: Sequence[Listening],
         For an event that is of two recordings by its time.
 
     """
+    times = times_of(results)
     events = [(one, listening) for listening in listenings for one in listening.events]
+    unmatched = [one for one, listening in events if not is_within(one, listening, times)]
+    events = [(one, listening) for one, listening in events if is_within(one, listening, times)]
     groups = groups_of(brakes, places, (one.place for one, _ in events))
     brakings = {(result.name, group): brakings_of(result, group)
                 for result in results for group in groups}
     heard: defaultdict[tuple[str, tuple[str, ...], int], list[MeasuredEvent]] = defaultdict(list)
-    unmatched = []
     for event, listening in events:
-        group = next(group for group in groups if not event.place or places[event.place][0] in group)
+        group = next(group for group in groups
+                     if not event.place or places[event.place][0] in group)
         found = [(result.name, group, place) for result in results
                  if event.recording in ('', result.name)
                  and listening.recording in ('', result.name)
@@ -237,7 +138,7 @@ def match(results: Sequence[Predictions], listenings: Sequence[Listening],
             heard[found[0]].append(event)
         else:
             unmatched.append(event)
-    matched = []
+    matched: list[MatchedApplication] = []
     for result in results:
         own = [(braking, tuple(heard[result.name, group, i])) for group in groups
                for i, braking in enumerate(brakings[result.name, group])]

@@ -15,7 +15,7 @@
 """Scores of predicted squeal risks against measured squeal, beside two plain baselines."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 import math
 from typing import Any, NamedTuple
 
@@ -25,8 +25,6 @@ from squeal_core.calibration.scores import (
     base_rate_of,
     bootstrap_draws,
     calibration_curve,
-    EXTRA,
-    has_sklearn,
     interval,
     lookup_table,
     matthews,
@@ -35,7 +33,8 @@ from squeal_core.calibration.scores import (
 )
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.ranges import Ends
-from squeal_core.sound.matching import Braking, MatchedApplication
+from squeal_core.sound.brakings import Braking
+from squeal_core.sound.matching import MatchedApplication
 
 _FEW = 10  # events, or silent applications, below which intervals are wide
 _LEAST = 4  # applications that two halves can be made of
@@ -172,7 +171,7 @@ def _conditions(brakings: Sequence[Braking]) -> FloatArray:
                       for one in own], dtype=float).reshape(-1, 3)
     if np.isnan(found[:, 2]).any():
         found[:, 2] = [one.friction for one in own]
-    return np.nan_to_num(found)
+    return np.asarray(np.nan_to_num(found))
 
 
 def score_predictions(known: ScoredApplications, *, seed: int = 0) -> PredictionScores:
@@ -206,8 +205,16 @@ def score_predictions(known: ScoredApplications, *, seed: int = 0) -> Prediction
     return PredictionScores(
         measured, count,
         {PREDICTION: score_of(known.risk, known.alarm),
-         BASE_RATE: score_of(rate, rate >= _DECIDED), TABLE: score_of(table, table >= _DECIDED)},
+         BASE_RATE: _without_order(score_of(rate, rate >= _DECIDED), score_of(
+             np.full(count, 0.5), rate >= _DECIDED)), TABLE: score_of(table, table >= _DECIDED)},
         calibration_curve(known.risk, known.measured), _notes(count, measured))
+
+
+def _without_order(one: PredictorScore, constant: PredictorScore) -> PredictorScore:
+    """Return scores with the areas of a constant: two halves with two rates are no ranking."""
+    areas = {name: getattr(constant.score, name) for name in (
+        'roc_area', 'precision_area', 'roc_interval', 'precision_interval')}
+    return replace(one, score=replace(one.score, **areas))
 
 
 def _halves(known: ScoredApplications) -> _Labels:
@@ -251,6 +258,4 @@ def _notes(count: int, measured: int) -> list[str]:
         what = f'{measured} with measured squeal' if measured < _FEW else f'{silent} silent'
         notes.append(f'only {what} of {count} applications: read the intervals, which are wide; '
                      'the calibration curve says little')
-    if not has_sklearn():
-        notes.append(f'not computed: areas under ROC and precision-recall, which {EXTRA}')
     return notes

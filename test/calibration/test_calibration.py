@@ -178,8 +178,7 @@ def test_likelihood_of_hits_misses_and_pitches() -> None:
         HearingModel(detection=0.4)
 
 
-def test_scores(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scores, 'has_sklearn', lambda: False)  # bootstraps of 4000 take long
+def test_scores() -> None:
     rng = np.random.default_rng(0)
     p = rng.random(4000)
     heard = rng.random(4000) < p
@@ -211,10 +210,9 @@ def test_scores_by_scikit_learn() -> None:
     assert found.precision_interval[0] < found.precision_area < found.precision_interval[1]
 
 
-def test_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(scores, 'has_sklearn', lambda: False)
+def test_areas_without_scikit_learn() -> None:
     found = scores.score(np.array([0.2, 0.8, 0.6]), np.array([False, True, True]), 0.5)
-    assert math.isnan(found.roc_area)
+    assert (found.roc_area, found.precision_area) == (1.0, 1.0)
     assert found.brier == pytest.approx(0.08)
 
 

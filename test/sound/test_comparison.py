@@ -1,0 +1,282 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Predicted against measured squeal: outcomes, pitches and lead times of known cases, scores."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.sound.brakings import groups_of
+from squeal_core.sound.comparison import compare, Comparison
+from squeal_core.sound.listening import MeasuredSquealError
+from squeal_core.sound.prediction_scores import score_predictions, ScoredApplications
+
+BRAKES = ('front_left', 'front_right')
+NAN = math.nan
+BEGIN = 1_700_000_000.0
+
+
+@dataclass
+class Replayed:
+    """What a replay said of a recording."""
+
+    applications: Sequence[ApplicationRecord]
+    name: str = 'monday'
+    events: Sequence[SquealEvent] = ()
+    ticks: Sequence[AssessmentRecord] = ()
+    end: float = 1000.0
+    summary: dict[str, Any] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.summary = {'recording': {'start_s': BEGIN, 'end_s': BEGIN + self.end},
+                        'inputs': [{'brake': brake} for brake in BRAKES]}
+
+    def rows(self) -> Iterator[AssessmentRecord]:
+        return iter(self.ticks)
+
+
+def application(brake: str, start: float, alarm: bool | None, risk: float = NAN,
+                length: float = 3.0) -> ApplicationRecord:
+    if math.isnan(risk) and alarm is not None:
+        risk = 0.8 if alarm else 0.1
+    return ApplicationRecord(brake, BEGIN + start, BEGIN + start + length, 1.0, risk, risk, 6.0,
+                             10.0, -1e-3, 2000.0, 13, alarm, 10.0 + start / 100.0, 5.0, 1e6, 2e6,
+                             0.4, 400.0)
+
+
+def tick(brake: str, time: float, *frequencies: float) -> AssessmentRecord:
+    return AssessmentRecord(BEGIN + time, brake, 'steady', 10.0, 1e6, 0.4, *[NAN] * 8,
+                            frequencies, tuple(1.0 for _ in frequencies), '')
+
+
+def measured(folder: Path, *rows: str, span: tuple[float, float] | None = None,
+             **about: Any) -> Path:
+    """Write a table, with times after BEGIN, and the JSON of a sound of a span."""
+    path = folder / 'measured.csv'
+    lines = [(str(BEGIN + float(time)), *rest) for time, *rest in (row.split(',') for row in rows)]
+    lines = [(*cells[:3], str(BEGIN + float(cells[3])) if cells[3:] and cells[3] else '')
+             for cells in lines]
+    path.write_text('\n'.join(['time_s,frequency_hz,brake,end_s', *(
+        ','.join(cells) for cells in lines)]) + '\n')
+    if span:
+        path.with_suffix('.json').write_text(json.dumps({
+            'offset_s': BEGIN + span[0], 'offset_uncertainty_s': None, 'band_hz': [1250, 16000],
+            'heard_share': 1.0, 'recording': '', 'sound': {'duration_s': span[1] - span[0]},
+            **about}))
+    return path
+
+
+def outcomes(found: Comparison) -> list[tuple[str, float, str]]:
+    return [('+'.join(one.braking.brakes), one.braking.start - BEGIN, one.outcome)
+            for one in found.matches.applications]
+
+
+def test_each_outcome_and_its_figures(tmp_path: Path) -> None:
+    drive = Replayed(
+        [application('front_left', 10.0, True), application('front_right', 10.0, True),
+         application('front_left', 50.0, False), application('front_right', 50.0, False),
+         application('front_left', 90.0, None), application('front_right', 90.0, None)],
+        events=[SquealEvent('front_left', BEGIN + 11.0, BEGIN + 12.5),
+                SquealEvent('front_right', BEGIN + 11.5, BEGIN + 12.5)],
+        ticks=[tick('front_left', 11.9, 1500.0, 2100.0), tick('front_left', 12.2, 2060.0),
+               tick('front_right', 12.2, 2000.0), tick('front_left', 14.0, 2001.0)])
+    found = compare([drive], measured(
+        tmp_path, '12.0,2000,front_left,12.5', '50.9,3000,front_right,51', '90.5,3000,front_left,',
+        '200,3000,front_left,'))
+    assert outcomes(found) == [
+        ('front_left', 10.0, 'hit'), ('front_right', 10.0, 'false alarm'),
+        ('front_left', 50.0, 'correct silence'), ('front_right', 50.0, 'miss'),
+        ('front_left', 90.0, 'not known'), ('front_right', 90.0, 'not known')]
+    hit = found.matches.applications[0]
+    assert hit.lead_time == pytest.approx(1.0)
+    assert hit.frequency_errors == (pytest.approx(60.0),)  # of its own brake, while it squealed
+    assert [one.time - BEGIN for one in found.matches.unmatched] == [200.0]
+    assert found.counts == {'hit': 1, 'miss': 1, 'false alarm': 1, 'correct silence': 1,
+                            'not known': 2}
+    text = '\n'.join(found.lines())
+    assert 'not known: 2; 2: the squeal risk is not known for enough of it' in text
+    assert 'lead time of the alarm: +1.00 s' in text
+    plain = json.loads(json.dumps(found.as_json()))
+    assert plain['frequency']['median_relative_error'] == pytest.approx(0.03)
+    assert plain['applications'][3]['measured'][0]['frequency_hz'] == 3000.0
+
+
+def test_events_of_no_brake_are_of_the_vehicle(tmp_path: Path) -> None:
+    drive = Replayed(
+        [application('front_left', 10.0, False), application('front_right', 11.0, True),
+         application('front_left', 50.0, False), application('front_right', 50.0, None)])
+    found = compare([drive], measured(tmp_path, '12.0,2000,', '2000,3000,front_left'))
+    assert found.unit == 'vehicle'
+    assert outcomes(found) == [('front_left+front_right', 10.0, 'hit'),
+                               ('front_left+front_right', 50.0, 'not known')]
+    # an event of another time does not say what events of this time tell apart
+    found = compare([drive], measured(tmp_path, '2000,2000,', '12,3000,front_left'))
+    assert found.unit == 'brake'
+
+
+def test_groups_are_brakes_that_events_do_not_tell_apart() -> None:
+    brakes, places = ('a', 'b', 'c', 'd'), {'a': ('a',), 'front': ('a', 'b'), 'right': ('b', 'd')}
+    assert groups_of(brakes, places, ['a']) == (('a',), ('b',), ('c',), ('d',))
+    assert groups_of(brakes, places, ['a', 'front']) == (('a', 'b'), ('c',), ('d',))
+    assert groups_of(brakes, places, ['front', 'right']) == (('a', 'b', 'd'), ('c',))
+    assert groups_of(brakes, places, ['']) == (brakes,)
+
+
+def test_silence_is_only_where_somebody_listened(tmp_path: Path) -> None:
+    drive = Replayed([application('front_left', start, alarm) for start, alarm in (
+        (10.0, True), (50.0, False), (90.0, True), (130.0, False))])
+    found = compare([drive], measured(tmp_path, '11,2000,front_left', span=(0.0, 100.0)))
+    assert [one for *_, one in outcomes(found)] == [
+        'hit', 'correct silence', 'false alarm', 'not known']
+    assert found.matches.applications[-1].why == 'nobody listened to the whole of it'
+    assert not found.notes
+    # a pitch that the sound cannot hold was not heard to be absent
+    found = compare([drive], measured(tmp_path, '11,1600,front_left', span=(0.0, 100.0),
+                                      band_hz=[1250, 1900]))
+    assert [one for *_, one in outcomes(found)] == [
+        'hit', 'correct silence', 'not known', 'not known']
+
+
+@pytest.mark.parametrize(('rows', 'span', 'words'), [
+    (['5000,2000,'], None, 'measured.csv: its events are from 1700005000.000 s '
+     '(2023-11-14T23:36:40.000+00:00) to 1700005000.000 s '
+     '(2023-11-14T23:36:40.000+00:00), and the recordings are '
+     'from 1700000000.000 s (2023-11-14T22:13:20.000+00:00) to 1700001000.000 s (2023-11-14T22:30'
+     ':00.000+00:00); give `squeal listen` the start'),
+    ([], (5000.0, 5100.0), 'it was listened from 1700005000.000 s')])
+def test_another_clock_is_refused(tmp_path: Path, rows: list[str],
+                                  span: tuple[float, float] | None, words: str) -> None:
+    drive = Replayed([application('front_left', 10.0, True)])
+    with pytest.raises(MeasuredSquealError) as caught:
+        compare([drive], measured(tmp_path, *rows, span=span))
+    assert words in str(caught.value)
+    assert '\n' not in str(caught.value)
+
+
+def test_recordings_that_cannot_be_told_apart(tmp_path: Path) -> None:
+    drives = [Replayed([application('front_left', 10.0, True)], name=name)
+              for name in ('monday', 'tuesday')]
+    table = measured(tmp_path, '11,2000,front_left')
+    with pytest.raises(MeasuredSquealError, match='line 2: time_s .* is of monday and tuesday'):
+        compare(drives, table)
+    with pytest.raises(MeasuredSquealError, match='2 results are of a recording of this name'):
+        compare([drives[0], drives[0]], table)
+    table.with_suffix('.json').write_text('{"sound": 1}')
+    with pytest.raises(MeasuredSquealError, match='does not say how measured.csv came to be'):
+        compare(drives[:1], table)
+
+
+def known(risk: Any, measured: Any, alarm: Any = None, clusters: Any = None) -> ScoredApplications:
+    p, y = np.array(risk, dtype=float), np.array(measured, dtype=bool)
+    conditions = np.random.default_rng(0).uniform(size=(p.size, 3))
+    return ScoredApplications(p, p >= 0.5 if alarm is None else np.array(alarm), y,
+                              np.arange(p.size) if clusters is None else np.array(clusters),
+                              conditions)
+
+
+def test_scores_against_closed_forms() -> None:
+    """Count four hits, one miss, two false alarms and three silences."""
+    risk = [0.9, 0.8, 0.7, 0.6, 0.2, 0.9, 0.5, 0.1, 0.1, 0.2]
+    found = score_predictions(known(risk, [1, 1, 1, 1, 1, 0, 0, 0, 0, 0]))
+    own = found.predictors['prediction']
+    assert (own.precision, own.recall) == (pytest.approx(4 / 6), pytest.approx(4 / 5))
+    assert own.score.correlation == pytest.approx(
+        (4 * 3 - 2 * 1) / math.sqrt(6 * 5 * 5 * 4))
+    y = np.array([1] * 5 + [0] * 5)
+    assert own.score.brier == pytest.approx(np.mean((np.array(risk) - y)**2))
+    # ranks: pairs of a squealing and a silent application in the right order, ties by half
+    pairs = [(p > q) + 0.5 * (p == q) for p in risk[:5] for q in risk[5:]]
+    assert own.score.roc_area == pytest.approx(np.mean(pairs))
+    base = found.predictors['base rate'].score
+    assert (base.roc_area, base.precision_area) == (0.5, pytest.approx(0.5))
+    assert base.brier_skill == 0.0
+    assert any('only 5 with measured squeal of 10 applications' in one for one in found.notes)
+
+
+def test_scores_are_those_of_scikit_learn() -> None:
+    metrics = pytest.importorskip('sklearn.metrics')
+    rng = np.random.default_rng(3)
+    risk = rng.uniform(size=300).round(2)
+    squeal = rng.uniform(size=300) < risk
+    own = score_predictions(known(risk, squeal)).predictors['prediction']
+    said = risk >= 0.5
+    for value, other in (
+            (own.precision, metrics.precision_score(squeal, said)),
+            (own.recall, metrics.recall_score(squeal, said)),
+            (own.score.correlation, metrics.matthews_corrcoef(squeal, said)),
+            (own.score.roc_area, metrics.roc_auc_score(squeal, risk)),
+            (own.score.precision_area, metrics.average_precision_score(squeal, risk)),
+            (own.score.brier, metrics.brier_score_loss(squeal, risk)),
+            (own.score.log_loss, metrics.log_loss(squeal, np.clip(risk, 1e-3, 1.0 - 1e-3)))):
+        assert value == pytest.approx(other)
+    assert own.score.calibration_error < 0.08
+    assert own.score.brier_skill > 0.1
+    for name, value in (('precision', own.precision), ('recall', own.recall)):
+        low, high = own.intervals[name]
+        width = 2.0 * 1.96 * math.sqrt(value * (1.0 - value) / 150.0)
+        assert low < value < high
+        assert high - low == pytest.approx(width, rel=0.35)
+
+
+def test_brakes_applied_at_once_count_as_one_in_intervals() -> None:
+    """Of four equal copies of each, the interval is that of one, not half as wide."""
+    rng = np.random.default_rng(5)
+    risk = rng.uniform(size=60)
+    squeal = rng.uniform(size=60) < risk
+
+    def width(copies: int, clusters: Any) -> float:
+        found = score_predictions(known(np.repeat(risk, copies), np.repeat(squeal, copies),
+                                        clusters=clusters)).predictors['prediction']
+        return found.intervals['recall'][1] - found.intervals['recall'][0]
+
+    one = width(1, None)
+    assert width(4, np.repeat(np.arange(60), 4)) == pytest.approx(one, rel=0.25)
+    assert width(4, None) < 0.65 * one
+
+
+def test_halves_that_learn_from_each_other() -> None:
+    """A table finds squeal that hangs on the pressure; no risk of its own half leaks in."""
+    rng = np.random.default_rng(7)
+    conditions = rng.uniform(size=(240, 3))
+    squeal = conditions[:, 0] > 2.0 / 3.0
+    some = known(np.full(240, 0.3), squeal)._replace(conditions=conditions)
+    found = score_predictions(some).predictors
+    assert found['table'].score.brier_skill > 0.65
+    assert found['base rate'].score.brier_skill == 0.0
+    # labels at random: what a table saw of its own half would look like skill
+    shuffled = score_predictions(some._replace(measured=rng.permutation(squeal))).predictors
+    assert shuffled['table'].score.brier_skill < 0.05
+
+
+def test_one_class_and_too_few() -> None:
+    silent = score_predictions(known([0.1, 0.2, 0.3, 0.4, 0.6], [0] * 5))
+    own = silent.predictors['prediction']
+    assert math.isnan(own.score.roc_area)
+    assert math.isnan(own.score.correlation)
+    assert own.precision == 0.0
+    assert any('not known, as all 5 applications were silent' in one for one in silent.notes)
+    few = score_predictions(known([0.1, 0.9, 0.3], [0, 1, 0]))
+    assert not few.predictors
+    assert few.lines()[0].startswith('scores: not known; 3 brake applications')
+    at_once = score_predictions(known([0.1] * 8, [0] * 8, clusters=[0] * 8))
+    assert not at_once.predictors
