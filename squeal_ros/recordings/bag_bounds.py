@@ -23,7 +23,6 @@ from collections.abc import Mapping
 from pathlib import Path
 import sqlite3
 from typing import Any
-import zlib
 
 try:
     from lz4.frame import LZ4FrameDecompressor
@@ -34,19 +33,21 @@ except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
 from squeal_core.common.bounded_reader import check_readable, ErrorOf
-from squeal_core.common.errors import SquealError
+from squeal_core.common.errors import in_one_line, SquealError
 
 MAX_FILE = 1_000_000_000_000  # bytes: it is read chunk by chunk
 MAX_CHUNK = 200_000_000  # bytes of a chunk or message when unpacked; recorders write a few MB
 MAX_RATIO = 1000  # of a packed file to what it unpacks to
 MAX_FIELDS = 20_000  # values of a message of fixed size; its decoder has as many lines
 MAX_DEPTH = 20  # of types in types
+_BLOCK = 1 << 20  # bytes
 
 _SIZES = {'bool': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'uint16': 2,
           'int32': 4, 'uint32': 4, 'float32': 4, 'int64': 8, 'uint64': 8, 'float64': 8}
-_ODD_ENTRIES = (  # of a database: views would be computed when they are asked for messages
+ODD_ENTRIES = (  # of a database: views would be computed when they are asked for messages
     "SELECT type, name FROM sqlite_master WHERE type NOT IN ('table', 'index') "
     "OR sql LIKE '%VIRTUAL%' LIMIT 1")
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'  # plain CDR begins with a zero
 _STRING = 5  # bytes at least: a length and a zero
 
 
@@ -58,7 +59,7 @@ def check_storage(path: Path, error_of: ErrorOf) -> None:
     try:
         database = sqlite3.connect(f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True)
         try:
-            odd = database.execute(_ODD_ENTRIES).fetchone()
+            odd = database.execute(ODD_ENTRIES).fetchone()
         finally:
             database.close()
     except sqlite3.Error:
@@ -86,28 +87,48 @@ def unpack_lz4(data: bytes, size: int = MAX_CHUNK) -> bytes:
 
 
 def unpack_message(data: bytes) -> bytes:
-    """Return a message that was packed alone."""
+    """Return a message as it was sent, of one that may have been packed alone."""
+    if bytes(data[:4]) != ZSTD_MAGIC:
+        return bytes(data)
     message = unpack_zstd(data)
     if len(message) > MAX_CHUNK:
         raise ValueError(f'a message of more than {MAX_CHUNK} bytes')
     return message
 
 
-def unpack_file(path: Path, target: Path, error_of: ErrorOf) -> None:
-    """Unpack a storage file, at most to `MAX_RATIO` times its size."""
+def unpack_file(path: Path, target: Path, error_of: ErrorOf) -> str:
+    """
+    Unpack a storage file, at most to `MAX_RATIO` times its size.
+
+    Returns
+    -------
+    str
+        What is to be said of one that is cut off or damaged, where the part before is there.
+
+    """
     most = MAX_RATIO * check_readable(path, MAX_FILE, error_of) + MAX_CHUNK
-    done = 0
+    done, unpacker, data = 0, zstd.ZstdDecompressor(), b''
     try:
-        with path.open('rb') as raw, zstd.open(raw, 'rb') as packed, target.open('wb') as file:
-            while block := packed.read(1 << 20):
-                done += len(block)
+        with path.open('rb') as packed, target.open('wb') as file:
+            while data or not unpacker.needs_input or (data := packed.read(_BLOCK)):
+                block = unpacker.decompress(data, max_length=_BLOCK)
+                file.write(block)
+                done, data = done + len(block), b''
                 if done > most:
                     raise error_of(path, f'unpacks to more than {most} bytes', 'unpack it first')
-                file.write(block)
-    except SquealError:
-        raise
-    except (OSError, EOFError, ValueError, zstd.ZstdError, zlib.error) as error:
-        raise error_of(path, f'cannot be unpacked ({error})', 'copy it again') from None
+                if unpacker.eof:  # frames stand one behind the other
+                    data = unpacker.unused_data or packed.read(_BLOCK)
+                    if not data:
+                        return ''
+                    unpacker = zstd.ZstdDecompressor()
+        why = 'its end is missing'
+    except (OSError, EOFError, ValueError, zstd.ZstdError) as error:
+        if isinstance(error, SquealError):
+            raise
+        why = in_one_line(error, 120)
+    if not done:
+        raise error_of(path, f'cannot be unpacked ({why})', 'copy it again')
+    return f'{path}: is cut off or damaged ({why}); the {done} bytes before are unpacked'
 
 
 def _check_size(size: int) -> None:

@@ -25,9 +25,10 @@ from squeal_core.common.errors import short_repr, SquealError
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_ros.recordings.bag_bounds import unpack_file, unpack_message
 
-GIVE_BAG = 'give a rosbag2 folder or an .mcap or .db3 file'
+GIVE_BAG = 'give a rosbag2 folder, or an .mcap, .db3 or .bag file'
 
-_SUFFIXES = ('.mcap', '.db3')
+_PACKED = '.zstd'
+_SUFFIXES = tuple(f'{name}{packed}' for name in ('.mcap', '.db3') for packed in ('', _PACKED))
 
 
 class BagError(SquealError):
@@ -66,7 +67,7 @@ class BagFiles:
         self.notes: list[str] = []
         self.counts: Counter[str] = Counter()
         self.hashes: dict[str, str] = {}
-        self.unpack: Callable[[bytes], bytes] = bytes
+        self.unpack: Callable[[bytes], bytes] = unpack_message
         self._folder: TemporaryDirectory[str] | None = None
         if not path.exists():
             raise BagError(path, 'does not exist', 'check the path')
@@ -79,9 +80,9 @@ class BagFiles:
             if kind:
                 raise BagError(self.path, f'is {kind}', GIVE_BAG)
             self._note_log(self.path)
-            return [self.path]
-        present = sorted((p for p in self.path.iterdir() if p.suffix in _SUFFIXES and p.is_file()),
-                         key=_natural)
+            return self._unpacked([self.path])
+        present = sorted((p for p in self.path.iterdir() if p.name.endswith(_SUFFIXES)
+                          and p.is_file()), key=_natural)
         try:
             listed, packed, form = self._read_metadata()
         except (BagError, KeyError, TypeError, ValueError, AttributeError) as error:
@@ -91,11 +92,9 @@ class BagFiles:
             self.notes.append(f'{self.path}: metadata.yaml is missing or cannot be read; its '
                               'storage files are read without it')
             self.counts.clear()
-            return present
+            return self._unpacked(present)
         if packed in ('file', 'message') and form != 'zstd':
             raise BagError(self.path, f'is compressed by {short_repr(form)}', 'unpack it first')
-        if packed == 'message':
-            self.unpack = unpack_message
         files = [file for file in listed if file.is_file()]
         missing = [file.name for file in listed if file not in files]
         if not files:
@@ -108,7 +107,7 @@ class BagFiles:
                               f'{", ".join(file.name for file in files)} is read')
         for file in files:
             self._note_log(file)
-        return self._unpacked(files) if packed == 'file' else files
+        return self._unpacked(files)
 
     def _read_metadata(self) -> tuple[list[Path], str, str]:
         """Read metadata.yaml; return the files it lists, and what is compressed and how."""
@@ -124,12 +123,16 @@ class BagFiles:
                 about.get('compression_format') or 'none')
 
     def _unpacked(self, files: list[Path]) -> list[Path]:
-        """Return the files unpacked into a folder that goes with this object."""
-        self._folder = TemporaryDirectory()
-        targets = [Path(self._folder.name, file.stem) for file in files]
-        for file, target in zip(files, targets, strict=True):
-            unpack_file(file, target, BagError)
-        return targets
+        """Return the files, packed ones unpacked into a folder that goes with this object."""
+        found = []
+        for file in files:
+            if file.suffix == _PACKED:
+                self._folder = self._folder or TemporaryDirectory()
+                target = Path(self._folder.name, file.stem)
+                self.notes += filter(None, [unpack_file(file, target, BagError)])
+                file = target
+            found.append(file)
+        return found
 
     def _note_log(self, file: Path) -> None:
         log = file.with_name(f'{file.name}-wal')

@@ -16,6 +16,7 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,13 +29,16 @@ except ImportError as error:
 from squeal_core.common.errors import in_one_line
 from squeal_ros.recordings.bag_bounds import bound_decompression, check_storage
 from squeal_ros.recordings.bag_files import BagError, BagFiles, GIVE_BAG
+from squeal_ros.recordings.bag_recovery import RECOVERABLE, RecoveredStorage
 from squeal_ros.recordings.findings import full_type_name, same_type_name
 from squeal_ros.recordings.mcap_chunks import BagStorage
 from squeal_ros.recordings.message_definitions import DefinitionError, MessageDefinitions
+from squeal_ros.recordings.ros1_bags import Ros1Storage
+from squeal_ros.recordings.ros1_bags import SUFFIX as ROS1
 
 bound_decompression()
 
-_ZSTD = b'\x28\xb5\x2f\xfd'
+Storage = BagStorage | Ros1Storage | RecoveredStorage
 
 
 class Record(NamedTuple):
@@ -58,7 +62,7 @@ class Bag:
     Parameters
     ----------
     path : path
-        A rosbag2 folder, or an .mcap or .db3 file.
+        A rosbag2 folder, or an .mcap, .db3 or .bag file.
     definitions : MessageDefinitions, optional
         For messages whose definition the bag does not hold.
 
@@ -82,11 +86,12 @@ class Bag:
         self._stores: dict[tuple[str, str], Typestore] = {}
         self._files = BagFiles(self.path)
         self.notes = self._files.notes
-        self.kind = 'rosbag2'
+        self.kind = 'rosbag1' if self.path.suffix == ROS1 else 'rosbag2'
+        self._recovered: dict[Path, RecoveredStorage] = {}
         self._connections: list[Connection] = []
         self._counts: Counter[str] = Counter()  # by the storage files
         for file in self._files.files:
-            with _opened(file) as reader:
+            with self._opened(file) as reader:
                 self._connections += reader.connections
                 for connection in reader.connections:
                     self.types[connection.topic][connection.msgtype] += connection.msgcount
@@ -140,7 +145,7 @@ class Bag:
         """
         count: Counter[str] = Counter()
         for file in self._files.files:
-            with _opened(file) as reader:
+            with self._opened(file) as reader:
                 chosen = [c for c in reader.connections
                           if same_type_name(wanted.get(c.topic, ''), c.msgtype)]
                 kinds = {c.id: self._kind(c) for c in chosen if c.msgcount}
@@ -149,14 +154,77 @@ class Bag:
                 if not chosen:
                     continue
                 publishers = Counter(c.topic for c in chosen)
-                for connection, time, data in _read(reader, chosen, file):
+                for connection, time, data in self._read(reader, chosen, file):
                     number, topic = connection.id, connection.topic
                     if number not in kinds:  # one that the file's own counts leave out
                         kinds[number] = self._kind(connection)
                     count[topic] += 1
+                    if self.kind == 'rosbag1':
+                        data = self._as_cdr(topic, data, *kinds[number])
+                        if not data:
+                            continue
                     yield Record(topic, time, data, (publishers[topic] > 1) * (number + 1),
                                  *kinds[number])
         self._compare(wanted, count)
+
+    @contextmanager
+    def _opened(self, path: Path) -> Iterator[Storage]:
+        """Open a storage file; of one that is damaged what is whole, which is noted."""
+        if path in self._recovered:
+            yield self._recovered[path]
+            return
+        check_storage(path, BagError)
+        reader: Storage
+        try:
+            reader = (Ros1Storage if path.suffix == ROS1 else BagStorage)(path)
+            reader.open()
+        except Exception as error:  # rosbags lets struct, sqlite and assertion errors through
+            reader = self._recover(path, error)
+        try:
+            yield reader
+        finally:
+            reader.close()
+
+    def _recover(self, path: Path, error: Exception) -> RecoveredStorage:
+        """Return what is whole of a file; raise BagError where nothing is."""
+        if path.suffix not in RECOVERABLE:
+            raise _unreadable(path, error) from None
+        found = RecoveredStorage(path)
+        if not found.whole:
+            raise _unreadable(path, error) from None
+        self._recovered[path] = found
+        self.notes.append(
+            f'{path}: is damaged ({in_one_line(error, 120)}); {found.whole} messages are whole '
+            f'and read, the rest is lost: {found.lost or "its index"}')
+        return found
+
+    def _read(self, reader: Storage, chosen: list[Connection], path: Path
+              ) -> Iterator[tuple[Connection, int, bytes]]:
+        """Yield the messages of a file, past what is damaged in it."""
+        done: Counter[str] = Counter()
+        try:
+            for entry in reader.messages(chosen):
+                done[entry[0].topic] += 1
+                yield entry
+            return
+        except GeneratorExit:
+            raise
+        except Exception as error:
+            rest = self._recover(path, error)
+        names = {(one.topic, one.msgtype) for one in chosen}
+        for entry in rest.messages([one for one in rest.connections
+                                    if (one.topic, one.msgtype) in names]):
+            done[entry[0].topic] -= 1
+            if done[entry[0].topic] < 0:
+                yield entry
+
+    def _as_cdr(self, topic: str, data: bytes, kind: str, store: Typestore) -> bytes:
+        """Return a message of ROS 1 as CDR; nothing where it is damaged, which is counted."""
+        try:
+            return bytes(store.ros1_to_cdr(data, kind))
+        except Exception as error:
+            self._count_undecodable(topic, data, error)
+            return b''
 
     def decode(self, record: 'Record') -> tuple[Any, int, bytes] | None:
         """
@@ -180,9 +248,7 @@ class Bag:
         return full_type_name(connection.msgtype), self._stores[key]
 
     def _count_undecodable(self, topic: str, data: bytes, error: Exception) -> None:
-        packed = bytes(data[:4]) == _ZSTD
-        why = 'compressed: give the folder with its metadata.yaml' if packed else (
-            f'{type(error).__name__}: {in_one_line(error, 120)}')
+        why = f'{type(error).__name__}: {in_one_line(error, 120)}'
         first = self.undecodable.get(topic, (0, why))
         self.undecodable[topic] = first[0] + 1, first[1]
 
@@ -201,42 +267,11 @@ class Bag:
                     f'storage holds {self._counts[topic]}; those were read')
 
 
-class _opened:  # noqa: N801 - a context manager, used as a function
-    """Opens a storage file or folder; every failure is a BagError in one line."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def __enter__(self) -> BagStorage:
-        check_storage(self._path, BagError)
-        try:
-            self._reader = BagStorage(self._path)
-            self._reader.open()
-        except Exception as error:  # rosbags lets struct, sqlite and assertion errors through
-            raise _unreadable(self._path, error) from None
-        return self._reader
-
-    def __exit__(self, *_: object) -> None:
-        self._reader.close()
-
-
-def _read(reader: BagStorage, chosen: list[Connection], path: Path
-          ) -> Iterator[tuple[Connection, int, bytes]]:
-    try:
-        yield from reader.messages(chosen)
-    except GeneratorExit:
-        raise
-    except Exception as error:
-        raise _unreadable(path, error) from None
-
-
 def _unreadable(path: Path, error: Exception) -> BagError:
-    if path.suffix == '.bag':
-        return BagError(path, 'is a bag of ROS 1', 'convert it: rosbags-convert --src '
-                        f'{path.name} --dst {path.stem}')
     text = in_one_line(error, 200)
     remedy = {'.mcap': 'if it was cut off, `mcap recover` gets back what is whole',
-              '.db3': 'if it was cut off, `sqlite3 FILE .recover` gets back what is whole'}.get(
+              '.db3': 'if it was cut off, `sqlite3 FILE .recover` gets back what is whole',
+              '.bag': 'if it was cut off, `rosbag reindex` gets back what is whole'}.get(
                   path.suffix, GIVE_BAG)
     return BagError(path, f'cannot be read ({type(error).__name__}: {text})', remedy)
 

@@ -52,7 +52,7 @@ class BagRecording:
 
     @property
     def kind(self) -> str:
-        return 'rosbag2'
+        return self._bag.kind
 
     @property
     def notes(self) -> list[str]:

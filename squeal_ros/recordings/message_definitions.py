@@ -43,6 +43,7 @@ _HEADER = re.compile(r'(MSG|IDL): *(\S+)[ \t]*\n')
 _PREPROCESSOR = re.compile(
     r'^[ \t]*#[ \t]*(include|if|ifdef|ifndef|elif|else|endif|define|undef|pragma)\b[^\n]*$',
     re.MULTILINE)
+_HEADER_TYPE = 'std_msgs/msg/Header'
 _MOST_BYTES = 1_000_000  # of one definition file
 _MOST_FILES = 100_000  # looked through in a folder of definitions
 _LONGEST_ARRAY = 1_000_000  # entries of an array of fixed length
@@ -228,6 +229,9 @@ def _parse(connection: Connection) -> dict[str, Any]:
             types |= _parse_block(block[header.end():], header[2], idl=header[1] == 'IDL')
         elif block.strip():
             types |= _parse_block(block, full_type_name(connection.msgtype), idl=idl)
+    if _HEADER_TYPE in types:  # that of ROS 1 has a `seq`, which rosbags leaves out
+        constants, fields = types[_HEADER_TYPE]
+        types[_HEADER_TYPE] = constants, [field for field in fields if field[0] != 'seq']
     return types
 
 

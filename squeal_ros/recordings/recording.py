@@ -32,9 +32,9 @@ from squeal_ros.recordings.signals_file import Signals
 Samples = list[tuple[str, Signal, Sample | MissingValue]]
 """Brake, signal and sample of all that a message or a row holds."""
 
-_STORAGE = ('.mcap', '.db3')
+_STORAGE = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 _TABLES = ('.csv', '.tsv')
-_FORMATS = (*_STORAGE, *_TABLES)
+_FORMATS = (*_STORAGE, '.bag', *_TABLES)
 _TEXTS = (*_TABLES, '.txt', '.dat', '.asc', '.log', '.prn')  # of what is given by its name
 _SPLIT = re.compile(r'(.*)_\d+')  # name of a storage file that rosbag2 split
 _MOST_FILES = 1_000_000  # looked through in a folder
@@ -210,7 +210,8 @@ def _recordings_of(path: Path) -> Iterator[Path]:
 
 def _is_one_bag(files: Sequence[str]) -> bool:
     """Tell whether files are those into which rosbag2 split one bag, by their names."""
-    stems = {file.rpartition('.')[0] for file in files if file.endswith(_STORAGE)}
+    stems = {file.removesuffix('.zstd').rpartition('.')[0]
+             for file in files if file.endswith(_STORAGE)}
     splits = {split[1] if (split := _SPLIT.fullmatch(stem)) else stem for stem in stems}
     return len(stems) == len(files) and len(splits) == 1
 
