@@ -25,6 +25,7 @@ from squeal_core.calibration.events import MeasuredEvent, read_events
 from squeal_core.common.bounded_reader import read_bounded
 from squeal_core.common.errors import LocatedError
 from squeal_core.common.ranges import Ends
+from squeal_core.sound.measured_files import MeasuredSqueal
 
 _MAX_BYTES = 100_000_000
 _REMEDY = 'give what `squeal listen` wrote, or remove it'
@@ -116,6 +117,20 @@ def _with_sound(path: Path, events: tuple[MeasuredEvent, ...],
         path, events, (start, start + float(found['sound']['duration_s'])),
         str(found.get('recording') or ''), (low, high), float(found['heard_share']),
         0.0 if error is None or math.isnan(error) else float(error))
+
+
+def listening_of(measured: MeasuredSqueal) -> Listening:
+    """Return what was heard in a sound, on the clock of the sound."""
+    sound, shift = measured.record.sound, measured.clock.shift
+    pressure = measured.record.settings.scale.quantity == 'pressure'
+    error = measured.clock.uncertainty
+    events = tuple(MeasuredEvent(
+        tone.start + shift, tone.brake, tone.frequency_hz,
+        tone.level_db if pressure else math.nan, measured.recording, i, tone.end + shift)
+        for i, tone in enumerate(measured.events or (), 1))
+    return Listening(sound.path, events, (shift, shift + sound.duration), measured.recording,
+                     measured.record.band, measured.record.heard_share,
+                     0.0 if math.isnan(error) else error)
 
 
 def read_listenings(paths: str | Path | Sequence[str | Path],

@@ -34,7 +34,6 @@ from squeal_core.calibration.calibrate import Calibration
 from squeal_core.calibration.calibration_file import write_calibration
 from squeal_core.calibration.calibration_report import parameter_rows, remarks, report_lines
 from squeal_core.calibration.evaluation import evaluate, Evaluation, evaluation_lines, of_one
-from squeal_core.calibration.events import read_events
 from squeal_core.calibration.importance_sampling import SamplingRound
 from squeal_core.calibration.likelihood import HearingModel
 from squeal_core.common import resources
@@ -47,9 +46,11 @@ from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorS
 from squeal_core.monitor.vehicle_risk import risk_settings
 from squeal_core.risk.emulator_file import named_emulator
 from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_core.sound.listening import Listening
 from squeal_core.surrogate.table_file import model_hash
 from squeal_ros.cli.arguments import check_output, check_workers, positive
 from squeal_ros.cli.console import plain, report_progress, warn
+from squeal_ros.cli.heard_events import heard_events
 
 _MANY_TICKS = 20_000  # from which on processes are worth their start
 _SUSPICIOUS = 0.2  # fraction of events outside of all applications
@@ -79,14 +80,13 @@ def calibrate(options: argparse.Namespace) -> int:
     model = BrakeModel.load(settings.model)
     emulator = _emulator(model, options, settings)
     places = event_places([brake.name for brake in settings.brakes], settings.axles)
-    events = [one for one in read_events(options.events, places) if options.minimum_level is None
-              or not one.level_db < options.minimum_level]
-    recorded = _read(options, settings, model)
-    matched = match_events(recorded.applications, events, places, zero=recorded.zero)
-    if len(matched.unmatched) > _SUSPICIOUS * len(events):
-        warn(f'{len(matched.unmatched)} of {len(events)} events are in no brake application, the '
-             f'first at {matched.unmatched[0].time:g} s; check the clocks (--offset, '
-             '--from-start) and the brakes')
+    heard = heard_events(options, places)
+    recorded = _read(options, settings, model, heard)
+    matched = match_events(recorded.applications, heard.events, places, zero=recorded.zero)
+    if len(matched.unmatched) > _SUSPICIOUS * len(heard.events):
+        warn(f'{len(matched.unmatched)} of {len(heard.events)} events are in no brake '
+             f'application, the first at {matched.unmatched[0].time:g} s; check the clocks '
+             '(--offset, --from-start) and the brakes')
     limits = risk_settings(settings)
     train, test = _split(matched.observations, options.held_out)
 
@@ -111,7 +111,7 @@ def calibrate(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> None:
     """Refuse what would fail after the work, before it."""
     check_output('--output', options.output, ('.yaml', '.yml'), force=options.force,
-                 inputs=(*options.recordings, options.events,
+                 inputs=(*options.recordings, options.events or options.sound,
                          *filter(None, (options.config, options.emulator))))
     check_workers(options.workers)
     if not 0.0 <= options.held_out <= 0.5:
@@ -145,7 +145,8 @@ def _emulator(model: BrakeModel, options: argparse.Namespace,
     return emulator
 
 
-def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeModel) -> _Recorded:
+def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeModel,
+          heard: Listening) -> _Recorded:
     """Return the applications that somebody listened to."""
     from squeal_ros.recordings.brake_applications import collect_applications
     from squeal_ros.recordings.recording import open_recording
@@ -166,10 +167,12 @@ def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeMo
         read.ticks += collected.ticks
         read.applications += [
             one for one in collected.found if one.brake in listened
+            and heard.covers(_name(path), one.time[0] - zero, one.time[-1] - zero)
             and (low is None or one.time[0] >= low) and (high is None or one.time[-1] <= high)]
     if not read.applications:
         raise SquealError(f'{", ".join(options.recordings)}: no brake slides under load in what '
-                          'was listened to; check recordings, --from, --to and --brakes')
+                          'was listened to; check recordings, --from, --to, --brakes and the '
+                          'clock of the sound')
     return read
 
 
@@ -215,7 +218,8 @@ def _about(options: argparse.Namespace, recorded: _Recorded, matched: MatchedEve
     """Return provenance, prior against posterior and scores, as the file has them."""
     return {
         'software': f'squeal_ros {__version__}', 'date': datetime.date.today().isoformat(),
-        'recordings': sorted(recorded.zero), 'events_file': Path(options.events).name,
+        'recordings': sorted(recorded.zero),
+        'events_file': Path(options.events or options.sound).name,
         'observations': {
             'with_squeal': matched.heard, 'fitted_with_squeal': found.heard,
             'fitted_silent': found.silent,

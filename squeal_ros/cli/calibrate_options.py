@@ -30,7 +30,11 @@ DESCRIPTION = ('Fit the ensemble of brakes to measured squeal: recordings of bra
 def add_calibrate(p: argparse.ArgumentParser) -> None:
     p.add_argument('recordings', nargs='+', metavar='RECORDING',
                    help='rosbag2 folder, .mcap or .db3 file, as `squeal replay` reads')
-    p.add_argument('--events', required=True, metavar='EVENTS.csv')
+    heard = p.add_mutually_exclusive_group(required=True)
+    heard.add_argument('--events', metavar='EVENTS.csv')
+    heard.add_argument('--sound', metavar='SOUND', help='in place of events: what `squeal listen` '
+                       'wrote (.csv), or a sound, which is listened to (.wav, .flac); brake '
+                       'applications outside of its time do not count')
     p.add_argument('-o', '--output', required=True, metavar='CALIBRATION.yaml')
     add_force(p)
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')

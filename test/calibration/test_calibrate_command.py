@@ -16,6 +16,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,6 +42,7 @@ from support.bags import (  # noqa: E402, I100
 )
 from support.linear_growth import LinearGrowth  # noqa: E402
 from support.rows import each  # noqa: E402
+from support.sounds import sound_of, Squeal, write_wav  # noqa: E402
 
 STOPS = 36
 
@@ -111,6 +113,34 @@ def test_a_drive_with_events(folder: Path, capsys: pytest.CaptureFixture[str],
     # squeal begins near a friction of 0.41: 350 (mu + bias - 0.3) = 45 exp(ln damping) and more
     onset = 0.3 + 45.0 * np.exp(ensemble.ln_damping) / 350.0 - ensemble.friction_bias
     assert 0.37 < np.median(onset) < 0.42
+
+
+def test_a_sound_in_place_of_events(folder: Path, capsys: pytest.CaptureFixture[str],
+                                    tmp_path: Path) -> None:
+    """Stops that squealed are heard in noise; those after the end of the sound do not count."""
+    heard = [number for number in range(STOPS)
+             if 0.36 + 0.12 * (number * 7 % STOPS) / STOPS > 0.41]
+    sound = sound_of(np.random.default_rng(0), 8000, 71.0, [
+        Squeal(number * 2.5 + 1.2, number * 2.5 + 1.8, 1660.0, 20.0) for number in heard])
+    write_wav(tmp_path / 'stops.wav', 8000, sound)
+
+    def run_sound(name: str) -> dict[str, Any]:
+        code = main(['calibrate', str(folder / 'drive'), '--sound', str(tmp_path / name),
+                     '--config', str(folder / 'monitor.yaml'), '-o', str(folder / 'out.yaml'),
+                     '--force', '--from-start', '--json', '--held-out', '0'])
+        shown = capsys.readouterr()
+        assert code == 0, shown.err
+        return dict(json.loads(shown.out))
+
+    found = run_sound('stops.wav')
+    seen = found['observations']
+    listened = [number for number in range(STOPS) if number * 2.5 + 2.0 < 71.0]
+    assert seen['fitted_with_squeal'] == len(set(heard) & set(listened))
+    assert seen['fitted_with_squeal'] + seen['fitted_silent'] == len(listened) < STOPS
+    assert found['events_file'] == 'stops.wav'
+    assert main(['listen', str(tmp_path / 'stops.wav'), '-o', str(tmp_path / 'measured.csv')]) == 0
+    capsys.readouterr()
+    assert run_sound('measured.csv')['observations'] == seen
 
 
 def test_few_events_stay_near_the_prior(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
