@@ -44,6 +44,8 @@ from squeal_ros.cli.drive_options import add_cycle, add_drive
 from squeal_ros.cli.drive_options import DESCRIPTION as DRIVE
 from squeal_ros.cli.listen_options import add_listen
 from squeal_ros.cli.listen_options import DESCRIPTION as LISTEN
+from squeal_ros.cli.report_options import add_report
+from squeal_ros.cli.report_options import DESCRIPTION as REPORT
 from squeal_ros.cli.simulate_options import add_simulate, DESCRIPTION
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
@@ -145,6 +147,11 @@ def parser() -> argparse.ArgumentParser:
                             description=DRIVE)
     driven.set_defaults(run=_from_module('drive_commands', 'drive'))
     add_drive(driven)
+    reported = sub.add_parser('report', help='one page of what replays found',
+                              description=REPORT)
+    reported.set_defaults(run=_from_module('report_commands', 'report'))
+    add_report(reported)
+    _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
     _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
     return top
 

@@ -1,0 +1,139 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Section "What is known" of the page: it comes first, so that no chart reads like silence."""
+
+from collections.abc import Iterator, Sequence
+import math
+from typing import Any
+
+from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.runs import end_of, Run, start_of
+from squeal_core.view.report.words import clock, duration, percent_down
+
+_MOST_LINES = 12
+
+
+def known_section(run: Run) -> list[Markup]:
+    """Return what is known of a run: how much of the braking, of which recordings, by what."""
+    return [*_warnings(run), element('p', _headline(run), class_='headline'),
+            _recordings(run), *_reasons(run), *_notes(run), _versions(run)]
+
+
+def _headline(run: Run) -> str:
+    braking, count = run.total('braking_s'), len(run.results)
+    where = f'{count} recording{"s" * (count != 1)}, {duration(sum(map(_length, run.results)))}'
+    if not braking:
+        return f'No braking in {where}, so there is nothing to assess.'
+    never = sorted({brake for one in run.results for brake in one.summary['report']['never_known']})
+    return (f'Squeal risk known for {percent_down(run.known_share)} of the braking time '
+            f'({run.total("risk_known_s"):.1f} of {braking:.1f} s of all brakes) in {where}; assessed '
+            f'{percent_down(run.total("assessed_s") / braking)}.'
+            + (f' Never known in some recording: {", ".join(never)}.' if never else ''))
+
+
+def _warnings(run: Run) -> Iterator[Markup]:
+    if run.nothing_known:
+        yield element('p', 'Nothing is known of squeal in this run: the squeal risk was never '
+                      'known while a brake was used. Empty charts below are no silence.',
+                      class_='warning', role='alert')
+    partial = [one.name for one in run.results if one.summary.get('partial')]
+    if partial:
+        yield element('p', 'Replayed in part only, as the replay was interrupted: '
+                      f'{", ".join(partial)}.', class_='warning')
+    different = {_model(one) for one in run.results}
+    if len(different) > 1:
+        yield element('p', f'These recordings were replayed with {len(different)} different '
+                      'models or settings.', class_='warning')
+
+
+def _model(result: ReplayResult) -> tuple[Any, Any]:
+    summary = result.summary
+    return (summary['model'] or {}).get('sha256'), summary['settings'].get('sha256')
+
+
+def _length(result: ReplayResult) -> float:
+    return end_of(result) - start_of(result)
+
+
+def _recordings(run: Run) -> Markup:
+    def row(one: ReplayResult) -> list[Content]:
+        report, recording = one.summary['report'], one.summary['recording']
+        braking = report['braking_s']
+        never = report['never_known']
+        return [one.name, str(recording.get('kind', '')), clock(start_of(one)),
+                duration(_length(one)), f'{braking:.1f} s', '-' if not braking else percent_down(
+                    report['assessed_s'] / braking),
+                '-' if not braking else percent_down(report['risk_known_s'] / braking),
+                ', '.join(never) or '-', short_hash(recording.get('sha256'))]
+
+    return table(('recording', 'kind', 'start (UTC)', 'duration', 'braking time', 'assessed',
+                  'risk known', 'never known', 'SHA-256'), map(row, run.results),
+                 numbers_from=3)
+
+
+def _reasons(run: Run) -> Iterator[Markup]:
+    """Yield why the risk was not known, by braking time."""
+    found: dict[tuple[str, str, str], float] = {}
+    for one in run.results:
+        rate = float(one.summary['rate_hz'])
+        for brake, about in one.summary['report']['brakes'].items():
+            for reason in about['reasons']:
+                key = brake, str(reason['state']), f'{reason["text"]}; {reason["remedy"]}'
+                found[key] = found.get(key, 0.0) + reason['braking_ticks'] / rate
+    ranked = sorted(((seconds, *key) for key, seconds in found.items()), reverse=True)
+    rows = [(brake, f'{seconds:.1f} s', state, *text.rpartition('; ')[::2])
+            for seconds, brake, state, text in ranked if seconds > 0.0]
+    if rows:
+        yield table(('brake', 'braking time', 'state', 'why not known, at first', 'remedy'),
+                    rows[:_MOST_LINES], caption='Not known, and why', numbers_from=9)
+    if len(rows) > _MOST_LINES:
+        yield element('p', f'{len(rows) - _MOST_LINES} more reasons are in the summaries.')
+
+
+def _notes(run: Run) -> Iterator[Markup]:
+    lines = dict.fromkeys(
+        text for one in run.results for text in (
+            *(f'{finding["what"]}; {finding["remedy"]}'
+              for finding in one.summary['report']['findings']),
+            *one.summary['report']['notes']))
+    if lines:
+        yield element('ul', [element('li', line) for line in list(lines)[:_MOST_LINES]])
+
+
+def _versions(run: Run) -> Markup:
+    """Return model, settings and software, each with what tells versions apart."""
+    rows: dict[tuple[str, str, str], None] = {}
+    for summary in (one.summary for one in run.results):
+        for kind in ('model', 'table', 'emulator', 'calibration'):
+            about = summary.get(kind) or {}
+            rows[kind, str(about.get('name') or about.get('path') or 'none'),
+                 str(about.get('sha256') or '-')] = None
+        rows['settings', f'{summary["rate_hz"]:g} Hz', str(summary['settings'].get('sha256'))] = None
+        rows['software', ', '.join(f'{name} {version}' for name, version
+                                   in summary['software'].items()), '-'] = None
+    return table(('', 'name', 'SHA-256'), rows, caption='Model, settings and software',
+                 numbers_from=9)
+
+
+def short_hash(value: Any) -> Markup:
+    """Return the first digits of a hash, with all of it as a title."""
+    text = str(value or '-')
+    return element('span', text[:12], title=text)
+
+
+def share_of(known: Sequence[Any], squealing: Sequence[Any]) -> float:
+    """Return a share; NaN of nothing."""
+    return len(squealing) / len(known) if known else math.nan

@@ -1,0 +1,203 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Sections "Summary", "Differences" and "Data quality" of the page, as tables."""
+
+from collections.abc import Callable, Iterator, Sequence
+import difflib
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.view.report.charts import DECIBELS, KELVIN
+from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.runs import Located, Run
+from squeal_core.view.report.statistics import difference, wilson
+from squeal_core.view.report.words import clock, DASH, duration, number, percent, percent_down
+
+_WORST_EVENTS = 10
+_MOST_CHANGES = 40  # lines of settings
+
+
+def summary_section(run: Run) -> list[Markup]:
+    """Return how often squeal is predicted, by brake, and the worst events."""
+    return [_applications(run), *_worst_events(run)]
+
+
+def _share(run: Run, brake: str = '') -> tuple[int, int]:
+    """Return applications with predicted squeal, and known ones."""
+    known = [one for one in run.known if brake in ('', one.brake)]
+    return sum(bool(one.alarm) for one in known), len(known)
+
+
+def _share_words(hits: int, known: int) -> str:
+    if not known:
+        return 'not known'
+    share, low, high = (float(value) for value in wilson(hits, known))
+    return f'{percent(share)} ({100 * low:.0f} to {100 * high:.0f} %)'
+
+
+def _applications(run: Run) -> Markup:
+    def row(name: str, brake: str) -> list[Content]:
+        own = [one.record for one in run.applications if brake in ('', one.record.brake)]
+        hits, known = _share(run, brake)
+        risks = [one.peak_risk for one in own if math.isfinite(one.peak_risk)]
+        return [name, str(len(own)), str(known), str(hits) if known else DASH,
+                _share_words(hits, known), number(max(risks, default=math.nan), '.2f'),
+                number(float(np.median(risks)) if risks else math.nan, '.2f')]
+
+    return table(
+        ('brake', 'applications', 'known', 'squeal predicted', 'share of known (95 %)',
+         'largest risk', 'median of largest risks'),
+        [row('all', ''), *(row(brake, brake) for brake in run.brakes)],
+        caption='Brake applications')
+
+
+def _worst_events(run: Run) -> Iterator[Markup]:
+    if run.nothing_known:
+        yield element('p', 'Squeal events: not known.')
+        return
+    if not run.events:
+        yield element('p', 'No squeal event is predicted while the squeal risk was known.')
+        return
+    count = len(run.events)
+    yield table(
+        ('time', 'recording', 'brake', 'duration', 'frequency', 'mode', 'growth rate', 'build-up',
+         'risk', 'speed', 'pressure', 'friction', 'temperature', 'mechanism', 'position'),
+        [_event(run, at) for at in run.events[:_WORST_EVENTS]], numbers_from=3,
+        caption=f'Worst of {count} predicted squeal event{"s" * (count != 1)}, by risk')
+
+
+def _event(run: Run, at: Located) -> list[Content]:
+    one = at.record
+    place = f'{one.latitude_deg:.5f}, {one.longitude_deg:.5f}' if math.isfinite(
+        one.latitude_deg) else DASH
+    return [clock(one.start_s), run.results[at.recording].name, one.brake,
+            f'{one.end_s - one.start_s:.1f} s', f'{number(one.frequency_hz, ".0f")} Hz',
+            str(one.mode_number or DASH), f'{number(one.growth_rate_1_s)} 1/s',
+            f'{number(DECIBELS * one.build_up_nepers)} dB', number(one.peak_risk, '.2f'),
+            f'{number(one.rotor_speed_rad_s)} rad/s', f'{number(one.pressure_pa / 1e5)} bar',
+            number(one.friction, '.3f'), f'{number(one.temperature_k - KELVIN, ".0f")} °C',
+            one.mechanism or DASH, place]
+
+
+def differences_section(runs: Sequence[Run]) -> list[Markup]:
+    """Return how each further run differs from the first: figures, models, settings."""
+    return [_figures(runs), *_versions(runs)]
+
+
+_FIGURES: tuple[tuple[str, Callable[[Run], float], Callable[[float], str]], ...] = (
+    ('recordings', lambda run: len(run.results), lambda value: f'{value:.0f}'),
+    ('braking time', lambda run: run.total('braking_s'), duration),
+    ('risk known, share of braking time', lambda run: run.known_share, percent_down),
+    ('brake applications', lambda run: len(run.applications), lambda value: f'{value:.0f}'),
+    ('of these known', lambda run: len(run.known), lambda value: f'{value:.0f}'),
+    ('largest risk', lambda run: _quantile(run, 'peak_risk', 1.0), lambda v: number(v, '.2f')),
+    ('median of the largest risks', lambda run: _quantile(run, 'peak_risk', 0.5),
+     lambda value: number(value, '.2f')),
+    ('90 % of build-ups are below',
+     lambda run: DECIBELS * _quantile(run, 'build_up_nepers', 0.9),
+     lambda value: f'{number(value)} dB'),
+    ('median frequency of predicted squeal', lambda run: _median_frequency(run),
+     lambda value: f'{number(value, ".0f")} Hz'))
+
+
+def _quantile(run: Run, name: str, at: float) -> float:
+    values = [getattr(one, name) for one in run.known if math.isfinite(getattr(one, name))]
+    return float(np.quantile(values, at)) if values else math.nan
+
+
+def _median_frequency(run: Run) -> float:
+    values = [one.frequency_hz for one in run.squealing if math.isfinite(one.frequency_hz)]
+    return float(np.median(values)) if values else math.nan
+
+
+def _figures(runs: Sequence[Run]) -> Markup:
+    first, *others = runs
+    rows: list[list[Content]] = [[
+        'applications with predicted squeal', _share_words(*_share(first)),
+        *(cell for run in others for cell in (_share_words(*_share(run)), _change(first, run)))]]
+    for name, value, words in _FIGURES:
+        own = value(first)
+        rows.append([name, words(own), *(cell for run in others for cell in (
+            words(value(run)), _signed(value(run) - own, words)))])
+    return table(('', first.name, *(cell for run in others for cell in (
+        run.name, f'{run.name} minus {first.name}'))), rows)
+
+
+def _change(first: Run, run: Run) -> Content:
+    """Return the difference of the shares, and whether it is more than chance."""
+    if not (first.known and run.known):
+        return 'not known'
+    change, low, high = (100.0 * value for value in difference(_share(first), _share(run)))
+    words = f'{change:+.1f} points ({low:+.1f} to {high:+.1f})'
+    return element('strong', words) if low > 0.0 or high < 0.0 else (
+        f'{words}, within what chance makes of it')
+
+
+def _signed(change: float, words: Callable[[float], str]) -> str:
+    if not math.isfinite(change):
+        return DASH
+    return f'{"−" if change < 0.0 else "+"}{words(abs(change))}' if change else 'equal'
+
+
+def _versions(runs: Sequence[Run]) -> Iterator[Markup]:
+    """Yield which model, table and settings differ, and the lines that do."""
+    first = runs[0].results[0].summary
+    for run in runs[1:]:
+        other = run.results[0].summary
+        changed = [kind for kind in ('model', 'table', 'emulator', 'calibration', 'software')
+                   if _identity(first.get(kind)) != _identity(other.get(kind))]
+        words = f'{run.name} against {runs[0].name}: ' + (
+            f'different {", ".join(changed)}' if changed else
+            'same model, table, emulator, calibration and software')
+        lines = [line for line in difflib.unified_diff(
+            first['settings']['yaml'].splitlines(), other['settings']['yaml'].splitlines(),
+            lineterm='', n=0) if not line.startswith(('---', '+++', '@@'))]
+        yield element('p', words + ('; settings differ:' if lines else '; same settings.'))
+        if lines:
+            more = [f'and {len(lines) - _MOST_CHANGES} more'] if len(lines) > _MOST_CHANGES else []
+            yield element('pre', '\n'.join([*lines[:_MOST_CHANGES], *more]))
+
+
+def _identity(about: Any) -> Any:
+    return about.get('sha256', about) if isinstance(about, dict) else about
+
+
+def quality_section(run: Run) -> list[Markup]:
+    """Return the quality of each input, by recording."""
+    rows: list[list[Content]] = []
+    for result in run.results:
+        for one in result.summary.get('inputs', ()):
+            invalid = one.get('invalid_s') or {}
+            rows.append([
+                result.name, str(one['brake']), str(one['signal']), str(one['source']),
+                str(one['unit']), str(one['messages']), _hertz(one.get('rate_hz')),
+                str(one.get('gaps') or 0), _seconds(one.get('longest_gap_s')),
+                _seconds(one.get('stale_s')), _seconds(sum(invalid.values())),
+                ', '.join(f'{reason}: {seconds:.1f} s' for reason, seconds in invalid.items())
+                or DASH])
+    if not rows:
+        return [element('p', 'Not known: the results hold no figures of their inputs.')]
+    return [table(('recording', 'brake', 'input', 'source', 'unit', 'messages', 'rate', 'gaps',
+                   'longest gap', 'stale', 'invalid', 'invalid, by reason'), rows,
+                  numbers_from=5)]
+
+
+def _seconds(value: float | None) -> str:
+    return DASH if value is None else f'{value:.1f} s'
+
+
+def _hertz(value: float | None) -> str:
+    return DASH if value is None else f'{value:.1f} Hz'
