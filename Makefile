@@ -87,7 +87,7 @@ $(VENV)/installed: setup.py pyproject.toml
 		'which: make demo PYTHON=/path/to/python3.12' >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { echo 'make: no environment: $(PYTHON) lacks venv (Debian,' \
 		'Ubuntu: apt install python3-venv)' >&2; rm -rf $(VENV); exit 1; }
-	$(BIN)/python $(PIP) -e '.[all,test,lint]'
+	$(BIN)/python $(PIP) -e '.[all,test,lint,browser]'
 	@touch $@
 
 # numpy 1.26 lets pyNastran in, too: here OP2 files are tested

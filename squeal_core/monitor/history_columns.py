@@ -88,6 +88,8 @@ def read_blocks(path: str | Path, columns: Sequence[str],
             end = 1
             while block := list(islice(lines, rows)):
                 first, end = end + 1, end + len(block)
+                if not any(map(str.strip, block)):
+                    continue
                 try:
                     yield _block(block, places, ('time_s', *columns))
                 except (ValueError, IndexError, csv.Error) as error:

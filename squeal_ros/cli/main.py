@@ -151,7 +151,6 @@ def parser() -> argparse.ArgumentParser:
                               description=REPORT)
     reported.set_defaults(run=_from_module('report_commands', 'report'))
     add_report(reported)
-    _drive(sub.add_parser('drive', help='play a drive cycle as brake signals on ROS topics'))
     _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
     return top
 

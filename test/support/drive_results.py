@@ -98,9 +98,10 @@ class SyntheticDrive:
         risk = 1.0 / (1.0 + np.exp(5.5 - build_up))
         margin = 0.42 - friction + (0.3 * speed - 12.0 - 10.0 * pressure / 4e6) / 500.0
         unknown = braking & ((which % 7 == 3) if self.known else True)
-        out: dict[str, Any] = dict(
-            braking=braking, unknown=unknown, which=which, speed=speed, pressure=pressure,
-            friction=friction, temperature=380.0 + 40.0 * np.sin(t / 300.0) + 5.0 * number)
+        out: dict[str, Any] = {
+            'braking': braking, 'unknown': unknown, 'which': which, 'speed': speed,
+            'pressure': pressure, 'friction': friction,
+            'temperature': 380.0 + 40.0 * np.sin(t / 300.0) + 5.0 * number}
         for name, values in (('growth', growth), ('margin', margin)):
             out[name] = np.where(braking & ~unknown, values, np.nan)
         out['build_up'], out['risk'] = (np.where(unknown, np.nan, values)
@@ -109,6 +110,7 @@ class SyntheticDrive:
         return out
 
     def _lines(self, brake: str, own: dict[str, Any]) -> Any:
+        brake = '"' + brake.replace('"', '""') + '"' if '"' in brake or ',' in brake else brake
         states = np.where(own['unknown'], 'stale', np.where(own['braking'], 'steady', 'released'))
         for i, time in enumerate(self._time + self.start):
             growth, f = float(own['growth'][i]), float(own['frequency'][i])
@@ -162,9 +164,10 @@ class SyntheticDrive:
                           'sha256': 'ab' * 32, 'bytes': 12_345_678, 'start_s': self.start,
                           'end_s': self.end},
             'software': {'squeal_ros': '1.0', 'python': '3.12', 'numpy': '2', 'scipy': '1.14'},
-            'model': {'name': _MODEL, 'path': str(path), 'sha256': hashlib.sha256(path.read_bytes()).hexdigest()},
+            'model': {'name': _MODEL, 'path': str(path),
+                      'sha256': hashlib.sha256(path.read_bytes()).hexdigest()},
             'table': None, 'emulator': None, 'calibration': None,
-            'settings': {'sha256': 'cd' * 32, 'yaml': '/**:\n  ros__parameters:\n    rate: 10.0\n'},
+            'settings': {'sha256': 'cd' * 32, 'yaml': json.dumps({'rate': self.rate})},
             'report': {
                 'risk_known_share': share, 'risk_known_s': share * braking,
                 'never_known': [] if self.known else list(self.brakes), 'incomplete_share': 0.0,

@@ -107,8 +107,8 @@ def main_peaks(runs: Sequence[Run]) -> Figure:
     if not traces:
         return Figure(**about, unknown='No mode of the squeal band is known of any application.')
     return Figure(**about, caption=(
-        'Worst mode of each brake application: its frequency over the predicted level, that is the '
-        'build-up above the noise floor (1 neper is 8.7 dB). Filled: squeal predicted; open: not.'
+        'Worst mode of each brake application: its frequency over the predicted level, that is '
+        'the build-up above the noise floor (1 neper is 8.7 dB). Filled: squeal predicted.'
         ), traces=traces, layout={
             'xaxis': {'title': {'text': 'largest build-up  dB above the noise floor'}},
             'yaxis': {'title': {'text': 'frequency  kHz'}, 'rangemode': 'tozero'},

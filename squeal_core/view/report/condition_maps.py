@@ -12,12 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where in pressure, speed and friction a drive went, its risk there and its stability boundary."""
+"""Where in pressure, speed and friction a drive went: its risk and stability boundary there."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray
+from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.view.report.tick_stream import Ticks
 
 _PRESSURE_CELLS, _SPEED_CELLS = 50, 40  # of the operating map
@@ -48,9 +48,9 @@ class ConditionRanges:
     speed_classes: tuple[float, ...]
 
     def cells(self, pressure: FloatArray, rotor_speed: FloatArray, *,
-              counts: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
+              counts: tuple[int, int]) -> tuple[IndexArray, IndexArray]:
         """Return the cell of each pressure and speed, in so many of either."""
-        def cell(values: FloatArray, largest: float, count: int) -> FloatArray:
+        def cell(values: FloatArray, largest: float, count: int) -> IndexArray:
             return np.clip(values / largest * count, 0, count - 1).astype(int)
         return (cell(pressure, self.pressure, counts[0]),
                 cell(np.abs(rotor_speed), self.rotor_speed, counts[1]))

@@ -29,7 +29,7 @@ from squeal_core.view.report.condition_maps import (
 from squeal_core.view.report.envelope import StretchEnvelope
 from squeal_core.view.report.friction_chart import condition_ranges
 from squeal_core.view.report.runs import end_of, Located, Run, start_of
-from squeal_core.view.report.tick_stream import accumulate
+from squeal_core.view.report.tick_stream import accumulate, Accumulator
 from squeal_core.view.report.words import clock
 
 Stretch: TypeAlias = tuple[float, float]
@@ -97,11 +97,12 @@ def read_drives(runs: Sequence[Run], stretch: Stretch | None,
         drive = _prepared(run, place, stretch, OperatingMap(ranges),
                           f': {run.name}' if len(runs) > 1 else '')
         for result in run.results:
-            own = (drive.path, *(one.envelope for one in drive.stretches))
-            worst = run.worst
-            accumulate(result, [drive.map, boundary, *(
-                own[1:] if result is drive.result else ()), *(
-                own[:1] if worst and result is run.results[worst.recording] else ())])
+            into: list[Accumulator] = [drive.map, boundary]
+            if result is drive.result:
+                into += [one.envelope for one in drive.stretches]
+            if run.worst and result is run.results[run.worst.recording]:
+                into.append(drive.path)
+            accumulate(result, into)
             done += 1
             progress(done, total)
         drives.append(drive)

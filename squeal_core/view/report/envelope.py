@@ -88,7 +88,7 @@ class StretchEnvelope:
     def times(self) -> FloatArray:
         """Times of the intervals from the start of the recording [s], array (n,)."""
         middle = 0.0 if self.single else 0.5 * (self.width - 1.0 / self.rate)
-        return self.start - self.origin + middle + self.width * np.arange(self.count)
+        return self.start - self.origin + middle + self.width * np.arange(self.count, dtype=float)
 
     def add(self, ticks: Ticks) -> None:
         """Take further ticks of a brake."""

@@ -71,9 +71,10 @@ def friction_chart(runs: Sequence[Run], boundary: FrictionBoundary) -> Figure:
                 traces.append(_boundary(boundary, over, place, name))
     caption = ('Mean friction of each brake application: filled where squeal is predicted, open '
                'where not, crossed where not known. ')
-    caption += ('Lines: predicted stability boundary, the median of the critical frictions at the '
-                'ticks of a class; modes of the squeal band are unstable on one side of it, mostly '
-                'above.' if boundary.known else
+    caption += ('Lines: predicted stability boundary, the median over the ticks of a class of the '
+                'critical friction nearest to the present one. On one side of it a mode of the '
+                'squeal band is unstable, mostly above; it leaps where another mode is nearest.'
+                if boundary.known else
                 'The predicted stability boundary is not known: no tick has a friction margin, '
                 'which takes a look-up table (`squeal tabulate`).')
     return Figure(**about, caption=caption, traces=traces, height=440, layout={

@@ -14,8 +14,8 @@
 
 """Section "What is known" of the page: it comes first, so that no chart reads like silence."""
 
-from collections.abc import Iterator, Sequence
-import math
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from squeal_core.monitor.result_files import ReplayResult
@@ -37,10 +37,11 @@ def _headline(run: Run) -> str:
     where = f'{count} recording{"s" * (count != 1)}, {duration(sum(map(_length, run.results)))}'
     if not braking:
         return f'No braking in {where}, so there is nothing to assess.'
-    never = sorted({brake for one in run.results for brake in one.summary['report']['never_known']})
+    never = sorted({brake for one in run.results
+                    for brake in one.summary['report']['never_known']})
     return (f'Squeal risk known for {percent_down(run.known_share)} of the braking time '
-            f'({run.total("risk_known_s"):.1f} of {braking:.1f} s of all brakes) in {where}; assessed '
-            f'{percent_down(run.total("assessed_s") / braking)}.'
+            f'({run.total("risk_known_s"):.1f} of {braking:.1f} s of all brakes) in {where}; '
+            f'assessed {percent_down(run.total("assessed_s") / braking)}.'
             + (f' Never known in some recording: {", ".join(never)}.' if never else ''))
 
 
@@ -119,9 +120,10 @@ def _versions(run: Run) -> Markup:
     for summary in (one.summary for one in run.results):
         for kind in ('model', 'table', 'emulator', 'calibration'):
             about = summary.get(kind) or {}
-            rows[kind, str(about.get('name') or about.get('path') or 'none'),
+            rows[kind, str(about.get('name') or Path(about.get('path') or 'none').name),
                  str(about.get('sha256') or '-')] = None
-        rows['settings', f'{summary["rate_hz"]:g} Hz', str(summary['settings'].get('sha256'))] = None
+        rows['settings', f'{summary["rate_hz"]:g} Hz',
+             str(summary['settings'].get('sha256'))] = None
         rows['software', ', '.join(f'{name} {version}' for name, version
                                    in summary['software'].items()), '-'] = None
     return table(('', 'name', 'SHA-256'), rows, caption='Model, settings and software',
@@ -133,7 +135,3 @@ def short_hash(value: Any) -> Markup:
     text = str(value or '-')
     return element('span', text[:12], title=text)
 
-
-def share_of(known: Sequence[Any], squealing: Sequence[Any]) -> float:
-    """Return a share; NaN of nothing."""
-    return len(squealing) / len(known) if known else math.nan

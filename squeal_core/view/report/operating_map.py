@@ -54,7 +54,8 @@ def operating_map(drive: OperatingMap, path: Mapping[str, FloatArray], name: str
     """
     about: dict[str, Any] = {'name': name, 'title': title, 'wide': True}
     if not np.isfinite(drive.risk).any():
-        return Figure(**about, unknown='Not known: no tick of sliding under load has a squeal risk.')
+        return Figure(**about, unknown='Not known: no tick of sliding under load has a squeal '
+                                       'risk.')
     pressures, speeds = drive.centres
     x, y = packed(speeds), packed(pressures / 1e5)
     unknown = np.argwhere((drive.unknown > 0) & np.isnan(drive.risk))

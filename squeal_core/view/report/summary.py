@@ -14,8 +14,8 @@
 
 """Sections "Summary", "Differences" and "Data quality" of the page, as tables."""
 
-from collections.abc import Callable, Iterator, Sequence
-import difflib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
 import math
 from typing import Any
 
@@ -71,25 +71,33 @@ def _worst_events(run: Run) -> Iterator[Markup]:
     if not run.events:
         yield element('p', 'No squeal event is predicted while the squeal risk was known.')
         return
-    count = len(run.events)
-    yield table(
-        ('time', 'recording', 'brake', 'duration', 'frequency', 'mode', 'growth rate', 'build-up',
-         'risk', 'speed', 'pressure', 'friction', 'temperature', 'mechanism', 'position'),
-        [_event(run, at) for at in run.events[:_WORST_EVENTS]], numbers_from=3,
-        caption=f'Worst of {count} predicted squeal event{"s" * (count != 1)}, by risk')
+    count, several = len(run.events), len(run.results) > 1
+    place = any(math.isfinite(at.record.latitude_deg) for at in run.events)
+    columns = [column for column in _EVENT if (column[0] != 'recording' or several)
+               and (column[0] != 'position' or place)]
+    yield table([name for name, _ in columns],
+                [[words(run, at) for _, words in columns] for at in run.events[:_WORST_EVENTS]],
+                numbers_from=3 if several else 2,
+                caption=f'Worst of {count} predicted squeal event{"s" * (count != 1)}, by risk')
 
 
-def _event(run: Run, at: Located) -> list[Content]:
-    one = at.record
-    place = f'{one.latitude_deg:.5f}, {one.longitude_deg:.5f}' if math.isfinite(
-        one.latitude_deg) else DASH
-    return [clock(one.start_s), run.results[at.recording].name, one.brake,
-            f'{one.end_s - one.start_s:.1f} s', f'{number(one.frequency_hz, ".0f")} Hz',
-            str(one.mode_number or DASH), f'{number(one.growth_rate_1_s)} 1/s',
-            f'{number(DECIBELS * one.build_up_nepers)} dB', number(one.peak_risk, '.2f'),
-            f'{number(one.rotor_speed_rad_s)} rad/s', f'{number(one.pressure_pa / 1e5)} bar',
-            number(one.friction, '.3f'), f'{number(one.temperature_k - KELVIN, ".0f")} °C',
-            one.mechanism or DASH, place]
+_EVENT: tuple[tuple[str, Callable[[Run, Located], str]], ...] = (
+    ('start (UTC)', lambda run, at: clock(at.record.start_s)),
+    ('recording', lambda run, at: run.results[at.recording].name),
+    ('brake', lambda run, at: at.record.brake),
+    ('duration s', lambda run, at: f'{at.record.end_s - at.record.start_s:.1f}'),
+    ('frequency Hz', lambda run, at: number(at.record.frequency_hz, '.0f')),
+    ('mode', lambda run, at: str(at.record.mode_number or DASH)),
+    ('growth 1/s', lambda run, at: number(at.record.growth_rate_1_s, '+.1f')),
+    ('build-up dB', lambda run, at: number(DECIBELS * at.record.build_up_nepers)),
+    ('risk', lambda run, at: number(at.record.peak_risk, '.2f')),
+    ('speed rad/s', lambda run, at: number(at.record.rotor_speed_rad_s)),
+    ('pressure bar', lambda run, at: number(at.record.pressure_pa / 1e5)),
+    ('friction', lambda run, at: number(at.record.friction, '.3f')),
+    ('temperature °C', lambda run, at: number(at.record.temperature_k - KELVIN, '.0f')),
+    ('mechanism', lambda run, at: at.record.mechanism or DASH),
+    ('position', lambda run, at: f'{number(at.record.latitude_deg, ".5f")}, '
+                                 f'{number(at.record.longitude_deg, ".5f")}'))
 
 
 def differences_section(runs: Sequence[Run]) -> list[Markup]:
@@ -162,13 +170,35 @@ def _versions(runs: Sequence[Run]) -> Iterator[Markup]:
         words = f'{run.name} against {runs[0].name}: ' + (
             f'different {", ".join(changed)}' if changed else
             'same model, table, emulator, calibration and software')
-        lines = [line for line in difflib.unified_diff(
-            first['settings']['yaml'].splitlines(), other['settings']['yaml'].splitlines(),
-            lineterm='', n=0) if not line.startswith(('---', '+++', '@@'))]
+        lines = _changes(_settings(first), _settings(other))
         yield element('p', words + ('; settings differ:' if lines else '; same settings.'))
         if lines:
             more = [f'and {len(lines) - _MOST_CHANGES} more'] if len(lines) > _MOST_CHANGES else []
             yield element('pre', '\n'.join([*lines[:_MOST_CHANGES], *more]))
+
+
+def _settings(summary: Mapping[str, Any]) -> dict[str, str]:
+    """Return the settings one a line, by the path of their key."""
+    try:
+        return dict(_leaves('', json.loads(summary['settings']['yaml'])))
+    except ValueError:  # not written as JSON: lines are compared as they are
+        return dict.fromkeys(summary['settings']['yaml'].splitlines(), '')
+
+
+def _leaves(path: str, value: Any) -> Iterator[tuple[str, str]]:
+    items = value.items() if isinstance(value, dict) else (
+        ((one.get('name', place) if isinstance(one, dict) else place, one)
+         for place, one in enumerate(value)) if isinstance(value, list) else None)
+    if items is None:
+        yield path, json.dumps(value)
+    else:
+        for key, one in items:
+            yield from _leaves(f'{path}.{key}' if path else str(key), one)
+
+
+def _changes(first: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+    return [f'{key}: {first.get(key, "not set")} -> {other.get(key, "not set")}'
+            for key in dict.fromkeys([*first, *other]) if first.get(key) != other.get(key)]
 
 
 def _identity(about: Any) -> Any:

@@ -89,5 +89,5 @@ def _by_brake(block: HistoryBlock) -> Iterator[Ticks]:
     for brake in dict.fromkeys(block.brakes):
         at = np.flatnonzero(brakes == brake)
         yield Ticks(brake, {name: values[at] for name, values in block.numbers.items()},
-                    sliding[at], unknown[at], [block.frequencies_hz[i] for i in at],
-                    [block.growth_rates[i] for i in at])
+                    sliding[at], unknown[at], [block.frequencies_hz[i] for i in at.tolist()],
+                    [block.growth_rates[i] for i in at.tolist()])

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A stretch of a drive over time, on linked axes: inputs, risk, unstable modes, what is unknown."""
+"""A stretch of a drive over time, on linked axes: inputs, risk, unstable modes, the unknown."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
@@ -50,8 +50,7 @@ _PANELS = (
 _GAP = 0.018
 
 
-def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
-             squeal_band_hz: tuple[float, float] | None = None) -> Figure:
+def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str) -> Figure:
     """
     Return the timeline of a stretch.
 
@@ -62,8 +61,6 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
         Id and heading of the figure.
     what : str
         Of which recording and which stretch it is, for the caption.
-    squeal_band_hz : (low, high), optional
-        Marked where it is known [Hz].
 
     """
     if not envelope.brakes:
@@ -78,7 +75,7 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
     return Figure(name, title, wide=True, height=860, traces=traces, caption=(
         f'{what}; {points}. Blue: some brake is known to slide under load. Hatched: the squeal '
         'risk of some brake is not known; of which one, the first row says. Click a brake in the '
-        'legend to hide it.'), layout=_layout(envelope, brakes, squeal_band_hz))
+        'legend to hide it.'), layout=_layout(envelope, brakes))
 
 
 def _areas(envelope: StretchEnvelope) -> Iterator[Trace]:
@@ -86,8 +83,9 @@ def _areas(envelope: StretchEnvelope) -> Iterator[Trace]:
     every = envelope.brakes.values()
     sliding = envelope.stretches(np.any([one.sliding for one in every], axis=0))
     unknown = envelope.stretches(np.any([one.unknown for one in every], axis=0))
-    yield boxes(sliding, (0.0, 1.0), yaxis=_SHADE, fillcolor=_BRAKING, name='braking', showlegend=True)
-    yield boxes(unknown, (0.0, 1.0), yaxis=_SHADE, name='not known', showlegend=True, **hatched(GREY))
+    about = {'yaxis': _SHADE, 'showlegend': True}
+    yield boxes(sliding, (0.0, 1.0), name='braking', fillcolor=_BRAKING, **about)
+    yield boxes(unknown, (0.0, 1.0), name='not known', **about, **hatched(GREY))
 
 
 def _lanes(envelope: StretchEnvelope, brakes: Sequence[str]) -> Iterator[Trace]:
@@ -132,8 +130,7 @@ def _modes(envelope: StretchEnvelope) -> Iterator[Trace]:
             'hovertemplate': '%{y:.2f} kHz, growth %{marker.color:.1f} 1/s'}
 
 
-def _layout(envelope: StretchEnvelope, brakes: Sequence[str],
-            squeal_band_hz: tuple[float, float] | None) -> dict[str, Any]:
+def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
     times = envelope.times
     layout: dict[str, Any] = {
         'xaxis': {'title': {'text': 'time from the start of the recording  s'}, 'anchor': _MODES,
@@ -142,7 +139,7 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str],
         'yaxis': {'visible': False, 'range': [0, 1], 'fixedrange': True, 'domain': [0, 1]},
         'hovermode': 'x', 'hoversubplots': 'axis', 'margin': {'l': 85, 'r': 20, 't': 20, 'b': 50},
         'legend': {'orientation': 'h', 'y': 1.01, 'yanchor': 'bottom'}, 'dragmode': 'zoom',
-        'plot_bgcolor': 'rgba(0,0,0,0)', 'annotations': [], 'shapes': []}
+        'plot_bgcolor': 'rgba(0,0,0,0)', 'annotations': []}
     unit = (1.0 - _GAP * (len(_PANELS) - 1)) / sum(panel.height for panel in _PANELS)
     top = 1.0
     for panel in _PANELS:
@@ -158,11 +155,6 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str],
                          'ticktext': list(map(label, brakes)), 'fixedrange': True,
                          'showgrid': False, 'zeroline': False}
     layout['yaxis7']['range'] = [0, 1]
-    if squeal_band_hz:
-        layout['shapes'] += [{'type': 'line', 'xref': 'paper', 'x0': 0, 'x1': 1, 'yref': _MODES,
-                              'y0': f / 1e3, 'y1': f / 1e3, 'line': {
-                                  'color': GREY, 'width': 1, 'dash': 'dot'}}
-                             for f in squeal_band_hz[:1]]
     if not envelope.modes().size:
         _say(layout, _PANELS[-1], 'no unstable mode where it is known')
         layout['yaxis8']['range'] = [0, 16]

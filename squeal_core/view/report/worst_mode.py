@@ -154,10 +154,10 @@ def shape_figure(found: WorstMode, name: str, of: str = '') -> Figure:
     vectors = mode_vectors(found.model, found.point, mode.eigenvalue)
     points, amplitude = surface.displaced(vectors.right, _DRAWN)
     return Figure(**about, height=480, traces=list(_meshes(surface, points, amplitude)), caption=(
-        f'Mode {mode.index}, {mode.frequency_hz:.0f} Hz, at its extreme, far enlarged; coloured by '
-        'displacement. Drag to turn it.'), layout={
+        f'Mode {mode.index}, {mode.frequency_hz:.0f} Hz, at its extreme, far enlarged; coloured '
+        'by displacement. Drag to turn it.'), layout={
             'scene': {**{f'{axis}axis': {'title': {'text': f'{axis}  mm'}} for axis in 'xyz'},
-                      'aspectmode': 'data', 'camera': {'eye': {'x': 1.25, 'y': 1.25, 'z': 1.0}}},
+                      'aspectmode': 'data', 'camera': {'eye': {'x': 1.5, 'y': 1.5, 'z': 1.2}}},
             'margin': {'l': 0, 'r': 0, 't': 10, 'b': 0}})
 
 
@@ -187,8 +187,8 @@ def mechanism_figure(found: WorstMode, name: str, of: str = '') -> Figure:
     names = [*(name.replace('_', ' ') for name in terms), 'growth rate']
     values = [*terms.values(), total]
     return Figure(**about, height=480, caption=(
-        f'At {found.conditions}: {found.mechanism.label}; {found.mechanism.reason}. Each bar begins '
-        'where the one above it ends; together they are the growth rate.'), traces=[{
+        f'At {found.conditions}: {found.mechanism.label}; {found.mechanism.reason}. Each bar '
+        'begins where the one above it ends; together they are the growth rate.'), traces=[{
             'type': 'waterfall', 'orientation': 'h', 'y': names, 'x': values,
             'measure': ['relative'] * len(terms) + ['total'], 'textposition': 'auto',
             'text': [f'{value:+.2f}' for value in values], 'cliponaxis': False,

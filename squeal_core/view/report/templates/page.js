@@ -4,7 +4,7 @@
   const figures = JSON.parse(document.getElementById('figures').textContent);
   const dark = matchMedia('(prefers-color-scheme: dark)');
   const config = {responsive: true, displaylogo: false, scrollZoom: true};
-  const PAPER = {wide: 980, half: 480};  // px, widths on A4 across
+  const PAPER = {wide: 980, half: 480, tall: 540, low: 250};  // px, on A4 across
 
   function template(isDark) {
     const [text, grid, zero] = isDark ? ['#e6edf3', '#30363d', '#6e7681']
@@ -33,7 +33,7 @@
     const img = plot(figure).parentElement.querySelector('img.printed');
     img.src = await Plotly.toImage({data: figure.data, config,
       layout: {...figure.layout, template: template(false)}},
-    {format: 'png', width: PAPER.half, height: figure.layout.height, scale: 2});
+    {format: 'png', width: PAPER.half, height: PAPER.half, scale: 2});
   }
 
   const drawn = () => figures.filter((figure) => plot(figure).layout);
@@ -47,7 +47,7 @@
       const wide = plot(figure).parentElement.classList.contains('wide');
       Plotly.relayout(plot(figure), {template: template(false), autosize: false,
         width: wide ? PAPER.wide : PAPER.half,
-        height: Math.min(figure.layout.height, wide ? 640 : 380)});
+        height: figure.layout.height > 600 ? PAPER.tall : PAPER.low});
     });
   }
 
