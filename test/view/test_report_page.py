@@ -1,0 +1,151 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The page of `squeal report`: order, what is not known, escapes, figures as plotly has them."""
+
+import json
+from pathlib import Path
+import re
+from typing import Any
+
+import pytest
+from squeal_core.view.report.markup import element, table
+from squeal_core.view.report.page import report_page
+from squeal_core.view.report.runs import load_runs
+from squeal_ros.cli.main import main
+from support.drive_results import SyntheticDrive
+from support.rows import each
+
+graphs = pytest.importorskip('plotly.graph_objects', reason='needs plotly')
+
+NASTY = '</script><img src=x onerror=alert(1)>'
+
+
+def page_of(*folders: Path) -> str:
+    return report_page(load_runs(folders))
+
+
+def figures_of(page: str) -> list[dict[str, Any]]:
+    found = re.search(r'<script type="application/json" id="figures">(.*?)</script>', page)
+    assert found
+    return list(json.loads(found[1]))
+
+
+@pytest.fixture(scope='module')
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return SyntheticDrive(150.0, brakes=('left', 'right')).write(
+        tmp_path_factory.mktemp('report') / 'one')
+
+
+def test_sections_and_figures(drive: Path) -> None:
+    page = page_of(drive)
+    order = [page.index(f'id="{name}"') for name in (
+        'known', 'summary', 'charts', 'timeline', 'map', 'mode', 'quality')]
+    assert order == sorted(order)
+    assert 'Squeal risk known for 80 % of the braking time' in page
+    figures = figures_of(page)
+    assert [figure['id'] for figure in figures] == [
+        'occurrence-frequency', 'occurrence-pressure', 'occurrence-temperature',
+        'occurrence-speed', 'main-peak', 'worst-level', 'frequency-time', 'friction',
+        'timeline-0-0', 'timeline-0-1', 'map-0', 'shape-0', 'mechanism-0']
+    for figure in figures:  # raises for what plotly does not know
+        graphs.Figure(figure['data'], figure['layout'])
+        assert figure['data']
+
+
+def test_the_page_needs_nothing_else(drive: Path) -> None:
+    page = page_of(drive)
+    own = page[:page.index('id="plotly"')] + page[page.index('</script>', page.index(
+        'id="plotly"')):]
+    assert not re.search(r'''(src|href)=["'](?!#)|@import|url\(''', own)
+    assert len(page) < 8e6
+
+
+def test_bars_of_the_mechanism_sum_to_the_growth_rate(drive: Path) -> None:
+    bars = figures_of(page_of(drive))[-1]['data'][0]
+    assert bars['measure'][-1] == 'total'
+    assert sum(bars['x'][:-1]) == pytest.approx(bars['x'][-1])
+
+
+def test_nothing_known_is_said_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = SyntheticDrive(60.0, brakes=('left',), known=False).write(tmp_path / 'none')
+    assert main(['report', str(folder), '-o', str(tmp_path / 'page.html')]) == 1
+    assert 'nothing is known of squeal' in capsys.readouterr().out
+    page = (tmp_path / 'page.html').read_text()
+    assert page.index('Nothing is known of squeal') < page.index('<table>')
+    assert page.count('class="unknown"') >= 9
+    for name in ('occurrence-frequency', 'worst-level', 'frequency-time', 'map-0', 'shape-0'):
+        assert re.search(f'<div class="unknown" id="{name}">'
+                         '<span>Not known', page), name
+    assert 'Squeal events: not known' in page
+
+
+def test_differences_first(tmp_path: Path, drive: Path) -> None:
+    other = SyntheticDrive(150.0, 20.0, brakes=('left', 'right'), seed=5).write(tmp_path / 'two')
+    page = page_of(drive, other)
+    assert page.index('id="differences"') < page.index('id="known"')
+    assert 'two minus one' in page
+    assert 'rate: 10.0 -&gt; 20.0' in page
+    assert {'map-0', 'map-1', 'timeline-1-0', 'shape-1'} <= {
+        figure['id'] for figure in figures_of(page)}
+
+
+def test_text_of_recordings_is_no_html(tmp_path: Path) -> None:
+    folder = SyntheticDrive(60.0, brakes=(NASTY,), name=NASTY).write(tmp_path / '<b>run')
+    page = page_of(folder)
+    assert '<img src=x' not in page
+    assert '<b>run' not in page
+    texts = json.dumps(figures_of(page))
+    assert NASTY not in texts
+    assert '&lt;/script&gt;&lt;img' in texts  # as plotly reads it
+
+
+def test_markup_escapes_all_but_markup() -> None:
+    assert element('p', '<b>', element('i', 'a&b'), title='"x"') == (
+        '<p title="&quot;x&quot;">&lt;b&gt;<i>a&amp;b</i></p>')
+    assert '<td class="number">&lt;</td>' in table(('', ''), [('a', '<')])
+    assert element('p', 'a\x00\ud800b') == '<p>a\ufffd\ufffdb</p>'
+
+
+def test_a_model_that_is_not_found_is_said(tmp_path: Path) -> None:
+    folder = SyntheticDrive(60.0, brakes=('left',)).write(tmp_path / 'drive')
+    summary = json.loads((folder / 'summary.json').read_text())
+    summary['model']['sha256'] = '0' * 64
+    (folder / 'summary.json').write_text(json.dumps(summary))
+    page = page_of(folder)
+    assert re.search('id="shape-0"><span>Not known: the model kang2009_damped with SHA-256 '
+                     '000000000000', page)
+
+
+@each(('options', 'words'), [
+    (['--stretch', '20', '10'], '--stretch: 20 to 10 s'),
+    (['--stretch', '500', '600'], '--stretch: 500 to 600 s is in no recording'),
+    (['-o', 'page.txt'], 'end it in .html'), (['nowhere'], 'nowhere')])
+def test_bad_input(tmp_path: Path, drive: Path, monkeypatch: pytest.MonkeyPatch,
+                   capsys: pytest.CaptureFixture[str], options: list[str], words: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(['report', str(drive), *options]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count('\n') == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_chosen_stretch(tmp_path: Path, drive: Path) -> None:
+    output = tmp_path / 'page.html'
+    assert main(['report', str(drive), '-o', str(output), '--stretch', '30', '45.5']) == 0
+    timelines = [figure for figure in figures_of(output.read_text())
+                 if figure['id'].startswith('timeline')]
+    assert len(timelines) == 1
+    assert timelines[0]['layout']['xaxis']['range'] == pytest.approx([30.0, 45.5])
