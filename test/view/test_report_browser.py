@@ -150,8 +150,9 @@ def test_paper_has_every_chart(opened: Opened) -> None:
     for words in ('frequency of the worst mode kHz', 'mean brake pressure bar',
                   'temperature at the start °C', 'rotor speed at the start rad/s',
                   'largest build-up dB above the noise floor', 'largest squeal risk',
-                  'recorded time s', 'friction coefficient', 'time from the start of the recording',
-                  'contribution to the growth rate', 'Shape of the worst mode'):
+                  'recorded time s', 'friction coefficient',
+                  'time from the start of the recording', 'contribution to the growth rate',
+                  'Shape of the worst mode'):
         assert words in ' '.join(text.split()), words
     pictures = [found for page in pages for found in page.get_objects(
         filter=[pdfium.raw.FPDF_PAGEOBJ_IMAGE], max_depth=9)]

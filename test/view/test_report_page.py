@@ -68,7 +68,7 @@ def test_the_page_needs_nothing_else(drive: Path) -> None:
     page = page_of(drive)
     own = page[:page.index('id="plotly"')] + page[page.index('</script>', page.index(
         'id="plotly"')):]
-    assert not re.search(r'''(src|href)=["'](?!#)|@import|url\(''', own)
+    assert not re.search(r"""(src|href)=["'](?!#)|@import|url\(""", own)
     assert len(page) < 8e6
 
 
