@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from squeal_core.calibration.applications import BrakeApplication
 from squeal_core.calibration.candidates import BrakeCandidates
-from squeal_core.common.arrays import FloatArray, IndexArray
+from squeal_core.common.arrays import FloatArray, IndexArray, RealArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.build_up import grown, nepers, saturation_energy
 from squeal_core.risk.risk_records import families_in, GrowthSource, RiskSettings
@@ -194,7 +194,7 @@ def _padded(knots: Sequence[_Knots]) -> _Knots:
     return _Knots(*columns)
 
 
-def _scatter(found: _Growth, candidates: BrakeCandidates) -> FloatArray:
+def _scatter(found: _Growth, candidates: BrakeCandidates) -> RealArray:
     """Return the change of growth rates over one standard deviation of their scatter."""
     return along_scatter(candidates.friction_scatter[:, None] * found.by_friction,
                          candidates.damping_scatter[:, None] * found.by_damping)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
+RealArray: TypeAlias = NDArray[np.floating[Any]]  # of single or double precision
 ComplexArray: TypeAlias = NDArray[np.complex128]
 IndexArray: TypeAlias = NDArray[np.intp]
 

@@ -15,8 +15,9 @@
 """Squeal risk of a vehicle's brakes, through their brake applications."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 import math
+from typing import TypeAlias
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.calibration.calibration_file import check_domain, read_calibration
@@ -24,33 +25,30 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, AssessmentContext, PreparedTick
 from squeal_core.monitor.brake_risk import BrakeRisk, unknown_risk
 from squeal_core.monitor.brake_stability import BrakeStability
+from squeal_core.monitor.emulator_statistics import EmulatorStatistics
 from squeal_core.monitor.risk_warnings import NONE, risk_warnings, why_unknown
 from squeal_core.monitor.settings import band_of, ensemble_prior, MonitorSettings
 from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_stability import Evaluated
 from squeal_core.risk.application_risk import ApplicationRisk
-from squeal_core.risk.emulator_audit import audit
 from squeal_core.risk.emulator_file import named_emulator
 from squeal_core.risk.ensemble import Ensemble, prior_ensemble
 from squeal_core.risk.first_order import first_order_instability
 from squeal_core.risk.growth_emulator import GrowthEmulator
-from squeal_core.risk.risk_records import MemberGrowth, RiskResult, RiskSettings
+from squeal_core.risk.risk_records import (
+    ApplicationState,
+    MemberGrowth,
+    RiskResult,
+    RiskSettings,
+)
 from squeal_core.risk.squeal_risk import SquealRisk
 
 OUTSIDE = 'outside the range of the growth emulator'
-_AT_ONCE = 16  # operating points that the emulator evaluates at once: some ten MB
-_ALLOWED = 2.0  # largest published errors, as they are the largest of some hundred points
+_AT_ONCE = 16  # operating points that are evaluated at once: some three MB
 _GAP = 0.5  # s between two evaluations, or 1.5 intervals, of more than which nothing is known
 
-
-@dataclass
-class EmulatorStatistics:
-    """Counts since the start; `worst_audit` over the largest published error."""
-
-    evaluations: int = 0
-    audits: int = 0
-    mismatches: int = 0
-    worst_audit: float = 0.0
+_Step: TypeAlias = tuple[Assessment | AssessmentContext, BrakeStability | None, bool]
+_Found: TypeAlias = BrakeRisk | ApplicationState | None
 
 
 class VehicleRisk:
@@ -114,7 +112,7 @@ class VehicleRisk:
         self._planned, self._taken = 0, 0  # times of the last ticks [ns]
         self._sliding: set[str] = set()
         self._applications: dict[str, ApplicationRisk] = {}
-        self._shown: dict[str, BrakeRisk] = {}
+        self._shown: dict[str, _Found] = {}
 
     def warm_up(self, brakes: Sequence[str], found: Sequence[Evaluated]) -> None:
         """Evaluate brakes once, uncounted."""
@@ -149,13 +147,30 @@ class VehicleRisk:
             Of each context among them.
 
         """
-        steps = [*self._plan(ticks, iter(found))]
-        growths = self._growths([at.point for _, at, due in steps if at and due])
-        return [self._step(one, at, next(growths) if at and due else None, due=due)
-                for one, at, due in steps]
+        risks: list[BrakeRisk | None] = []
+        steps, due = list[_Step](), 0
+        for step in self._plan(ticks, iter(found)):
+            steps.append(step)
+            due += step[2]
+            if due == _AT_ONCE:
+                risks += self._take(steps)
+                steps, due = [], 0
+        return risks + self._take(steps)
 
-    def _plan(self, ticks: Sequence[PreparedTick], found: Iterator[Evaluated]
-              ) -> Iterator[tuple[Assessment | AssessmentContext, BrakeStability | None, bool]]:
+    def _take(self, steps: Sequence[_Step]) -> list[BrakeRisk | None]:
+        """Take what is known of brakes at ticks into their applications; return their risks."""
+        growths = self._growths([at.point for _, at, due in steps if at and due])
+        found = [self._step(one, at, next(growths) if at and due else None, due=due)
+                 for one, at, due in steps]
+        states = {id(state): state for state in found if isinstance(state, ApplicationState)}
+        risks: dict[int, BrakeRisk] = {} if self._risk is None or not states else dict(zip(
+            states, map(self._known, self._risk.assess([*states.values()])), strict=True))
+        self._shown |= {brake: risks[id(shown)] for brake, shown in self._shown.items()
+                        if isinstance(shown, ApplicationState)}
+        return [risks[id(one)] if isinstance(one, ApplicationState) else one for one in found]
+
+    def _plan(self, ticks: Sequence[PreparedTick],
+              found: Iterator[Evaluated]) -> Iterator[_Step]:
         """Yield what is known of each brake at each tick, and whether its risk is evaluated."""
         for tick in ticks:
             if not 0 <= tick[0].time - self._planned <= 1e9 * self._settings.longest_interval:
@@ -174,19 +189,17 @@ class VehicleRisk:
 
     def _growths(self, points: Sequence[OperatingPoint]) -> Iterator[MemberGrowth | None]:
         """Yield the growth of the ensemble at points; None without an emulator."""
-        for start in range(0, len(points), _AT_ONCE):
-            chosen = points[start:start + _AT_ONCE]
-            if self._risk is None:
-                yield from [None] * len(chosen)
-                continue
-            growth = self._risk.growth(
-                [abs(at.rotor_speed) for at in chosen], [at.contact_pressure for at in chosen],
-                [abs(at.friction) for at in chosen], [at.contact_stiffness for at in chosen])
-            yield from map(growth.at, range(len(chosen)))
+        if self._risk is None or not points:
+            yield from [None] * len(points)
+            return
+        growth = self._risk.growth(
+            [abs(at.rotor_speed) for at in points], [at.contact_pressure for at in points],
+            [abs(at.friction) for at in points], [at.contact_stiffness for at in points])
+        yield from map(growth.at, range(len(points)))
 
     def _step(self, one: Assessment | AssessmentContext, at: BrakeStability | None,
-              growth: MemberGrowth | None, *, due: bool) -> BrakeRisk | None:
-        """Take a tick of a brake into its application; return its risk."""
+              growth: MemberGrowth | None, *, due: bool) -> _Found:
+        """Take a tick of a brake into its application; return its risk, or what gives it."""
         if one.time < self._taken:  # the clock was set back
             self._applications.clear()
         self._taken = one.time
@@ -198,14 +211,14 @@ class VehicleRisk:
             self._application(one.brake).hold(one.time)
         return self._shown[one.brake]
 
-    def _pass(self, one: Assessment | AssessmentContext) -> BrakeRisk | None:
+    def _pass(self, one: Assessment | AssessmentContext) -> ApplicationState | None:
         """Take a tick at which a brake does not slide under load, or nothing is known of it."""
         if self._risk is None:
             return None
         application = self._application(one.brake)
         state = one.state if isinstance(one, Assessment) else 'invalid'
         if state == 'released':
-            return self._known(application.release(one.time))
+            return application.end(one.time)
         if state == 'not sliding':
             application.rest(one.time)
         else:
@@ -213,37 +226,21 @@ class VehicleRisk:
         return None
 
     def _evaluated(self, one: Assessment | AssessmentContext, at: BrakeStability,
-                   growth: MemberGrowth | None) -> BrakeRisk:
+                   growth: MemberGrowth | None) -> BrakeRisk | ApplicationState:
         if growth is None:
             return unknown_risk(first_order_instability(
                 self._model, at.point, at.modes, self._settings.band_hz, self._prior,
                 self._settings.instability_damping_ratio), 'first order', self.unknown)
-        self._count(at.point)
-        risk = self._known(self._application(one.brake).update(one.time, growth))
-        return risk or unknown_risk(math.nan, OUTSIDE, OUTSIDE)
+        assert self._risk is not None
+        self._statistics.count(self._risk, at.point, self._audit_every)
+        state = self._application(one.brake).advance(one.time, growth)
+        return unknown_risk(math.nan, OUTSIDE, OUTSIDE) if state is None else state
 
-    def _known(self, result: RiskResult | None) -> BrakeRisk | None:
-        if result is None or self._risk is None:
-            return None
+    def _known(self, result: RiskResult) -> BrakeRisk:
+        assert self._risk is not None
         families = self._risk.emulator.families
         return BrakeRisk(result=result, places=self._places, modes=(
             families[result.family].numbers if result.family >= 0 else ()))
-
-    def _count(self, point: OperatingPoint) -> None:
-        """Count an evaluation; compare the emulator with a full solution now and then."""
-        counts, risk = self._statistics, self._risk
-        counts.evaluations += 1
-        if risk is None or not self._audit_every or counts.evaluations % self._audit_every:
-            return
-        assert isinstance(risk.emulator, GrowthEmulator)
-        members = risk.ensemble.inputs(point.rotor_speed, point.contact_pressure,
-                                       abs(point.friction))
-        member = counts.audits % len(members)
-        off = audit(risk.emulator, members[member]) / risk.emulator.error.largest
-        counts.audits += 1
-        if not math.isnan(off):
-            counts.mismatches += off > _ALLOWED
-            counts.worst_audit = max(counts.worst_audit, off)
 
     def _application(self, brake: str) -> ApplicationRisk:
         assert self._risk is not None

@@ -17,12 +17,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray
-from squeal_core.risk.build_up import grown, halves
+from squeal_core.common.arrays import RealArray
+from squeal_core.risk.build_up import after, gain_and_noise, halves
+from squeal_core.risk.risk_records import ApplicationState, MemberGrowth, RiskResult
 from squeal_core.risk.scatter import NODES
-from squeal_core.risk.squeal_risk import MemberGrowth, RiskResult, SquealRisk
+from squeal_core.risk.squeal_risk import SquealRisk
 
 _SECOND = 1_000_000_000
+_NO_CAP = np.array(np.inf, np.float32)
 
 
 class ApplicationRisk:
@@ -43,7 +45,7 @@ class ApplicationRisk:
     Attributes
     ----------
     energy, peak, growing, incomplete
-        As of `BuildUpState`.
+        As of `ApplicationState`.
 
     """
 
@@ -51,14 +53,15 @@ class ApplicationRisk:
         self._risk = risk
         self._shape = (NODES.size, risk.families.size, risk.ensemble.weights.size)
         self._time, self._slid_at, self._fresh = 0, 0, False
-        self._rates: FloatArray | None = None  # at the nodes at the last tick; None: not known
+        self._rates: RealArray | None = None  # at the nodes at the last tick; None: not known
         self._growth: MemberGrowth | None = None  # then, where the brake slid
         self._reset()
         self.incomplete = True  # nothing is known of what was before the first tick
 
     def _reset(self) -> None:
-        self.energy, self.peak = np.ones(self._shape), np.ones((NODES.size, 1, self._shape[-1]))
-        self.growing = np.zeros((NODES.size, self._shape[-1]))
+        self.energy: RealArray = np.ones(self._shape, np.float32)
+        self.peak: RealArray = np.ones((NODES.size, 1, self._shape[-1]), np.float32)
+        self.growing: RealArray = np.zeros((NODES.size, self._shape[-1]))
         self.incomplete = False
 
     def update(self, time_ns: int, growth: MemberGrowth) -> RiskResult | None:
@@ -78,18 +81,19 @@ class ApplicationRisk:
             None where most members are outside the emulator's domain.
 
         """
-        self.advance(time_ns, growth)
-        return None if self._rates is None else self._risk.assess(self, growth, self._rates)
+        state = self.advance(time_ns, growth)
+        return state and self._risk.assess([state])[0]
 
-    def advance(self, time_ns: int, growth: MemberGrowth) -> None:
-        """Take a tick as `update` does, and leave the risk out."""
-        if np.isnan(growth.rate).any(axis=0).all():
+    def advance(self, time_ns: int, growth: MemberGrowth) -> ApplicationState | None:
+        """Take a tick as `update` does; return the state to assess."""
+        if not growth.known.any():
             self.skip(time_ns)
-            return
+            return None
         rates = self._risk.at_nodes(growth)
         self._step(self._elapsed(time_ns), rates, growth)
         self._rates, self._growth, self._fresh = rates, growth, False
         self._slid_at = time_ns
+        return self._state()
 
     def hold(self, time_ns: int) -> None:
         """Take a tick at which the brake slides on, between two that are evaluated."""
@@ -100,9 +104,9 @@ class ApplicationRisk:
         duration, decaying = self._elapsed(time_ns), -self._risk.decay
         if self._growth is not None and self._rates is not None:
             sliding = duration - self._after_sliding(time_ns)
-            self._grow(self._rates, sliding, self._growth)
+            self._grow(self._rates[None], sliding, self._growth)
             duration -= sliding
-        self._grow(decaying, duration, None)
+        self._grow(decaying[None], duration, None)
         self._rates, self._growth = decaying, None
 
     def skip(self, time_ns: int) -> None:
@@ -121,9 +125,13 @@ class ApplicationRisk:
             last tick that saw it and this one. None where the brake did not slide before it.
 
         """
+        state = self.end(time_ns)
+        return state and self._risk.assess([state])[0]
+
+    def end(self, time_ns: int) -> ApplicationState | None:
+        """Take a tick as `release` does; return the state to assess."""
         self.finish(time_ns)
-        last = None if self._growth is None or self._rates is None else self._risk.assess(
-            self, self._growth, self._rates)
+        last = self._state()
         if not self._fresh:
             self._reset()
         self._rates, self._growth, self._fresh = -self._risk.decay, None, True
@@ -133,7 +141,7 @@ class ApplicationRisk:
         """Take the time to the end of sliding, before a tick at which the brake is released."""
         duration = self._elapsed(time_ns)
         if self._rates is not None and self._growth is not None:
-            self._grow(self._rates, duration - self._after_sliding(time_ns), self._growth)
+            self._grow(self._rates[None], duration - self._after_sliding(time_ns), self._growth)
 
     def _after_sliding(self, time_ns: int) -> float:
         """Return half of the time since the brake was last seen sliding [s]."""
@@ -147,22 +155,32 @@ class ApplicationRisk:
         self._time = time_ns
         return 0.0 if self._rates is None else duration
 
-    def _step(self, duration: float, rates: FloatArray, growth: MemberGrowth) -> None:
+    def _state(self) -> ApplicationState | None:
+        """Return the state if the brake slid at the last tick and most members are known."""
+        if self._growth is None or self._rates is None or not self._risk.knows(self._growth):
+            return None
+        return ApplicationState(self.energy, self.peak, self.growing, self._rates, self._growth,
+                                self.incomplete)
+
+    def _step(self, duration: float, rates: RealArray, growth: MemberGrowth) -> None:
         """Go on to a tick at which the brake slides with these growth rates."""
         if self._rates is None or duration == 0.0:
             return
-        first, second = halves(self._rates, rates, edge=self._growth is None)
-        self._grow(first, 0.5 * duration, None if self._growth is None else growth)
-        self._grow(second, 0.5 * duration, growth)
+        edge = self._growth is None
+        self._grow(halves(self._rates, rates, edge=edge), 0.5 * duration,
+                   None if edge else growth, growth)
 
-    def _grow(self, rates: FloatArray, duration: float, growth: MemberGrowth | None) -> None:
-        """Take a time at constant growth rates; without sliding all modes decay."""
-        cap = np.array(np.inf) if growth is None else growth.cap
-        self.energy = grown(self.energy, rates, duration, self._risk.decay, cap)
-        if growth is not None:
-            largest = self.energy.max(axis=1, keepdims=True, initial=1.0)
-            np.maximum(self.peak, largest, out=self.peak)
-            self.growing += duration * (rates > 0.0).any(axis=1)
+    def _grow(self, rates: RealArray, duration: float, *growths: MemberGrowth | None) -> None:
+        """Take times of a duration, each at its rates; without sliding all modes decay."""
+        gains, noises = gain_and_noise(rates, duration, self._risk.decay)
+        grows = rates.max(axis=-2, initial=-np.inf) > 0.0
+        for part, growth in enumerate(growths):
+            self.energy = after(self.energy, gains[part], noises[part],
+                                _NO_CAP if growth is None else growth.cap)
+            if growth is not None:
+                self.peak = np.maximum(
+                    self.peak, self.energy.max(axis=1, keepdims=True, initial=1.0))
+                self.growing = self.growing + duration * grows[part]
 
 
 def over_application(risk: SquealRisk, times_ns: Sequence[int],

@@ -22,12 +22,13 @@ opens, at an amplitude near c p0 / k_c. The build-up is ln sqrt(E) [nepers].
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.common.arrays import FloatArray
+from squeal_core.common.arrays import FloatArray, RealArray
 
 FLOOR = 1e-9  # m, root mean square relative displacement of a mode at the contact, by noise
 SATURATION = 2.0  # c: transients of kang2009 end 9.9 to 10 nepers above 1 nm, p0 / k_c being 10 um
 _LEAST_DAMPING_RATIO = 0.001  # of modes without damping of their own, as in the transients
-_LEAST_RATE = 1e-6  # 1/s; nearer to zero the stationary energy has no end
+# 1/s; nearer to zero the stationary energy has no end: in double precision, and in single
+_LEAST_RATE, _LEAST_OF_SINGLE = 1e-6, 1e-3
 
 
 def saturation_energy(contact_pressure: ArrayLike, contact_stiffness: ArrayLike,
@@ -55,13 +56,13 @@ def noise_decay(decay_rate: ArrayLike, frequency_hz: ArrayLike) -> FloatArray:
     return np.asarray(np.maximum(decay_rate, least))
 
 
-def nepers(energy: FloatArray) -> FloatArray:
+def nepers(energy: RealArray) -> RealArray:
     """Return the build-up of an energy over the floor's."""
     return np.asarray(0.5 * np.log(energy))
 
 
-def grown(energy: FloatArray, growth_rate: FloatArray, duration: float, decay_rate: FloatArray,
-          cap: FloatArray) -> FloatArray:
+def grown(energy: RealArray, growth_rate: RealArray, duration: float | RealArray,
+          decay_rate: RealArray, cap: RealArray) -> RealArray:
     """
     Return the energies after a time at constant growth rates, exactly; all arrays broadcast.
 
@@ -71,7 +72,7 @@ def grown(energy: FloatArray, growth_rate: FloatArray, duration: float, decay_ra
         Over the floor's.
     growth_rate : array
         sigma [1/s]. Where it is NaN nothing is known and nothing added.
-    duration : float
+    duration : float or array
         [s].
     decay_rate : array
         d [1/s]: the growth rate at which noise holds the floor is -d.
@@ -79,12 +80,24 @@ def grown(energy: FloatArray, growth_rate: FloatArray, duration: float, decay_ra
         Energy at saturation.
 
     """
-    still = np.abs(growth_rate) < _LEAST_RATE
-    rate = np.where(still, _LEAST_RATE, growth_rate) if still.any() else growth_rate
-    noise = decay_rate / rate
-    found = np.asarray(energy + noise)
+    return after(energy, *gain_and_noise(growth_rate, duration, decay_rate), cap)
+
+
+def gain_and_noise(growth_rate: RealArray, duration: float | RealArray,
+                   decay_rate: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the factor on energies over a time, and d / sigma; for `after`."""
+    least = _LEAST_OF_SINGLE if growth_rate.dtype == np.float32 else _LEAST_RATE
+    still = np.abs(growth_rate) < least
+    rate = np.where(still, least, growth_rate) if still.any() else growth_rate
     with np.errstate(over='ignore'):  # the cap ends it
-        found *= np.exp(2.0 * duration * rate)
+        return np.exp(2.0 * duration * rate), decay_rate / rate
+
+
+def after(energy: RealArray, gain: RealArray, noise: RealArray, cap: RealArray) -> RealArray:
+    """Return the energies after a time by what `gain_and_noise` returns of it."""
+    found = np.asarray(energy + noise)
+    with np.errstate(over='ignore'):
+        found *= gain
     found -= noise
     np.minimum(found, cap, out=found)
     if np.isnan(found.min(initial=np.inf)):
@@ -92,15 +105,15 @@ def grown(energy: FloatArray, growth_rate: FloatArray, duration: float, decay_ra
     return found
 
 
-def halves(before: FloatArray, now: FloatArray, *, edge: bool) -> tuple[FloatArray, FloatArray]:
+def halves(before: RealArray, now: RealArray, *, edge: bool) -> RealArray:
     """
-    Return the growth rates of the two halves of the time between two ticks.
+    Return the growth rates (2, ...) of the two halves of the time between two ticks.
 
     Both ways their mean is that of the ticks (trapezoidal rule). Along a change that goes on
     over the whole time they are those of its quarter points. At an edge, where sliding under load
     begins or ends at an unknown moment between the ticks, it does so in the middle.
     """
     if edge:
-        return before, now
+        return np.stack(np.broadcast_arrays(before, now))
     quarter = 0.25 * (now - before)
-    return before + quarter, now - quarter
+    return np.stack([before + quarter, now - quarter])

@@ -39,9 +39,9 @@ from squeal_core.risk.growth_emulator import (
     EmulatorDomain,
     EmulatorError,
     GrowthEmulator,
-    PolynomialBasis,
 )
 from squeal_core.risk.mode_families import coupled, ModeFamily, ReferenceModes
+from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
 from squeal_core.risk.training_solutions import solution_at, solve_points, TrainingSolutions
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
@@ -138,12 +138,14 @@ def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray,
     """Return the emulator of full solutions, its error not yet known."""
     basis = _basis(model, inputs)
     coefficients, _ = affine_coefficients(model, inputs)
-    _, by_own = basis.variables(coefficients)
-    rows = basis.terms(coefficients, np.eye(6)[:, None] / by_own)  # slopes by own variables
+    variables, by_own = basis.variables(coefficients)
+    rows = basis.terms(*basis.factors(variables, np.eye(4)[..., None], np.eye(2)[..., None]))
+    rows = rows.swapaxes(1, 2)  # slopes by the variables
     found = []
     for places in _families(training, band_hz):
         values, by = _invariants_of(training.eigenvalues[:, places], training.slopes[:, places])
-        wanted = np.concatenate([values[None], np.moveaxis(by / by_own[:, None], 2, 0)])
+        by = np.moveaxis(by / by_own[:, None], 2, 0)[[*OPERATION, *BRAKE]]
+        wanted = np.concatenate([values[None], by])
         found.append((places, _fit(rows, wanted, training, places)))
     if not found:
         raise ModelError('no mode of the squeal band comes near to growing; there is nothing to '

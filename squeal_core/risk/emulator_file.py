@@ -37,9 +37,9 @@ from squeal_core.risk.growth_emulator import (
     EmulatorError,
     GrowthEmulator,
     INPUTS,
-    PolynomialBasis,
 )
 from squeal_core.risk.mode_families import ModeFamily
+from squeal_core.risk.polynomial_basis import PolynomialBasis
 from squeal_core.surrogate.table_file import model_hash
 
 FORMAT = 'squeal_ros growth emulator'

@@ -26,17 +26,21 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
+from numpy.typing import NDArray
+from squeal_core.common.arrays import ComplexArray, FloatArray, readonly
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.risk.mode_families import ModeFamily
+from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
 
 INPUTS = ('ln_rotor_speed', 'ln_contact_pressure', 'friction', 'ln_contact_stiffness',
           'ln_damping', 'slope_scale')
 """ln of |Omega| [rad/s] and of p0 [Pa]; mu [-]; ln of the factors on the model's k_c at this p0
 and on its damping; factor on the friction slope by the model's law."""
 
-_CHUNK = 128  # rows evaluated at once: their terms stay in the cache
+_WITH_FRICTION = np.array([[0.0], [1.0], [1.0], [1.0]])  # which of them are in proportion to it
+_WITH_DAMPING = np.array([[0.0], [1.0]])
+_CHUNK = 256  # rows evaluated at once: their terms stay in the cache
 _LEAST_HALF = 1.0  # 1/s; slopes of eigenvalues nearer to each other than twice that are limited
 
 
@@ -106,87 +110,6 @@ class EmulatedGrowth(NamedTuple):
     by_damping: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class PolynomialBasis:
-    """
-    Products of Chebyshev polynomials in scaled coefficients of the affine family.
-
-    Parameters
-    ----------
-    exponents : (T, 6) index array
-        Degree of each term in each coordinate.
-    scales : (3,) array
-        Of Omega [rad/s], p0 mu / Omega [Pa s], p0 mu_v [Pa s/m]; coordinates are asinh(value /
-        scale) of these, then k_c, mu and the damping scale as they are.
-    low, high : (6,) arrays
-        Coordinates at which the polynomials' variable is -1 and 1.
-
-    """
-
-    exponents: IndexArray
-    scales: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-    def variables(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the polynomials' variables at coefficients, and their slopes by each own."""
-        found, slopes = coefficients.copy(), np.ones_like(coefficients)
-        found[:, :3] = np.arcsinh(coefficients[:, :3] / self.scales)
-        slopes[:, :3] = 1.0 / np.hypot(coefficients[:, :3], self.scales)
-        half = 0.5 * (self.high - self.low)
-        return (found - self.low) / half - 1.0, slopes / half
-
-    def terms(self, coefficients: FloatArray, directions: FloatArray) -> FloatArray:
-        """
-        Return the terms and their slopes in D directions (1 + D, P, T).
-
-        Parameters
-        ----------
-        coefficients : (P, 6) array
-            By `affine_coefficients`.
-        directions : (D, P, 6) array
-            Changes of the coefficients.
-
-        """
-        variables, by_own = self.variables(coefficients)
-        values, slopes = self._chebyshev(variables)
-        turns = np.concatenate([np.zeros((1, *variables.shape)), directions * by_own])
-        first, second = (self._products(values, slopes, turns, start) for start in (0, 3))
-        second[1:] *= first[0]  # the product rule, without arrays beside these two
-        first *= second[0]
-        first[1:] += second[1:]
-        return first
-
-    def _chebyshev(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return all polynomials of all variables and their slopes (P, degree, 6)."""
-        values = [np.ones_like(variables), variables]
-        slopes = [np.zeros_like(variables), np.ones_like(variables)]
-        for _ in range(2, int(self.exponents.max(initial=1)) + 1):
-            slopes.append(2.0 * (values[-1] + variables * slopes[-1]) - slopes[-2])
-            values.append(2.0 * variables * values[-1] - values[-2])
-        return np.stack(values, axis=1), np.stack(slopes, axis=1)
-
-    def _products(self, values: FloatArray, slopes: FloatArray, turns: FloatArray,
-                  start: int) -> FloatArray:
-        """Return the factors (1 + D, P, T) of terms by three variables, and their slopes."""
-        powers, places = self._halves[start // 3]
-        axes = [start, start + 1, start + 2]
-        x, y, z = (values[:, powers[:, i], axis] for i, axis in enumerate(axes))
-        u, v, w = (slopes[:, powers[:, i], axis] for i, axis in enumerate(axes))
-        found = np.stack([turn[:, start:start + 1] * (u * y * z)
-                          + turn[:, start + 1:start + 2] * (x * v * z)
-                          + turn[:, start + 2:start + 3] * (x * y * w) for turn in turns])
-        found[0] = x * y * z
-        return np.take(found, places, axis=-1)
-
-    @cached_property
-    def _halves(self) -> tuple[tuple[IndexArray, IndexArray], ...]:
-        """Return different degrees in the first three variables and each term's, so the others."""
-        halves = (np.unique(self.exponents[:, start:start + 3], axis=0, return_inverse=True)
-                  for start in (0, 3))
-        return tuple((powers, places.ravel()) for powers, places in halves)
-
-
 def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     Return (Omega, p0 mu / Omega, p0 mu_v, k_c, mu, damping scale) at inputs (P, 6), and p0.
@@ -228,42 +151,73 @@ class GrowthEmulator:
         self.model, self.families, self.domain = model, families, domain
         self.basis, self.weights, self.error = basis, readonly(weights), error
 
+    @cached_property
+    def _rows(self) -> NDArray[np.float32]:
+        """Return the weights of Im, Re of single modes and means, Re, Im of squares, (2 K, T)."""
+        parts = self.weights.T.reshape(-1, 2, len(self.weights))  # (K, 2, T)
+        count = len(self.families)
+        return np.concatenate([parts[:count, 1], parts[:count, 0], parts[count:, 0],
+                               parts[count:, 1]], dtype=np.float32)
+
     def evaluate(self, inputs: FloatArray) -> EmulatedGrowth:
-        """Return the least stable mode of each family (..., F) at inputs (..., 6)."""
-        inputs = np.asarray(inputs, float)
-        shape = (*inputs.shape[:-1], len(self.families))
-        inside = self.domain.covers(inputs).ravel()
-        found = np.full((4, inside.size, len(self.families)), np.nan)
-        rows = np.flatnonzero(inside)
-        for start in range(0, rows.size, _CHUNK):
-            part = rows[start:start + _CHUNK]
-            found[:, part] = self._evaluate(inputs.reshape(-1, 6)[part])
-        return EmulatedGrowth(*found.reshape(4, *shape))
+        """
+        Return the least stable mode of each family (..., F) at inputs (..., 6).
+
+        The last but one axis of the inputs is of what is evaluated together: numbers do not depend
+        on those before it, by not one bit.
+        """
+        shape = np.shape(inputs)
+        groups = np.reshape(inputs, (-1, *(1, *shape)[-2:]))
+        step = max(1, _CHUNK // groups.shape[1])
+        found = np.concatenate([self._evaluate(groups[start:start + step])
+                                for start in range(0, len(groups), step)], axis=1)
+        return EmulatedGrowth(*found.swapaxes(2, 3).reshape(4, *shape[:-1], len(self.families)))
 
     def eigenvalues(self, inputs: FloatArray) -> ComplexArray:
         """Return all of the families, (P, K), at inputs of the domain, (P, 6) [1/s]."""
-        coefficients, _ = affine_coefficients(self.model, inputs)
-        [terms] = self.basis.terms(coefficients, np.empty((0, *coefficients.shape)))
-        single, mean, square = self._invariants(terms)
-        half = np.sqrt(square)
-        return np.concatenate([single, mean + half, mean - half], axis=1)
+        variables, _ = self.basis.variables(affine_coefficients(self.model, inputs)[0])
+        none = np.empty((0, 1, 1))
+        [terms] = self.basis.terms(*self.basis.factors(variables, none, none))
+        mean, square = np.split((terms.T @ self.weights).view(complex), [len(self.families)],
+                                axis=1)
+        half = np.zeros_like(mean)
+        half[:, mean.shape[1] - square.shape[1]:] = np.sqrt(square)
+        return np.concatenate([mean + half, (mean - half)[:, -square.shape[1]:]], axis=1)
 
     def _evaluate(self, inputs: FloatArray) -> FloatArray:
-        """Return what `EmulatedGrowth` has (4, P, F)."""
-        coefficients, _ = affine_coefficients(self.model, inputs)
-        directions = np.zeros((2, *coefficients.shape))
-        # radial dissipation and slope are in proportion to the friction coefficient
-        directions[0, :, 1:3] = coefficients[:, 1:3] / coefficients[:, 4:5]
-        directions[0, :, 4], directions[1, :, 5] = 1.0, coefficients[:, 5]
-        terms = self.basis.terms(coefficients, directions)
-        single, mean, square = self._invariants(terms)
-        half = np.sqrt(square[0])  # of a real part above zero, so it leads to the less stable one
-        slopes = 0.5 * half.conj() / np.maximum(np.abs(half), _LEAST_HALF) ** 2 * square[1:]
-        found = np.concatenate([single, mean + np.stack([half, *slopes])], axis=2)
-        return np.stack([found[0].real, found[0].imag / (2.0 * np.pi), *found[1:].real])
+        """Return what `EmulatedGrowth` has at inputs (G, P, 6), (4, G, F, P)."""
+        count, shape = len(self.families), inputs.shape[:2]
+        with np.errstate(all='ignore'):  # outside the domain
+            factors = [part.reshape(*part.shape[:2], *shape)
+                       for part in self._factors(inputs.reshape(-1, 6))]
+        values = np.empty((shape[0], len(self._rows), shape[1]), np.float32)
+        slopes = np.empty((2, shape[0], len(self._rows) - count, shape[1]), np.float32)
+        for group in range(len(inputs)):  # its terms stay in the cache
+            terms = self.basis.terms(*(part[:, :, group] for part in factors))
+            values[group], slopes[:, group] = self._rows @ terms[0], self._rows[count:] @ terms[1:]
+        end = len(self._rows) // 2 + count
+        angular, rate = values[:, :count], values[:, count:2 * count]
+        pairs = slice(2 * count - len(self._rows) // 2, count)
+        real, imaginary = (values[:, part].astype(float) for part in (
+            slice(2 * count, end), slice(end, None)))
+        size = np.sqrt(real * real + imaginary * imaginary)
+        # of a real part above zero, so it leads to the less stable one
+        half = np.sqrt(0.5 * (size + real)), np.copysign(np.sqrt(0.5 * (size - real)), imaginary)
+        rate[:, pairs] += half[0]
+        angular[:, pairs] += half[1]
+        slopes[:, :, pairs] += (
+            half[0] * slopes[:, :, count:end - count] + half[1] * slopes[:, :, end - count:]) * (
+                0.5 / np.maximum(size, _LEAST_HALF**2))
+        found = np.stack([rate, angular / np.float32(2.0 * np.pi), *slopes[:, :, :count]])
+        np.copyto(found, np.float32(np.nan), where=~self.domain.covers(inputs)[:, None])
+        return found
 
-    def _invariants(self, terms: FloatArray) -> Any:
-        """Return the invariants of single modes, the means of pairs and their squares."""
-        pairs = self.weights.shape[1] // 2 - len(self.families)
-        found: ComplexArray = (terms @ self.weights).view(complex)
-        return np.split(found, [len(self.families) - pairs, len(self.families)], axis=-1)
+    def _factors(self, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the factors of terms at inputs (P, 6), and their slopes by friction, damping."""
+        coefficients, _ = affine_coefficients(self.model, inputs)
+        variables, by_own = self.basis.variables(coefficients)
+        change = (coefficients * by_own).T
+        # radial dissipation and slope are in proportion to the friction coefficient
+        by_friction = change[None, OPERATION] * _WITH_FRICTION / coefficients[:, 4]
+        return self.basis.factors(variables, by_friction, change[None, BRAKE] * _WITH_DAMPING,
+                                  np.float32)

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
+from numpy.typing import NDArray
+from squeal_core.common.arrays import FloatArray, IndexArray, RealArray, repr_with_shapes
 from squeal_core.risk.build_up import FLOOR, noise_decay
 from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
 from squeal_core.risk.mode_families import ModeFamily
@@ -85,13 +86,16 @@ class MemberGrowth(NamedTuple):
         Change of the growth rate over one standard deviation of its scatter [1/s].
     cap : (..., M) array
         Energy at saturation over the floor's.
+    known : (..., M) array of bool
+        Whether the emulator covers the member.
 
     """
 
-    rate: FloatArray
-    frequency_hz: FloatArray
-    scatter: FloatArray
-    cap: FloatArray
+    rate: RealArray
+    frequency_hz: RealArray
+    scatter: RealArray
+    cap: RealArray
+    known: NDArray[np.bool_]
 
     def at(self, tick: int) -> 'MemberGrowth':
         """Return that of one of many ticks."""
@@ -137,7 +141,7 @@ class RiskResult:
     peak_risk: float
     instability_probability: float
     build_up: float
-    family_build_up: FloatArray
+    family_build_up: RealArray
     time_to_squeal: float
     family: int
     frequency_hz: float
@@ -151,9 +155,9 @@ class RiskResult:
         return f'{self.squeal_risk:.2f} +- {self.error:.2f} ({self.basis})'
 
 
-class BuildUpState(Protocol):
+class ApplicationState(NamedTuple):
     """
-    Build-up of all members over a brake application, at the nodes of the scatter.
+    Build-up of all members over a brake application, at the nodes of the scatter, up to a tick.
 
     Attributes
     ----------
@@ -163,12 +167,18 @@ class BuildUpState(Protocol):
         The largest of all families since the start of the application.
     growing : (7, M) array
         Time since then in which some family grew [s].
+    rates : (7, F, M) array
+        Growth rates at the tick [1/s].
+    growth : MemberGrowth
+        Of the tick.
     incomplete : bool
         Whether a part of the application is not known.
 
     """
 
-    energy: FloatArray
-    peak: FloatArray
-    growing: FloatArray
+    energy: RealArray
+    peak: RealArray
+    growing: RealArray
+    rates: RealArray
+    growth: MemberGrowth
     incomplete: bool

@@ -24,7 +24,7 @@ saturation within less than a standard deviation: nodes are dense where that is 
 
 import numpy as np
 from scipy.special import ndtr, ndtri
-from squeal_core.common.arrays import FloatArray
+from squeal_core.common.arrays import FloatArray, RealArray
 
 _COUNT = 7
 NODES = 1.2 * ndtri((np.arange(_COUNT) + 0.5) / _COUNT)  # standard deviations
@@ -36,7 +36,7 @@ _BETWEEN = np.diff(_BELOW)
 WEIGHTS = np.diff(ndtr([-np.inf, *0.5 * (NODES[1:] + NODES[:-1]), np.inf]))  # nearest to a node
 
 
-def along_scatter(by_friction: FloatArray, by_damping: FloatArray) -> FloatArray:
+def along_scatter(by_friction: RealArray, by_damping: RealArray) -> RealArray:
     """
     Return the change of growth rates over one standard deviation of their scatter.
 
@@ -71,11 +71,11 @@ def exceedance(margin: FloatArray) -> FloatArray:
     values[0] = values[1] + reach * (values[1] - values[2])
     values[-1] = values[-2] + reach * (values[-2] - values[-3])
     above = values > 0.0
-    found = np.asarray(_BETWEEN @ (above[1:] & above[:-1]))
+    found = (_BETWEEN[:, None] * (above[1:] & above[:-1])).sum(axis=0)
     segment, place = np.nonzero(above[1:] != above[:-1])
     low, high = values[segment, place], values[segment + 1, place]
     left, right = _POINTS[segment], _POINTS[segment + 1]
     below = ndtr(left + (right - left) * low / (low - high))
     inside = np.where(high > low, _BELOW[segment + 1] - below, below - _BELOW[segment])
     found += np.bincount(place, inside, minlength=found.size)
-    return found.reshape(margin.shape[1:])
+    return np.asarray(found.reshape(margin.shape[1:]))

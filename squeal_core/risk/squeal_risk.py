@@ -20,15 +20,16 @@ stiffness, bias of friction ...). Each member has the build-up of each of its mo
 nodes of the scatter of friction and damping from application to application.
 """
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from squeal_core.common.arrays import FloatArray
+from squeal_core.common.arrays import FloatArray, RealArray
 from squeal_core.risk.build_up import nepers, saturation_energy
 from squeal_core.risk.ensemble import Ensemble
 from squeal_core.risk.risk_records import (
-    BuildUpState,
+    ApplicationState,
     families_in,
     GrowthSource,
     MemberGrowth,
@@ -41,6 +42,7 @@ __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'Squeal
 
 LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
+_NODES = NODES.astype(np.float32)[:, None, None]
 _MOSTLY_PRIOR = 0.5  # power of the likelihood below which a calibration hardly moves the level
 _PRIOR = 'the level of the risk is mostly the prior of damping'
 
@@ -71,7 +73,7 @@ class SquealRisk:
         self.emulator, self.ensemble = emulator, ensemble
         self.settings = settings or RiskSettings()
         self.families, _, decay = families_in(self.settings.band_hz, emulator.families)
-        self.decay: FloatArray = np.exp(ensemble.ln_damping) * decay[:, None]
+        self.decay: RealArray = (np.exp(ensemble.ln_damping) * decay[:, None]).astype(np.float32)
         self.basis = ensemble.calibrated or 'not calibrated'
         if not ensemble.calibrated or ensemble.likelihood_power < _MOSTLY_PRIOR:
             self.basis += f': {_PRIOR}'
@@ -94,125 +96,117 @@ class SquealRisk:
         """
         members = self.ensemble
         inputs = members.inputs(rotor_speed, contact_pressure, friction)
-        # one tick at a time: their terms fit into the cache, and bits are those of single ticks
-        ticks = [self.emulator.evaluate(tick) for tick in inputs.reshape(-1, *inputs.shape[-2:])]
+        found = self.emulator.evaluate(inputs)
         stiffness = np.asarray(contact_stiffness)[..., None] * np.exp(inputs[..., 3])
         cap = saturation_energy(np.exp(inputs[..., 1]), stiffness, self.settings.noise_floor)
         rate, frequency, by_friction, by_damping = (
-            np.stack([getattr(tick, name)[:, self.families].T for tick in ticks]).reshape(
-                *inputs.shape[:-2], self.families.size, members.count)
-            for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping'))
+            values.swapaxes(-1, -2)[..., self.families, :].astype(np.float32) for values in found)
         return MemberGrowth(
-            rate, frequency, along_scatter(members.friction_scatter * by_friction,
-                                           members.damping_scatter * by_damping), cap)
+            rate, frequency, along_scatter(float(members.friction_scatter) * by_friction,
+                                           float(members.damping_scatter) * by_damping),
+            cap.astype(np.float32),
+            np.asarray(np.isfinite(rate).all(axis=-2)))
 
-    def at_nodes(self, growth: MemberGrowth) -> FloatArray:
+    def knows(self, growth: MemberGrowth) -> bool:
+        """Tell whether the emulator covers half of the members or more."""
+        return float(self.ensemble.weights @ growth.known) >= LEAST_KNOWN
+
+    def at_nodes(self, growth: MemberGrowth) -> RealArray:
         """Return the growth rates of a tick at the nodes of the scatter, (7, F, M)."""
-        return np.asarray(growth.rate + NODES[:, None, None] * growth.scatter)
+        return np.asarray(growth.rate + _NODES * growth.scatter)
 
-    def exceedances(self, energy: FloatArray) -> FloatArray:
+    def exceedances(self, energy: RealArray) -> FloatArray:
         """Return the probability in each member (M,) that energies (7, F, M) exceed N*."""
         return exceedance(self._margin(energy.max(axis=1, initial=1.0)))
 
-    def _margin(self, energy: FloatArray) -> FloatArray:
+    def _margin(self, energy: RealArray) -> FloatArray:
         """Return the build-up of energies (..., M) less N*."""
         return nepers(energy) - self.ensemble.audible_build_up
 
-    def assess(self, state: BuildUpState, growth: MemberGrowth,
-               rates: FloatArray) -> RiskResult | None:
+    def assess(self, states: Sequence[ApplicationState]) -> list[RiskResult]:
         """
-        Return the risk of a state; None where the emulator knows less than half of the members.
+        Return the risk of each state of a brake application.
 
-        Parameters
-        ----------
-        state : BuildUpState
-            Of the application up to the tick.
-        growth : MemberGrowth
-            At the tick.
-        rates : (7, F, M) array
-            `at_nodes` of it.
-
+        Many at once, of any brakes, cost less than each alone, and have the same bits.
         """
-        known = ~np.isnan(growth.rate).any(axis=0)
+        energy, peak, growing, rates = (np.stack(parts, axis=1) for parts in zip(
+            *(state[:4] for state in states), strict=True))  # (7, S, ...)
+        rate, frequency, *_, known = map(np.stack, zip(
+            *(state.growth for state in states), strict=True))
         weights = self.ensemble.weights * known
-        total = float(weights.sum())
-        if total < LEAST_KNOWN:
-            return None
+        total = weights.sum(axis=1, keepdims=True)
         weights /= total
-        largest = state.energy.max(axis=1, initial=0.0)
+        largest = energy.max(axis=2, initial=0.0)
         reached = np.maximum(largest, 1.0)
         margin = self._margin(reached)
         of_member = exceedance(np.stack([
-            margin, margin + self.emulator.error.rms * state.growing,
-            self._margin(state.peak[:, 0]),
-            np.where(known, self._excess(growth, rates), _NEVER)], axis=1))
-        risk, risk_by_error, peak, unstable = (of_member @ weights).tolist()
-        time, *energies = _medians(np.vstack([
-            self._time(state.energy[MIDDLE], margin[MIDDLE], growth.rate), reached[MIDDLE],
-            state.energy[MIDDLE]]), weights)
-        build_up, *by_family = nepers(np.array(energies)).tolist()
-        family, frequency = self._leading(
-            state.energy >= largest[:, None], margin > 0.0, growth, weights)
-        return RiskResult(
-            squeal_risk=risk, peak_risk=peak, instability_probability=unstable,
-            error=math.hypot(risk_by_error - risk, self._sampling_error(of_member[0], weights))
-            + 1.0 - min(total, 1.0),
-            build_up=build_up, family_build_up=np.array(by_family), time_to_squeal=time,
-            family=family, frequency_hz=frequency, basis=self.basis,
+            margin, margin + self.emulator.error.rms * growing, self._margin(peak[:, :, 0]),
+            np.where(known, self._excess(frequency, rates), _NEVER)], axis=2))
+        risks = (of_member @ weights[:, :, None])[..., 0]
+        errors = np.hypot(risks[:, 1] - risks[:, 0], self._sampling_error(
+            of_member[:, 0], weights)) + 1.0 - np.minimum(total[:, 0], 1.0)
+        medians = _medians(np.concatenate([
+            self._time(energy[MIDDLE], margin[MIDDLE], rate)[:, None], reached[MIDDLE][:, None],
+            energy[MIDDLE]], axis=1), weights)
+        places, pitches = self._leading(
+            energy >= largest[:, :, None], margin > 0.0, frequency, weights)
+        return [RiskResult(
+            squeal_risk=risk, peak_risk=peak_risk, instability_probability=unstable, error=error,
+            build_up=float(nepers(middle[1])), family_build_up=nepers(middle[2:]),
+            time_to_squeal=float(middle[0]), family=place, frequency_hz=pitch, basis=self.basis,
             calibrated=bool(self.ensemble.calibrated), incomplete=state.incomplete)
+            for state, (risk, _, peak_risk, unstable), error, middle, place, pitch in zip(
+                states, risks.tolist(), errors.tolist(), medians, places, pitches, strict=True)]
 
-    def _excess(self, growth: MemberGrowth, rates: FloatArray) -> FloatArray:
-        """Return the largest growth rate beyond that of -zeta* at the nodes, (7, M)."""
+    def _excess(self, frequency: RealArray, rates: RealArray) -> RealArray:
+        """Return the largest growth rate beyond that of -zeta* at the nodes, (7, S, M)."""
         ratio = self.settings.instability_damping_ratio
         if ratio:
-            rates = rates - ratio * 2.0 * np.pi * growth.frequency_hz
-        return np.asarray(rates.max(axis=1, initial=_NEVER))
+            rates = rates - ratio * 2.0 * np.pi * frequency
+        return np.asarray(rates.max(axis=2, initial=_NEVER))
 
-    def _time(self, energy: FloatArray, margin: FloatArray, rate: FloatArray) -> FloatArray:
-        """Return the time until N* of each member without scatter [s], (M,)."""
-        grows = (rate > 0.0).any(axis=1)
-        missing, rate = -self._margin(energy[grows]), rate[grows]
-        time = np.full_like(rate, np.inf)
-        np.divide(missing, rate, out=time, where=rate > 0.0)
-        return np.where(margin >= 0.0, 0.0, time.min(axis=0, initial=np.inf))
+    def _time(self, energy: RealArray, margin: FloatArray, rate: RealArray) -> FloatArray:
+        """Return the time until N* of each member without scatter [s], (S, M)."""
+        time = np.full(rate.shape, np.inf)
+        np.divide(-self._margin(energy), rate, out=time, where=rate > 0.0)
+        return np.where(margin >= 0.0, 0.0, time.min(axis=1, initial=np.inf))
 
-    def _leading(self, leads: NDArray[np.bool_], exceeds: NDArray[np.bool_], growth: MemberGrowth,
-                 weights: FloatArray) -> tuple[int, float]:
+    def _leading(self, leads: NDArray[np.bool_], exceeds: NDArray[np.bool_], frequency: RealArray,
+                 weights: FloatArray) -> tuple[list[int], list[float]]:
         """
         Return index and frequency of the family that leads where N* is exceeded, or at all.
 
-        By whether a family has the largest energy (7, F, M), and whether that exceeds N*.
+        By whether a family has the largest energy (7, S, F, M), and whether that exceeds N*.
         """
-        count = self.families.size
-        if not count:
-            return -1, math.nan
-        share = WEIGHTS[:, None] * weights * (exceeds if exceeds.any() else 1.0)
-        total = (leads.astype(float) @ share[..., None]).sum(axis=0)
-        place = int((total > total.max() - 1e-12).argmax())  # the first of equals
-        frequency = growth.frequency_hz[place]
-        return int(self.families[place]), float(
-            np.where(weights > 0.0, frequency, 0.0) @ weights)
+        count = len(weights)
+        if not self.families.size:
+            return count * [-1], count * [math.nan]
+        anywhere = exceeds.any(axis=(0, 2), keepdims=True)
+        share = WEIGHTS[:, None, None] * weights * np.where(anywhere, exceeds, 1.0)
+        total = (leads.astype(np.float32) @ share.astype(np.float32)[..., None]
+                 )[..., 0].sum(axis=0)
+        places = (total > total.max(axis=1, keepdims=True) - 1e-6).argmax(axis=1)
+        own = np.where(weights > 0.0, frequency[np.arange(count), places], 0.0)
+        return self.families[places].tolist(), (own * weights).sum(axis=1).tolist()
 
-    def _sampling_error(self, exceeding: FloatArray, weights: FloatArray) -> float:
+    def _sampling_error(self, exceeding: FloatArray, weights: FloatArray) -> FloatArray:
         """
-        Return the standard deviation of a risk by the number of members.
+        Return the standard deviations of risks by the number of members, (S,).
 
         Sobol members integrate linear functions of their coordinates nearly exactly: what counts
         is what no linear function explains.
         """
-        residual = exceeding - self._coordinates @ (self._fit @ exceeding)
-        return float(np.linalg.norm(weights * residual))
+        linear = (self._coordinates @ (self._fit @ exceeding[..., None]))[..., 0]
+        return np.asarray(np.linalg.norm(weights * (exceeding - linear), axis=1))
 
 
-def _medians(values: FloatArray, weights: FloatArray) -> list[float]:
-    """Return the weighted median of each row of values (rows, M) of the members."""
-    if not weights.min():
-        values, weights = values[:, weights > 0.0], weights[weights > 0.0]
+def _medians(values: RealArray, weights: FloatArray) -> FloatArray:
+    """Return the medians (S, rows) of values (S, rows, M) by the weights (S, M) of members."""
     if weights.min() == weights.max():  # no need to sort
-        middle = (weights.size - 1) // 2
-        return list(np.partition(values, middle, axis=1)[:, middle].tolist())
-    order = values.argsort(axis=1)
-    place = (weights[order].cumsum(axis=1) >= 0.5 - 1e-9).argmax(axis=1)
-    rows = np.arange(len(values))
-    found: list[float] = values[rows, order[rows, place]].tolist()
-    return found
+        middle = (weights.shape[1] - 1) // 2
+        return np.asarray(np.partition(values, middle, axis=2)[..., middle], float)
+    order = values.argsort(axis=2)
+    place = (np.take_along_axis(weights[:, None], order, axis=2).cumsum(axis=2) >= 0.5 - 1e-9
+             ).argmax(axis=2)[..., None]
+    return np.asarray(np.take_along_axis(
+        values, np.take_along_axis(order, place, axis=2), axis=2)[..., 0], float)

@@ -22,7 +22,7 @@ on, as their vectors are one.
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.common.arrays import ComplexArray, FloatArray, RealArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.build_up import grown, halves, nepers, noise_decay
 from squeal_core.stability.eigensolution import complex_modes
@@ -58,7 +58,7 @@ class TrackedBuildUp:
         """Take a tick at which the brake is released: all modes are at their floors."""
         self._time = time_ns
         self._roots: ComplexArray = np.empty(0, complex)
-        self._energy: FloatArray = np.empty(0)
+        self._energy: RealArray = np.empty(0)
 
     def update(self, time_ns: int, roots: ComplexArray, cap: float) -> FloatArray:
         """
@@ -86,9 +86,9 @@ class TrackedBuildUp:
         merged = np.abs(np.subtract.outer(frequency, frequency)) <= MERGED * frequency
         self._time, self._roots = time_ns, roots
         self._energy = np.where(merged, energy, 0.0).max(axis=1, initial=0.0)
-        return nepers(self._energy)
+        return np.asarray(nepers(self._energy), float)
 
-    def _followed(self, roots: ComplexArray, decay: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _followed(self, roots: ComplexArray, decay: FloatArray) -> tuple[RealArray, RealArray]:
         """Return growth rate and energy at the tick before; new modes were at their floors."""
         from scipy.optimize import linear_sum_assignment  # slow to load
         before, energy = -decay, np.ones(roots.size)
