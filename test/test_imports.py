@@ -63,6 +63,7 @@ LEAVES = {
     'yaml': ('squeal_core.common.yaml_reader',),
     'h5py': ('squeal_core.modes.readers.hdf5_tables',),
     'pyNastran': ('squeal_core.modes.readers.nastran_op2',),
+    'asammdf': ('squeal_ros.recordings.mdf_file',),
     'matplotlib': ('squeal_core.view',),
     'sklearn': ('squeal_core.calibration.scores',),
     'rich': ('squeal_core.view',),

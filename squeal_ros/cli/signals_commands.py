@@ -37,7 +37,7 @@ def signals(options: argparse.Namespace) -> int:
     contents = contents_of(options.recording, options.types)
     proposal = propose(contents.entries)
     document = signals_document(contents, proposal)
-    usable = bool(proposal.brakes and (contents.clock or contents.kind.startswith('rosbag')))
+    usable = bool(proposal.brakes and (contents.clock or contents.kind != 'csv'))
     if options.output:
         with OutputFiles(overwrite=options.force) as files:
             files.add(options.output).partial.write_text(document, encoding='utf-8')

@@ -14,56 +14,24 @@
 
 """A table of text, CSV or TSV, as a recording: columns are the inputs, rows the messages."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-import math
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 from squeal_core.common.errors import did_you_mean, short_repr
 from squeal_core.common.measured_units import find_unit
-from squeal_core.monitor.reading import MissingValue, Sample
-from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.column_units import contradiction, unit_in_name
 from squeal_ros.recordings.csv_cells import number_reader, time_reader
 from squeal_ros.recordings.csv_layout import CsvError, CsvLayout, lines_of, read_layout
 from squeal_ros.recordings.findings import Finding
+from squeal_ros.recordings.input_column import InputColumn, without_values
 from squeal_ros.recordings.positions import Positions
 from squeal_ros.recordings.recording import Samples
 from squeal_ros.recordings.row_times import RowTimes
-from squeal_ros.recordings.signals_file import Signals, SignalSource, TIME_UNITS
+from squeal_ros.recordings.signals_file import Signals, TIME_UNITS
 
 _MOST_NAMES = 30  # of columns, in an error
-_LONGEST_CELL = 30  # characters in a note
-
-
-@dataclass
-class _Column:
-    """One input, the column it is read from, and what was seen in it."""
-
-    source: SignalSource
-    place: int
-    read: Callable[[float], float]  # into SI units
-    values: int = 0
-    empty: int = 0
-    texts: int = 0
-    first_text: str = ''  # in words, with its line
-
-    def sample(self, cell: str, number: float | None, time: int, line: int
-               ) -> tuple[str, Signal, Sample | MissingValue] | None:
-        """Return what a cell gives; None for a missing value."""
-        brake, signal = self.source.brake, self.source.signal
-        if number is None:
-            self.texts += 1
-            self.first_text = self.first_text or (
-                f'{short_repr(cell.strip()[:_LONGEST_CELL])} in line {line}')
-            return brake, signal, MissingValue(
-                f'{short_repr(cell.strip()[:_LONGEST_CELL])} is no number')
-        if math.isnan(number):
-            self.empty += 1
-            return None
-        self.values += 1
-        return brake, signal, Sample(time, self.read(number))
 
 
 class CsvRecording:
@@ -91,7 +59,8 @@ class CsvRecording:
         self.layout = read_layout(path, signals.table)
         self.positions = Positions()
         self._number = number_reader(self.layout.decimal, self.layout.thousands)
-        self._columns = [self._column(source, settings) for source in signals.sources]
+        self._columns = [InputColumn.of(source, settings) for source in signals.sources]
+        self._places = [self._place(source.name, source.where) for source in signals.sources]
         self._clock = [self._place(name, f'{signals.path}, clock') for name in
                        signals.clock.columns]
         if not self._clock:
@@ -102,13 +71,6 @@ class CsvRecording:
         self._times = RowTimes(round(signals.clock.offset * 1e9), unit == 'clock')
         self._odd_rows = {'short': [0, 0], 'long': [0, 0]}  # how many, and the first line
         self._about = [*self._contradictions(unit), *self._zone_note(unit)]
-
-    def _column(self, source: SignalSource, settings: MonitorSettings) -> _Column:
-        inputs = next(brake.inputs for brake in settings.brakes if brake.name == source.brake)
-        own = inputs[source.signal]
-        zero = settings.ambient_pressure if own.reference == 'absolute' else 0.0
-        return _Column(source, self._place(source.name, source.where),
-                       lambda value: own.scale * value + own.offset - zero)
 
     def _place(self, name: str, where: str) -> int:
         place = self.layout.place(name)
@@ -134,9 +96,9 @@ class CsvRecording:
 
     def _contradictions(self, unit: str) -> Iterator[str]:
         layout = self.layout
-        for column in self._columns:
-            text = layout.units[column.place] or unit_in_name(layout.names[column.place])
-            yield from contradiction(column.source, layout.names[column.place], text)
+        for source, place in zip(self._signals.sources, self._places, strict=True):
+            text = layout.units[place] or unit_in_name(layout.names[place])
+            yield from contradiction(source, layout.names[place], text)
         for place in self._clock:
             stated = self._time_unit_of(place)
             if stated and unit in TIME_UNITS and stated != unit:
@@ -159,7 +121,8 @@ class CsvRecording:
     @property
     def notes(self) -> list[str]:
         """Return what is to be known of the table, as far as it was read."""
-        return [*self._about, *self._times.notes(), *self._row_notes(), *self._cell_notes()]
+        return [*self._about, *self._times.notes(), *self._row_notes(),
+                *chain.from_iterable(column.notes() for column in self._columns)]
 
     def _row_notes(self) -> Iterator[str]:
         for what, (count, first) in self._odd_rows.items():
@@ -168,29 +131,14 @@ class CsvRecording:
                        f'the {len(self.layout.names)} columns, the first in line {first}: '
                        'left out')
 
-    def _cell_notes(self) -> Iterator[str]:
-        for column in self._columns:
-            name = f'{column.source.brake}.{column.source.signal}'
-            if column.texts:
-                yield (f'{name}: {column.texts} cells of {short_repr(column.source.name)} are no '
-                       f'number, the first {column.first_text}: taken as missing')
-            if column.empty and column.values:
-                yield (f'{name}: {column.empty} of {column.values + column.empty + column.texts} '
-                       f'cells of {short_repr(column.source.name)} are empty: taken as missing')
-
     @property
     def findings(self) -> list[Finding]:
         """Return which inputs have no value."""
         marks = f'decimals are read with {self.layout.decimal!r}'
         if self.layout.thousands:
             marks += f', thousands with {self.layout.thousands!r}'
-        return [Finding(
-            (f'{column.source.brake}.{column.source.signal}',),
-            f'column {short_repr(column.source.name)} has no number in {column.texts} texts '
-            f'and {column.empty} empty cells' + (
-                f' (the first text is {column.first_text})' if column.texts else ''),
-            f'check the column; {marks}, see table.decimal and table.thousands')
-            for column in self._columns if not column.values]
+        return without_values(self._columns, f'check the column; {marks}, see table.decimal and '
+                              'table.thousands')
 
     def samples(self) -> Iterator[tuple[int, Samples]]:
         """
@@ -210,9 +158,9 @@ class CsvRecording:
                 continue
             taken = True
             found = []
-            for column in self._columns:
-                cell = cells[column.place] if column.place < len(cells) else ''
-                one = column.sample(cell, self._number(cell), time.stated, line)
+            for column, place in zip(self._columns, self._places, strict=True):
+                cell = cells[place] if place < len(cells) else ''
+                one = column.sample(self._number(cell), time.stated, cell, f'in line {line}')
                 if one is not None:
                     found.append(one)
             yield time.recorded, found

@@ -34,7 +34,8 @@ Samples = list[tuple[str, Signal, Sample | MissingValue]]
 
 _STORAGE = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 _TABLES = ('.csv', '.tsv')
-_FORMATS = (*_STORAGE, '.bag', *_TABLES)
+_MEASUREMENTS = ('.mf4', '.mdf')
+_FORMATS = (*_STORAGE, '.bag', *_MEASUREMENTS, *_TABLES)
 _TEXTS = (*_TABLES, '.txt', '.dat', '.asc', '.log', '.prn')  # of what is given by its name
 _SPLIT = re.compile(r'(.*)_\d+')  # name of a storage file that rosbag2 split
 _MOST_FILES = 1_000_000  # looked through in a folder
@@ -117,6 +118,11 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
 
         assert signals is not None
         return CsvRecording(path, settings, signals)
+    if kind == 'mdf':
+        from squeal_ros.recordings.mdf_recording import MdfRecording
+
+        assert signals is not None
+        return MdfRecording(path, settings, signals)
     from squeal_ros.recordings.bag_reader import Bag
     from squeal_ros.recordings.bag_recording import BagRecording
     from squeal_ros.recordings.message_definitions import MessageDefinitions
@@ -125,16 +131,19 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
 
 
 def kind_of_path(path: Path) -> str:
-    """Return the format of a recording by its name: 'csv', or 'bag' where nothing else is told."""
-    return 'csv' if path.name.casefold().endswith(_TEXTS) and not path.is_dir() else 'bag'
+    """Return the format of a recording, by its name: 'csv', 'mdf' or 'bag'."""
+    name = path.name.casefold()
+    if path.is_dir() or not name.endswith((*_TEXTS, *_MEASUREMENTS)):
+        return 'bag'
+    return 'csv' if name.endswith(_TEXTS) else 'mdf'
 
 
 def _check_kind(path: Path, kind: str, signals: Signals | None) -> None:
     """Refuse a table without signals, and signals of the other kind."""
     of_columns = kind != 'bag'
     if of_columns and (signals is None or signals.sources[0].kind != 'column'):
-        what = 'the signals name topics' if signals else 'nothing says what its columns are'
-        raise RecordingError(path, f'is a table, and {what}', 'run `squeal signals '
+        what = 'the signals name topics' if signals else 'nothing says which column is which input'
+        raise RecordingError(path, f'is a table of columns, and {what}', 'run `squeal signals '
                              f'{path} -o SIGNALS.yaml`, check it, and give --signals SIGNALS.yaml')
     if signals and not of_columns and signals.sources[0].kind == 'column':
         raise RecordingError(path, f'is a bag, and {signals.path} names columns',

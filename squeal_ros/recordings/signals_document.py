@@ -70,17 +70,18 @@ def signals_document(contents: Contents, proposal: Proposal) -> str:
     for brake, guesses in proposal.brakes.items():
         lines.append(f'  {brake}:')
         for guess in guesses:
-            keys = ', '.join(f'{key}: {_text(value)}' for key, value in _keys(guess).items())
-            lines.append(_entry(f'    {guess.signal}: {{{keys}}}', guess.notes))
+            keys = _keys(guess, contents.kind).items()
+            said = ', '.join(f'{key}: {_text(value)}' for key, value in keys)
+            lines.append(_entry(f'    {guess.signal}: {{{said}}}', guess.notes))
     for brake, lacks in proposal.incomplete.items():
         lines.append(f'# {brake}: left out, nothing looks like its {" and ".join(lacks)}')
     return '\n'.join(lines) + '\n'
 
 
-def _keys(guess: Guess) -> Mapping[str, Any]:
+def _keys(guess: Guess, kind: str) -> Mapping[str, Any]:
     entry = guess.entry
     keys: dict[str, Any] = {'topic': entry.name, 'type': entry.type, 'field': entry.field} if (
-        entry.field) else {'column': entry.name}
+        entry.field) else {'channel' if kind == 'mdf' else 'column': entry.name}
     if entry.group is not None:
         keys['group'] = entry.group
     keys['unit'] = guess.unit.name

@@ -37,10 +37,15 @@ def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
 
     """
     path = Path(path)
-    if kind_of_path(path) == 'csv':
+    kind = kind_of_path(path)
+    if kind == 'csv':
         from squeal_ros.recordings.csv_contents import csv_contents
 
         return csv_contents(path)
+    if kind == 'mdf':
+        from squeal_ros.recordings.mdf_contents import mdf_contents
+
+        return mdf_contents(path)
     from squeal_ros.recordings.bag_contents import bag_contents
 
     return bag_contents(path, types)
