@@ -103,14 +103,18 @@ def positive(name: str, value: float) -> float:
     return value
 
 
+def is_there(path: Path) -> bool:
+    """Tell whether there is something at a path."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # a name too long, a NUL
+        return False
+
+
 def shipped(kind: str, name: str, suffix: str) -> Path:
     """Return the path of a file that is there, or of the shipped one of that name."""
     path = resources.find(kind, name, suffix)
-    try:
-        there = path.exists()
-    except (OSError, ValueError):  # a name too long, a NUL
-        there = False
-    if not there:
+    if not is_there(path):
         known = resources.names(kind, suffix)
         raise SquealError(
             f'{short_repr(name)}: there is no such file, and none of {kind} that are '

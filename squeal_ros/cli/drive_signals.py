@@ -19,15 +19,15 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from squeal_core.common.errors import SquealError
-from squeal_core.common.resources import names
+from squeal_core.common.errors import did_you_mean, short_repr, SquealError
+from squeal_core.common.resources import find, names
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.vehicle.drive_cycle import DriveCycle, read_drive_cycle
 from squeal_core.vehicle.schedule import read_schedule, Schedule
 from squeal_core.vehicle.schedule_drive import drive_schedule
 from squeal_core.vehicle.vehicle import Vehicle
 from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, read_vehicle
-from squeal_ros.cli.arguments import positive, shipped
+from squeal_ros.cli.arguments import is_there, positive, shipped
 from squeal_ros.cli.console import report_progress, warn
 
 Drive: TypeAlias = DriveCycle | Schedule
@@ -50,9 +50,15 @@ def drive_and_vehicle(drive: str, vehicle: str) -> tuple[Drive, Vehicle]:
 
 def read_drive(name: str) -> Drive:
     """Read a schedule (.yaml) or a drive cycle (any other): a file, or a shipped one."""
-    if Path(name).suffix in _OF_SCHEDULES or name in names('schedules', '.yaml'):
+    schedules, cycles = names('schedules', '.yaml'), names('drive_cycles', '.csv')
+    if Path(name).suffix in _OF_SCHEDULES or name in schedules:
         return read_schedule(shipped('schedules', name, '.yaml'), warn=warn)
-    return read_drive_cycle(shipped('drive_cycles', name, '.csv'), warn=warn)
+    path = find('drive_cycles', name, '.csv')
+    if not is_there(path):
+        raise SquealError(f'{short_repr(name)}: there is no such file, and no such drive; give a '
+                          f'path, a shipped cycle ({", ".join(cycles)}) or a shipped schedule '
+                          f'({", ".join(schedules)}){did_you_mean(name, [*cycles, *schedules])}')
+    return read_drive_cycle(path, warn=warn)
 
 
 def signals_of(drive: Drive, vehicle: Vehicle, model: BrakeModel, *, rate: float,

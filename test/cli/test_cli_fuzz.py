@@ -158,6 +158,8 @@ class Files:
         yield 'bag', self.bag, mutant_of_bytes, lambda path: [self.replay(path, self.settings)]
         yield 'vehicle', find('vehicles', 'midsize', '.yaml'), mutant_of_text, lambda path: [
             ['drive', '--vehicle', str(path)]]
+        yield 'schedule', find('schedules', 'short', '.yaml'), mutant_of_text, lambda path: [
+            ['drive', str(path), '--duration', '1']]
         yield 'cycle', find('drive_cycles', 'us06', '.csv'), mutant_of_lines, lambda path: [
             ['drive', str(path)]]
 

@@ -57,6 +57,7 @@ def test_a_schedule_is_recorded_without_ros_and_replayed(
     (['us06', '--offline', '--record', 'x.mcap', '--wall-time'], '--offline: --wall-time is'),
     (['us06', '--rate', '0'], '--rate: is 0.0; give a positive'),
     (['us06', '--rate', '2000'], '--rate: is 2000; give at most 1000'),
+    (['us07'], 'or a shipped schedule (j2521_manner, short) (did you mean us06?)'),
     (['none.yaml'], "'none.yaml': there is no such file, and none of schedules that are shipped")])
 def test_options_that_cannot_be(capsys: pytest.CaptureFixture[str], tmp_path: Path,
                                 monkeypatch: pytest.MonkeyPatch, options: list[str],
