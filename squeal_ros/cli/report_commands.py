@@ -21,6 +21,7 @@ from pathlib import Path
 
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import output_file
+from squeal_core.sound.comparison import compare
 from squeal_core.view.report.page import report_page
 from squeal_core.view.report.runs import load_runs, Run
 from squeal_ros.cli.arguments import check_output
@@ -35,17 +36,21 @@ def report(options: argparse.Namespace) -> int:
         raise SquealError(f'--stretch: {stretch[0]:g} to {stretch[1]:g} s; give a start and a '
                           'later end')
     runs = load_runs(options.results)
+    comparisons = [compare(run.results, options.sound) for run in runs] if options.sound else []
     with ProgressBar('recordings') as progress:
-        page = report_page(runs, stretch=stretch, progress=progress)
+        page = report_page(runs, comparisons=comparisons, stretch=stretch, progress=progress)
     with output_file(options.output, overwrite=options.force) as partial:
         partial.write_text(page, encoding='utf-8')
     size = Path(options.output).stat().st_size
     if options.json:
         print(json.dumps(plain({'output': options.output, 'bytes': size,
-                                'runs': [_as_json(run) for run in runs]})))
+                                'runs': [_as_json(run) for run in runs],
+                                'comparisons': [one.as_json() for one in comparisons]})))
     else:
         for run in runs:
             print(_line(run))
+        for found in comparisons:
+            print('\n'.join(found.lines()))
         print(f'written: {options.output}, {size / 1e6:.1f} MB')
     return 1 if all(run.nothing_known for run in runs) else 0
 

@@ -30,6 +30,9 @@ def add_report(p: argparse.ArgumentParser) -> None:
                    'of one or many recordings, or a summary.json; several are compared')
     p.add_argument('-o', '--output', default='report.html', metavar='PAGE.html',
                    help='default report.html')
+    p.add_argument('--sound', nargs='+', metavar='MEASURED.csv', help='measured squeal, as '
+                   '`squeal listen` writes it, on the clock of the recordings: compared with the '
+                   'predicted one')
     p.add_argument('--stretch', type=float, nargs=2, metavar=('T0', 'T1'),
                    help='of the timeline: s as in events.csv, or from the start of the recording '
                    '(default: the whole recording with the worst event)')

@@ -149,3 +149,39 @@ def test_a_chosen_stretch(tmp_path: Path, drive: Path) -> None:
                  if figure['id'].startswith('timeline')]
     assert len(timelines) == 1
     assert timelines[0]['layout']['xaxis']['range'] == pytest.approx([30.0, 45.5])
+
+
+def test_measured_squeal(tmp_path: Path, drive: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    applications = [one for one in load_runs([drive])[0].known if one.alarm]
+    measured = tmp_path / 'measured.csv'
+    measured.write_text('time_s,frequency_hz,brake\n' + ''.join(
+        f'{one.start_s + 2.5},{1.01 * one.frequency_hz},{one.brake}\n'
+        for one in applications[1:]))
+    output = tmp_path / 'page.html'
+    assert main(['report', str(drive), '-o', str(output), '--sound', str(measured), '--json']) == 0
+    found = json.loads(capsys.readouterr().out)
+    counts = found['comparisons'][0]['counts']
+    assert (counts['hit'], counts['false alarm'], counts['miss']) == (len(applications) - 1, 1, 0)
+    page = output.read_text()
+    order = ['id="summary"', 'Measured squeal</h3>', 'nothing says when somebody listened',
+             '<th scope="row">hit</th>', 'id="charts"']
+    places = [page.index(text) for text in order]
+    assert places == sorted(places)
+    figures = {figure['id']: figure for figure in figures_of(page)}
+    assert {'calibration-0', 'pitch-0'} <= set(figures)
+    assert [trace['name'] for trace in figures['occurrence-pressure']['data']] == [
+        'predicted', 'measured']
+    for figure in figures.values():
+        graphs.Figure(figure['data'], figure['layout'])
+
+
+def test_inputs_of_several_recordings_are_summed(tmp_path: Path) -> None:
+    for number in range(3):
+        SyntheticDrive(60.0, brakes=('left',), name=f'drive {number}').write(
+            tmp_path / f'run/{number}')
+    page = page_of(tmp_path / 'run')
+    row = re.search('<tr><th scope="row">left</th><td>pressure</td>.*?</tr>', page)
+    assert row
+    assert re.findall('"number">(.*?)</td>', row[0]) == [
+        '3', '3000', '20.0', '6', '1.20', '24.0', '4.5', 'stuck: 4.5 s']
+    assert page.count('3 recordings, 3.0 min') == 1

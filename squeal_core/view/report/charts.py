@@ -21,10 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.view.report.figure import Figure, GREY, packed, style, Trace
+from squeal_core.sound.comparison import Comparison
+from squeal_core.sound.matching import MatchedApplication
+from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, style, Trace
 from squeal_core.view.report.markup import label
 from squeal_core.view.report.runs import Run
-from squeal_core.view.report.statistics import classes, exceedance, shares
+from squeal_core.view.report.statistics import classes, exceedance, Shares, shares
 
 DECIBELS = 20.0 / math.log(10.0)  # of a neper
 KELVIN = 273.15
@@ -52,12 +54,29 @@ CONDITIONS = (
               lambda one: abs(one.rotor_speed_rad_s)))
 
 
-def occurrence(runs: Sequence[Run], condition: Condition) -> Figure:
-    """Return the share of applications with predicted squeal over a condition."""
+def occurrence(runs: Sequence[Run], condition: Condition,
+               comparisons: Sequence[Comparison] = ()) -> Figure:
+    """
+    Return the share of applications with predicted squeal over a condition, and with measured.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    condition : Condition
+    comparisons : sequence of Comparison
+        With measured squeal, one a run; none: nothing was measured.
+
+    """
     name, title, unit, width, value, of_all = condition
     about: dict[str, Any] = {'name': f'occurrence-{name}', 'title': f'Occurrence over {name}'}
     values = [np.array([value(one) for one in run.known]) for run in runs]
     hits = [np.array([one.alarm for one in run.known], bool) for run in runs]
+    names = [label(run.name) if len(runs) > 1 else 'predicted' for run in runs]
+    for run, found in zip(runs, comparisons, strict=False):
+        heard = [one for one in found.matches.applications if one.outcome != 'not known']
+        values.append(np.array([_measured_value(one, condition) for one in heard]))
+        hits.append(np.array([one.measured for one in heard], bool))
+        names.append(f'{label(run.name)}, measured' if len(runs) > 1 else 'measured')
     counted = [own[hit] if of_all else own for own, hit in zip(values, hits, strict=True)]
     everything = np.concatenate([own[np.isfinite(own)] for own in counted])
     if not any(len(own) for own in values):
@@ -67,24 +86,32 @@ def occurrence(runs: Sequence[Run], condition: Condition) -> Figure:
             f'No squeal is predicted in the {sum(map(len, values))} brake applications of which '
             'it is known.' if of_all else f'Not known: no brake application has a {name}.'))
     edges = classes(everything, width)
-    traces = [_bars(run, place, shares(own, hit, edges, of_all=of_all))
-              for place, (run, own, hit) in enumerate(zip(runs, values, hits, strict=True))]
-    left_out = sum(int(np.isnan(own).sum()) for own in values) if not of_all else 0
+    traces = [_bars(words, place, shares(own, hit, edges, of_all=of_all))
+              for place, (words, own, hit) in enumerate(zip(names, values, hits, strict=True))]
+    left_out = sum(int(np.isnan(own).sum()) for own in values[:len(runs)]) if not of_all else 0
     caption = ('Share of the known brake applications ' + (
         'whose worst mode is in the class' if of_all else 'of the class')
-        + ' with predicted squeal; bars of error: 95 %.' + (
+        + (' with predicted or measured squeal' if comparisons else ' with predicted squeal')
+        + '; bars of error: 95 %.' + (
             f' Left out: {left_out} applications without a {name}.' if left_out else ''))
     return Figure(**about, caption=caption, traces=traces, layout={
         'xaxis': {'title': {'text': f'{title}  {unit}'},
                   'range': [float(edges[0]), float(edges[-1])]}, 'barmode': 'group', 'bargap': 0.1,
         'yaxis': {'title': {'text': 'share of applications  %'}, 'rangemode': 'tozero'},
-        'showlegend': len(runs) > 1})
+        'showlegend': len(traces) > 1, 'legend': LEGEND})
 
 
-def _bars(run: Run, place: int, found: Any) -> Trace:
+def _measured_value(one: MatchedApplication, condition: Condition) -> float:
+    """Return the condition of an application; its frequency is the measured pitch."""
+    if not condition.of_all:
+        return condition.value(one.braking.worst)
+    return one.events[0].frequency_hz / 1e3 if one.events else math.nan
+
+
+def _bars(name: str, place: int, found: Shares) -> Trace:
     percent = 100.0 * found.share
     return {
-        'type': 'bar', 'name': label(run.name), 'x': packed(found.edges[:-1] + 0.5 * np.diff(
+        'type': 'bar', 'name': name, 'x': packed(found.edges[:-1] + 0.5 * np.diff(
             found.edges)), 'y': packed(percent), 'customdata': packed(np.column_stack(
                 [found.edges[:-1], found.edges[1:], found.counts, 100 * found.low,
                  100 * found.high])),
@@ -112,7 +139,7 @@ def main_peaks(runs: Sequence[Run]) -> Figure:
         ), traces=traces, layout={
             'xaxis': {'title': {'text': 'largest build-up  dB above the noise floor'}},
             'yaxis': {'title': {'text': 'frequency  kHz'}, 'rangemode': 'tozero'},
-            'hovermode': 'closest', 'legend': {'orientation': 'h', 'y': 1.12}})
+            'hovermode': 'closest', 'legend': LEGEND})
 
 
 def _peaks(run: Run, place: int) -> Iterator[Trace]:
@@ -155,7 +182,7 @@ def frequencies_over_time(runs: Sequence[Run]) -> Figure:
         traces=traces, layout={
             'xaxis': {'title': {'text': 'recorded time  s'}, 'rangemode': 'tozero'},
             'yaxis': {'title': {'text': 'frequency  kHz'}, 'rangemode': 'tozero'},
-            'hovermode': 'closest', 'legend': {'orientation': 'h', 'y': 1.12},
+            'hovermode': 'closest', 'legend': LEGEND,
             'shapes': [{'type': 'line', 'x0': time, 'x1': time, 'yref': 'paper', 'y0': 0, 'y1': 1,
                         'line': {'color': GREY, 'width': 1, 'dash': 'dot'}}
                        for run in runs[:1] for time in run.offsets[1:60]]})
@@ -195,7 +222,7 @@ def worst_levels(runs: Sequence[Run]) -> Figure:
             'xaxis': {'title': {'text': 'largest build-up  dB'}},
             'xaxis2': {'title': {'text': 'largest squeal risk'}, 'range': [0, 1]},
             'yaxis': {'title': {'text': 'share of applications  %'}, 'range': [0, 102]},
-            'yaxis2': {'range': [0, 102]}, 'legend': {'orientation': 'h', 'y': 1.15}})
+            'yaxis2': {'range': [0, 102]}, 'legend': LEGEND})
 
 
 def _groups(runs: Sequence[Run]) -> Iterator[tuple[str, list[ApplicationRecord]]]:

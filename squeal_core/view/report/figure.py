@@ -24,7 +24,8 @@ from numpy.typing import ArrayLike
 
 Trace: TypeAlias = dict[str, Any]
 
-MIDDLE = {'xanchor': 'center', 'yanchor': 'middle'}
+LEGEND = {'orientation': 'h', 'y': 1.02, 'yanchor': 'bottom'}
+"""Of figures: in a row above the axes."""
 
 
 class Style(NamedTuple):

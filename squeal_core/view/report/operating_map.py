@@ -25,6 +25,7 @@ from squeal_core.view.report.figure import (
     Figure,
     GREY,
     hatched,
+    LEGEND,
     packed,
     RISKS,
     Trace,
@@ -75,7 +76,7 @@ def operating_map(drive: OperatingMap, path: Mapping[str, FloatArray], name: str
         f'whose risk is not known.{words}'), layout={
             'xaxis': {'title': {'text': 'rotor speed  rad/s'}},
             'yaxis': {'title': {'text': 'brake pressure  bar'}, 'rangemode': 'nonnegative'},
-            'hovermode': 'closest', 'legend': {'orientation': 'h', 'y': 1.1}})
+            'hovermode': 'closest', 'legend': LEGEND})
 
 
 def _path(path: Mapping[str, FloatArray]) -> list[Trace]:

@@ -23,12 +23,14 @@ from typing import Any
 
 from squeal_core import __version__
 from squeal_core.common.errors import SquealError
+from squeal_core.sound.comparison import Comparison
 from squeal_core.view.report import charts
 from squeal_core.view.report.drives import Drive, read_drives, Stretch
 from squeal_core.view.report.figure import Figure
 from squeal_core.view.report.friction_chart import friction_chart
 from squeal_core.view.report.known import known_section
 from squeal_core.view.report.markup import element, Markup, markup
+from squeal_core.view.report.measured import measured_figures, measured_section
 from squeal_core.view.report.operating_map import operating_map
 from squeal_core.view.report.runs import Run
 from squeal_core.view.report.summary import differences_section, quality_section, summary_section
@@ -73,7 +75,8 @@ def _place(figure: Figure) -> Markup:
                    element('figcaption', figure.caption), class_=' '.join(kinds))
 
 
-def report_page(runs: Sequence[Run], *, stretch: Stretch | None = None,
+def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
+                stretch: Stretch | None = None,
                 progress: Callable[[int, int], None] = lambda done, total: None) -> str:
     """
     Return the page of one or several runs.
@@ -82,6 +85,8 @@ def report_page(runs: Sequence[Run], *, stretch: Stretch | None = None,
     ----------
     runs : sequence of Run
         The first one is what the others are compared with.
+    comparisons : sequence of Comparison
+        With measured squeal, one a run; none: nothing was measured.
     stretch : (start, end), optional
         Of the timeline [s]; default: the whole recording with the worst event, and its
         surroundings.
@@ -100,9 +105,10 @@ def report_page(runs: Sequence[Run], *, stretch: Stretch | None = None,
     if len(runs) > 1:
         page.add('differences', 'Differences', *differences_section(runs))
     page.add('known', '1 What is known', *_each(runs, known_section))
-    page.add('summary', '2 Summary', *_each(runs, summary_section))
+    page.add('summary', '2 Summary', *_each(runs, summary_section),
+             *_measured(page, runs, comparisons))
     page.add('charts', '3 Charts', page.draw(
-        *(charts.occurrence(runs, condition) for condition in charts.CONDITIONS),
+        *(charts.occurrence(runs, condition, comparisons) for condition in charts.CONDITIONS),
         charts.main_peaks(runs), charts.worst_levels(runs), charts.frequencies_over_time(runs),
         friction_chart(runs, boundary)))
     page.add('timeline', '4 Timeline', page.draw(*(
@@ -122,6 +128,15 @@ def _each(runs: Sequence[Run], section: Callable[[Run], list[Markup]]) -> Iterat
         if len(runs) > 1:
             yield element('h3', run.name)
         yield from section(run)
+
+
+def _measured(page: _Page, runs: Sequence[Run],
+              comparisons: Sequence[Comparison]) -> Iterator[Markup]:
+    """Yield measured squeal of each run beside what was predicted."""
+    for place, (run, found) in enumerate(zip(runs, comparisons, strict=False)):
+        of_run = f': {run.name}' if len(runs) > 1 else ''
+        yield from measured_section(found, of_run)
+        yield page.draw(*measured_figures(found, str(place), of_run))
 
 
 def _timelines(drive: Drive) -> Iterator[Figure]:

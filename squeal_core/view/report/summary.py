@@ -14,6 +14,7 @@
 
 """Sections "Summary", "Differences" and "Data quality" of the page, as tables."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import json
 import math
@@ -206,28 +207,30 @@ def _identity(about: Any) -> Any:
 
 
 def quality_section(run: Run) -> list[Markup]:
-    """Return the quality of each input, by recording."""
-    rows: list[list[Content]] = []
+    """Return the quality of each input over all recordings of a run."""
+    inputs: dict[tuple[str, ...], list[Mapping[str, Any]]] = {}
     for result in run.results:
-        for one in result.summary.get('inputs', ()):
-            invalid = one.get('invalid_s') or {}
-            rows.append([
-                result.name, str(one['brake']), str(one['signal']), str(one['source']),
-                str(one['unit']), str(one['messages']), _hertz(one.get('rate_hz')),
-                str(one.get('gaps') or 0), _seconds(one.get('longest_gap_s')),
-                _seconds(one.get('stale_s')), _seconds(sum(invalid.values())),
-                ', '.join(f'{reason}: {seconds:.1f} s' for reason, seconds in invalid.items())
-                or DASH])
-    if not rows:
+        for one in result.summary.get('inputs') or ():
+            key = tuple(str(one[name]) for name in ('brake', 'signal', 'source', 'unit'))
+            inputs.setdefault(key, []).append(one)
+    if not inputs:
         return [element('p', 'Not known: the results hold no figures of their inputs.')]
-    return [table(('recording', 'brake', 'input', 'source', 'unit', 'messages', 'rate', 'gaps',
-                   'longest gap', 'stale', 'invalid', 'invalid, by reason'), rows,
-                  numbers_from=5)]
+    return [table(('brake', 'input', 'source', 'unit', 'recordings', 'messages', 'least rate Hz',
+                   'gaps', 'longest gap s', 'stale s', 'invalid s', 'invalid, by reason'),
+                  [_quality(key, found) for key, found in inputs.items()], numbers_from=4)]
 
 
-def _seconds(value: float | None) -> str:
-    return DASH if value is None else f'{value:.1f} s'
+def _quality(key: tuple[str, ...], found: Sequence[Mapping[str, Any]]) -> list[Content]:
+    invalid: Counter[str] = Counter()
+    for one in found:
+        invalid.update(one.get('invalid_s') or {})
 
+    def of(name: str) -> list[float]:
+        return [value for one in found if (value := one.get(name)) is not None]
 
-def _hertz(value: float | None) -> str:
-    return DASH if value is None else f'{value:.1f} Hz'
+    return [*key, str(len(found)), f'{sum(of("messages")):.0f}',
+            number(min(of('rate_hz'), default=math.nan)), f'{sum(of("gaps")):.0f}',
+            number(max(of('longest_gap_s'), default=math.nan), '.2f'),
+            number(sum(of('stale_s'))), number(sum(invalid.values())),
+            ', '.join(f'{reason}: {seconds:.1f} s' for reason, seconds in invalid.most_common())
+            or DASH]

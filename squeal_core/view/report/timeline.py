@@ -20,7 +20,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from squeal_core.view.report.charts import KELVIN
 from squeal_core.view.report.envelope import StretchEnvelope
-from squeal_core.view.report.figure import boxes, Figure, GREY, hatched, packed, style, Trace
+from squeal_core.view.report.figure import (
+    boxes,
+    Figure,
+    GREY,
+    hatched,
+    LEGEND,
+    packed,
+    style,
+    Trace,
+)
 from squeal_core.view.report.markup import label
 
 _BRAKING = 'rgba(86, 180, 233, 0.18)'
@@ -138,7 +147,7 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
                   'spikemode': 'across', 'spikethickness': 1, 'spikedash': 'dot'},
         'yaxis': {'visible': False, 'range': [0, 1], 'fixedrange': True, 'domain': [0, 1]},
         'hovermode': 'x', 'hoversubplots': 'axis', 'margin': {'l': 85, 'r': 20, 't': 20, 'b': 50},
-        'legend': {'orientation': 'h', 'y': 1.01, 'yanchor': 'bottom'}, 'dragmode': 'zoom',
+        'legend': LEGEND, 'dragmode': 'zoom',
         'plot_bgcolor': 'rgba(0,0,0,0)', 'annotations': []}
     unit = (1.0 - _GAP * (len(_PANELS) - 1)) / sum(panel.height for panel in _PANELS)
     top = 1.0

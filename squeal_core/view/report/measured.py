@@ -1,0 +1,169 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Measured squeal beside the predicted one: outcomes, scores, pitches, calibration curve."""
+
+from collections import Counter
+from collections.abc import Iterator
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.sound.comparison import Comparison
+from squeal_core.sound.matching import MatchedApplication, OUTCOMES
+from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, style
+from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.words import clock, DASH, number
+
+_LISTED = 20  # applications
+
+
+def measured_section(found: Comparison, of_run: str) -> list[Markup]:
+    """Return what is not known of a comparison, then outcomes, pitches, lead times and scores."""
+    return [element('h3', f'Measured squeal{of_run}'),
+            element('ul', [element('li', note) for note in found.notes]),
+            _outcomes(found), *_pitches(found), *_scores(found), *_applications(found)]
+
+
+def _outcomes(found: Comparison) -> Markup:
+    counts = found.counts
+    known = sum(counts.values()) - counts['not known']
+    heard = counts['hit'] + counts['miss']
+    why = Counter(one.why for one in found.matches.applications if one.outcome == 'not known')
+    share = f'{100.0 * heard / known:.1f} %' if known else 'not known'
+    rows: list[list[Content]] = [[name, str(counts[name]), ''] for name in OUTCOMES[:-1]]
+    rows.append(['not known', str(counts['not known']),
+                 '; '.join(f'{count}: {reason}' for reason, count in why.most_common())])
+    rows.append(['with measured squeal', str(heard), f'{share} of {known} known ones'])
+    what = {'brake': 'of one brake each'}.get(
+        found.unit, 'of brakes that the events do not tell apart: '
+        + ', '.join(' + '.join(group) for group in found.matches.groups))
+    return table(('outcome', 'applications', ''), rows, numbers_from=1,
+                 caption=f'Brake applications, {what}')
+
+
+def _pitches(found: Comparison) -> Iterator[Markup]:
+    pitch, lead = found.as_json()['frequency'], found.as_json()['lead_time']
+    if pitch['with_unstable_mode']:
+        yield element('p', (
+            f'Pitch: the nearest predicted unstable mode is off by '
+            f'{100 * pitch["median_relative_error"]:.1f} % in the median; within 2 % at '
+            f'{pitch["within_2_percent"]} of {pitch["events"]} events; none was predicted at '
+            f'{pitch["events"] - pitch["with_unstable_mode"]}.'))
+    if lead['hits']:
+        yield element('p', (
+            f'Lead time of the alarm: {lead["median_s"]:+.2f} s in the median '
+            f'({lead["least_s"]:+.2f} to {lead["largest_s"]:+.2f} s); it came before the squeal '
+            f'in {lead["alarm_first"]} of {lead["hits"]} hits.'))
+
+
+def _scores(found: Comparison) -> Iterator[Markup]:
+    scores = found.scores
+    if scores.predictors:
+        def row(name: str) -> list[Content]:
+            one = scores.predictors[name]
+            own, ends = one.score, one.intervals
+            return [name, number(own.brier, '.3f'), number(own.brier_skill, '+.2f'),
+                    number(own.calibration_error, '.3f'), *(
+                        _with_ends(value, span) for value, span in (
+                            (one.precision, ends['precision']), (one.recall, ends['recall']),
+                            (own.correlation, ends['correlation']),
+                            (own.roc_area, own.roc_interval),
+                            (own.precision_area, own.precision_interval)))]
+
+        yield table(('', 'Brier', 'skill', 'ECE', 'precision', 'recall', 'Matthews', 'ROC area',
+                     'PR area'), map(row, scores.predictors),
+                    caption='Scores, with 95 % intervals, beside the base rate and a table over '
+                            'pressure, speed and temperature, each learned on the other half')
+    for note in scores.notes:
+        yield element('p', note)
+
+
+def _with_ends(value: float, ends: tuple[float, float]) -> str:
+    if math.isnan(value):
+        return DASH
+    return f'{value:.2f} ({number(ends[0], ".2f")} to {number(ends[1], ".2f")})'
+
+
+def _applications(found: Comparison) -> Iterator[Markup]:
+    shown = [one for one in found.matches.applications
+             if one.outcome in ('miss', 'false alarm', 'hit')]
+    shown.sort(key=lambda one: ('miss', 'false alarm', 'hit').index(one.outcome))
+    if shown:
+        yield table(('start (UTC)', 'recording', 'brakes', 'outcome', 'risk', 'predicted Hz',
+                     'measured Hz', 'lead s'), map(_row, shown[:_LISTED]), numbers_from=4,
+                    caption='Misses and false alarms first')
+    if len(shown) > _LISTED:
+        yield element('p', f'{len(shown) - _LISTED} more: see --json.')
+
+
+def _row(one: MatchedApplication) -> list[Content]:
+    return [clock(one.braking.start), one.braking.recording, ', '.join(one.braking.brakes),
+            one.outcome, number(one.braking.risk, '.2f'),
+            number(one.braking.worst.frequency_hz, '.0f'),
+            ', '.join(number(event.frequency_hz, '.0f') for event in one.events[:4]) or DASH,
+            number(one.lead_time, '+.2f')]
+
+
+def measured_figures(found: Comparison, name: str, of_run: str) -> list[Figure]:
+    """Return the calibration curve and the pitches of a comparison."""
+    return [_calibration(found, f'calibration-{name}', f'Predicted risk against measured squeal'
+                         f'{of_run}'),
+            _pitch_chart(found, f'pitch-{name}', f'Predicted against measured pitch{of_run}')]
+
+
+def _diagonal(low: float, high: float, words: str) -> dict[str, Any]:
+    return {'type': 'scatter', 'mode': 'lines', 'x': [low, high], 'y': [low, high], 'name': words,
+            'line': {'color': GREY, 'dash': 'dash', 'width': 1}, 'hoverinfo': 'skip'}
+
+
+def _calibration(found: Comparison, name: str, title: str) -> Figure:
+    curve = np.array(found.scores.curve, float).reshape(-1, 3)
+    if not len(curve):
+        return Figure(name, title, unknown='Not known: ' + (
+            '; '.join(found.scores.notes) or 'there are too few applications whose outcome is '
+            'known') + '.')
+    own = style(0)
+    return Figure(name, title, caption=(
+        'Calibration curve: share of brake applications with measured squeal over their predicted '
+        'largest risk, in equally full bins. On the dashed line the risk is what it says.'),
+        traces=[_diagonal(0.0, 1.0, 'calibrated'), {
+            'type': 'scatter', 'mode': 'lines+markers', 'name': 'prediction',
+            'x': packed(curve[:, 0]), 'y': packed(curve[:, 1]), 'customdata': packed(curve[:, 2]),
+            'line': {'color': own.colour}, 'marker': {'size': 9, 'symbol': own.symbol},
+            'hovertemplate': 'risk %{x:.2f}: squeal in %{y:.2f} of %{customdata} applications'
+                             '<extra></extra>'}],
+        layout={'xaxis': {'title': {'text': 'predicted risk'}, 'range': [0, 1]},
+                'yaxis': {'title': {'text': 'share with measured squeal'}, 'range': [0, 1.02]},
+                'legend': LEGEND})
+
+
+def _pitch_chart(found: Comparison, name: str, title: str) -> Figure:
+    pairs = np.array([(pitch, pitch * (1.0 + error)) for pitch, error in found.frequency_errors
+                      if not math.isnan(error)]).reshape(-1, 2) / 1e3
+    if not len(pairs):
+        return Figure(name, title, unknown='No unstable mode was predicted at any measured event '
+                                           'of known pitch.')
+    own = style(1)
+    low, high = 0.95 * float(pairs.min()), 1.05 * float(pairs.max())
+    return Figure(name, title, caption=(
+        'Nearest unstable mode that was predicted at the time of each measured event; events at '
+        'which none was predicted are not drawn.'), traces=[_diagonal(low, high, 'equal'), {
+            'type': 'scatter', 'mode': 'markers', 'name': 'events', 'x': packed(pairs[:, 0]),
+            'y': packed(pairs[:, 1]), 'marker': {'color': own.colour, 'symbol': own.symbol,
+                                                 'size': 8, 'opacity': 0.7},
+            'hovertemplate': 'measured %{x:.3f} kHz, predicted %{y:.3f} kHz<extra></extra>'}],
+        layout={'xaxis': {'title': {'text': 'measured  kHz'}, 'range': [low, high]},
+                'yaxis': {'title': {'text': 'predicted  kHz'}, 'range': [low, high]},
+                'hovermode': 'closest', 'legend': LEGEND})
