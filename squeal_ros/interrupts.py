@@ -19,6 +19,7 @@ While a process starts they end it at once; while a command works the first one 
 KeyboardInterrupt, and what that ends is not interrupted again; at last they are ignored.
 """
 
+from collections.abc import Callable
 import os
 import signal
 import sys
@@ -97,6 +98,35 @@ class InterruptOnce:
         main = threading.main_thread().ident
         assert main is not None
         threading.Timer(_AGAIN, signal.pthread_kill, (main, signal.SIGTERM)).start()
+
+
+class StopAtNext:
+    """
+    Call what stops the work in an orderly way at the first signal; the next one interrupts.
+
+    A context manager, inside one of `InterruptOnce`.
+
+    Parameters
+    ----------
+    stop : callable
+        Of no arguments.
+
+    """
+
+    def __init__(self, stop: Callable[[], None]) -> None:
+        self._stop = stop
+
+    def __enter__(self) -> None:
+        self._before = {number: signal.signal(number, self._first) for number in _SIGNALS
+                        if signal.getsignal(number) is not signal.SIG_IGN}
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _first(self, *_: object) -> None:
+        self.__exit__()
+        self._stop()
 
 
 def ignore() -> None:

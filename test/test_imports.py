@@ -68,6 +68,7 @@ LEAVES = {
     'sklearn': ('squeal_core.calibration.scores',),
     'rich': ('squeal_core.view',),
     'soundfile': ('squeal_core.sound.other_formats',),
+    'pyarrow': ('squeal_core.monitor.parquet_table',),
 }
 ALWAYS_THERE = {'numpy', 'scipy'}
 PINNED = ('squeal_ros.node.__main__', 'squeal_ros.node.lifecycle_node', 'squeal_ros.cli.player',

@@ -47,6 +47,7 @@ from squeal_core.common.partial_files import (
 )
 
 _BAG_SUFFIXES = ('.yaml', '.mcap', '.db3')
+_RESULT_SUFFIXES = ('.mcap', '.csv', '.parquet', '.json')
 
 __all__ = ['check_target', 'make_folder', 'Output', 'output_file', 'OutputError', 'OutputFiles',
            'PARTIAL']
@@ -221,16 +222,19 @@ def _target(path: Path, overwrite: bool, folder: bool) -> Path:
     if not overwrite:
         raise OutputError(path, 'exists', 'give --force to replace it, or another name')
     if is_folder and not _replaceable(target):
-        raise OutputError(path, 'is a folder that holds more than a bag, so it is not replaced',
+        raise OutputError(path, 'is a folder that holds more than a bag or a result, so '
+                          'it is not replaced',
                           'remove it or give another name')
     return target
 
 
 def _replaceable(folder: Path) -> bool:
-    """Return whether a folder holds the files of one bag and nothing else."""
+    """Return whether a folder holds the files of one bag, or of one result, and nothing else."""
     parts = list(folder.iterdir())
-    return not parts or (any(part.name == 'metadata.yaml' for part in parts) and all(
-        part.suffix in _BAG_SUFFIXES and part.is_file() for part in parts))
+    names = {part.name for part in parts}
+    suffixes = _BAG_SUFFIXES if 'metadata.yaml' in names else (
+        _RESULT_SUFFIXES if 'summary.json' in names else ())
+    return all(part.suffix in suffixes and part.is_file() for part in parts)
 
 
 def _unwritable(where: object, error: Exception) -> OutputError:

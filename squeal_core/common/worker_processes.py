@@ -33,11 +33,18 @@ from typing import Any, TypeVar
 from squeal_core.common.errors import SquealError
 
 _Result = TypeVar('_Result')
+_HEARTBEAT = 0.25  # s
 _THREADS = ('OPENBLAS_NUM_THREADS', 'OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'BLIS_NUM_THREADS')
 
 
-def run_jobs(function: Callable[..., _Result], jobs: Mapping[int, tuple[Any, ...]],
-             workers: int) -> Iterator[tuple[int, _Result]]:
+class WorkerLost(SquealError):
+    """A worker process that was ended from outside."""
+
+
+def run_jobs(function: Callable[..., _Result], jobs: Mapping[int, tuple[Any, ...]], workers: int,
+             *, while_waiting: Callable[[], bool] | None = None,
+             lost: Callable[[int, WorkerLost], _Result] | None = None
+             ) -> Iterator[tuple[int, _Result]]:
     """
     Yield the key and the result of each job as it ends.
 
@@ -49,11 +56,16 @@ def run_jobs(function: Callable[..., _Result], jobs: Mapping[int, tuple[Any, ...
         Arguments by key.
     workers : int
         Processes; 0: this one, in order.
+    while_waiting : callable, optional
+        Of no arguments, called some times a second while workers are busy: whether to hand out
+        further jobs.
+    lost : callable, optional
+        Makes the result of a job, by its key, whose worker was ended from outside.
 
     Raises
     ------
-    SquealError
-        Where a worker was ended from outside.
+    WorkerLost
+        Where a worker was ended from outside, unless `lost` is given.
 
     """
     if workers < 1:
@@ -63,46 +75,58 @@ def run_jobs(function: Callable[..., _Result], jobs: Mapping[int, tuple[Any, ...
     waiting, busy = iter(jobs.items()), dict[Any, int]()
 
     def hand_out(worker: Any) -> None:
-        for busy[worker], job in islice(waiting, 1):
-            with suppress(BrokenPipeError):  # what is received then tells it
-                worker.send(job)
+        if while_waiting is None or while_waiting():
+            for busy[worker], job in islice(waiting, 1):
+                with suppress(BrokenPipeError):  # what is received then tells it
+                    worker.send(job)
 
-    with _workers(function, min(workers, len(jobs))) as pipes:
-        for pipe in pipes:
-            hand_out(pipe)
+    with _workers(function) as start:
+        for _ in range(min(workers, len(jobs))):
+            hand_out(start())
         while busy:
-            for ready in wait(busy):
-                key, result = busy.pop(ready), _received(ready)
+            for ready in wait(busy, None if while_waiting is None else _HEARTBEAT):
+                key = busy.pop(ready)
+                try:
+                    result = _received(ready)
+                except WorkerLost as error:
+                    if lost is None:
+                        raise
+                    result, ready = lost(key, error), start()
                 hand_out(ready)
                 yield key, result
+            if while_waiting is not None:
+                while_waiting()
 
 
 def _received(worker: Any) -> Any:
     try:
         result, error = worker.recv()
     except (EOFError, OSError):
-        raise SquealError('a worker process was ended from outside; is there enough memory? Give '
-                          'fewer workers') from None
+        raise WorkerLost('a worker process was ended from outside; is there enough memory? Give '
+                         'fewer workers') from None
     if error is not None:
         raise error
     return result
 
 
 @contextmanager
-def _workers(function: Callable[..., Any], count: int) -> Iterator[list[Connection]]:
-    """Start processes and give the pipes to them; they are ended with the context."""
+def _workers(function: Callable[..., Any]) -> Iterator[Callable[[], Connection]]:
+    """Give what starts a process and returns the pipe to it; all are ended with the context."""
     context = multiprocessing.get_context('spawn')  # a forked process may keep locked locks
     pipes, processes = list[Connection](), []
-    try:
+
+    def start() -> Connection:
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_work, args=(function, theirs), daemon=True)
         with _one_thread(), _no_interrupts():
-            for _ in range(count):
-                ours, theirs = context.Pipe()
-                process = context.Process(target=_work, args=(function, theirs), daemon=True)
-                process.start()
-                processes.append(process)
-                theirs.close()
-                pipes.append(ours)
-        yield pipes
+            process.start()
+        processes.append(process)
+        theirs.close()
+        pipes.append(ours)
+        return ours
+
+    try:
+        yield start
     finally:
         for process in processes:
             process.kill()  # nothing that it has would be lost
@@ -114,8 +138,10 @@ def _workers(function: Callable[..., Any], count: int) -> Iterator[list[Connecti
 
 def _work(function: Callable[..., Any], pipe: Connection) -> None:
     """Do jobs until the parent is gone."""
-    # Ctrl-C goes to every process of a terminal; it is the parent's to end its workers
+    # Ctrl-C goes to every process of a terminal, and what ends a job to every process of it; it is
+    # the parent's to end its workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(EOFError, OSError):  # the parent is gone
         while True:

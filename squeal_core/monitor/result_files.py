@@ -26,15 +26,17 @@ from dataclasses import dataclass
 import json
 import math
 from pathlib import Path
-from typing import Any, get_type_hints, NamedTuple, TypeVar
+from typing import Any, get_type_hints, Literal, NamedTuple, TypeAlias, TypeVar
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded, read_text_bounded
 from squeal_core.common.errors import LocatedError
+from squeal_core.common.partial_files import PARTIAL, REPLACED
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history import AssessmentRecord, read_rows
 from squeal_core.monitor.squeal_events import SquealEvent
 
 FORMAT = 1
+TableFormat: TypeAlias = Literal['csv', 'parquet']
 SUMMARY = 'summary.json'
 _MAX_BYTES = 200_000_000
 _MAX_LINE = 10_000  # characters
@@ -113,6 +115,9 @@ class ReplayResult:
             Naming file, line and what is wrong.
 
         """
+        if not self.paths.table.exists() and self.paths.parquet.exists():
+            from squeal_core.monitor.parquet_table import read_parquet
+            return read_parquet(self.paths.parquet)
         return read_rows(self.paths.table)
 
     @classmethod
@@ -151,7 +156,8 @@ def find_results(paths: Sequence[str | Path]) -> list[Path]:
     found: dict[Path, Path] = {}
     for path in map(Path, paths):
         summaries = [path] if path.is_file() else sorted(
-            [*path.rglob(SUMMARY), *path.rglob(f'*.{SUMMARY}')])
+            summary for pattern in (SUMMARY, f'*.{SUMMARY}') for summary in path.rglob(pattern)
+            if not any(PARTIAL in part or REPLACED in part for part in summary.parts))
         if not summaries:
             raise ResultError(path, 'holds no result of `squeal replay`' if path.is_dir()
                               else 'is not there', 'give the folder that it wrote (-o)')

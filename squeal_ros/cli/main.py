@@ -26,7 +26,8 @@ import sys
 from squeal_core import __version__
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
-from squeal_ros.cli import advise_options, point_commands as commands, signals_options
+from squeal_ros.cli import advise_options, point_commands as commands, replay_options
+from squeal_ros.cli import signals_options
 from squeal_ros.cli.calibrate_options import add_calibrate
 from squeal_ros.cli.calibrate_options import DESCRIPTION as CALIBRATE
 from squeal_ros.cli.command_parser import (
@@ -134,11 +135,10 @@ def parser() -> argparse.ArgumentParser:
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
-    _replay(sub.add_parser(
-        'replay', help='the monitor over a recorded bag',
-        description='Run the monitor over a recorded bag. Exit code 0: every brake that braked '
-        'was assessed; 1: a brake was never assessed though it slid under load, or nothing is '
-        'known of it; 2: bag, settings or output cannot be used.'))
+    replayed = sub.add_parser('replay', help='the monitor over one or many recordings',
+                              description=replay_options.DESCRIPTION)
+    replayed.set_defaults(run=_from_module('replay_commands', 'replay'))
+    replay_options.add_replay(replayed)
     listed = sub.add_parser('signals', help='what a recording holds, and a file for --signals',
                             description=signals_options.DESCRIPTION)
     listed.set_defaults(run=_from_module('signals_commands', 'signals'))
@@ -272,23 +272,6 @@ def _policy(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.policy)
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--namespace', default='/', help='of the node')
-
-
-def _replay(p: argparse.ArgumentParser) -> None:
-    p.set_defaults(run=commands.replay)
-    p.add_argument('bag', metavar='BAG', help='rosbag2 folder, .mcap or .db3 file')
-    p.add_argument('-o', '--output', required=True, metavar='OUT.mcap',
-                   help='bag of outputs; a table goes beside it as OUT.csv')
-    p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
-    p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
-    p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
-    p.add_argument('--namespace', default='/', help='of the relative topics in the bag')
-    p.add_argument('--signals', metavar='SIGNALS.yaml', help='which column or topic field is '
-                   'which input, as `squeal signals` proposes; tables need it')
-    p.add_argument('--types', metavar='FOLDER',
-                   help='.msg files of message types that the bag does not define')
-    add_force(p)
-    p.add_argument('--json', action='store_true')
 
 
 def _demo(p: argparse.ArgumentParser) -> None:

@@ -29,7 +29,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.model_file import load_with_header
-from squeal_core.monitor.settings import load_settings, pressure_references
+from squeal_core.monitor.settings import load_settings
 from squeal_core.monitor.settings_document import settings_document
 from squeal_core.risk.emulator_file import is_emulator, read_emulator_header
 from squeal_core.stability.eigensolution import complex_modes, Mode
@@ -148,42 +148,6 @@ def policy(options: argparse.Namespace) -> int:
     chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
     print(policy_document(chosen, options.namespace), end='')
     return 0
-
-
-def replay(options: argparse.Namespace) -> int:
-    """Run the monitor over a recorded bag."""
-    from squeal_ros.recordings.evaluation_process import write_replay
-    from squeal_ros.recordings.recording import open_recording
-    from squeal_ros.recordings.replay import Replay
-    from squeal_ros.recordings.replay_outputs import Outputs
-    from squeal_ros.recordings.signal_settings import settings_with_signals
-    from squeal_ros.recordings.signals_file import read_signals
-
-    chosen = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
-    if options.model:
-        chosen = replace(chosen, model=options.model)
-    if options.rate is not None:
-        chosen = replace(chosen, rate=positive('--rate', options.rate))
-    signals = read_signals(options.signals) if options.signals else None
-    if signals is not None:
-        chosen = settings_with_signals(chosen, signals)
-    outputs = Outputs(Path(options.output), chosen, overwrite=options.force)
-    outputs.check((options.bag, *filter(None, (
-        options.config, options.signals, chosen.model, chosen.table))))
-    model = BrakeModel.load(chosen.model)
-    recording = open_recording(options.bag, chosen, types=options.types,
-                               namespace=options.namespace, signals=signals)
-    ticks = Replay(recording, chosen, model)
-    report_progress(pressure_references(chosen))
-    write_replay(ticks, outputs)
-    report = outputs.report(ticks)
-    if options.json:
-        print(json.dumps(plain({**report.as_json(), 'output': options.output,
-                                'table': str(outputs.csv_path)})))
-    else:
-        print('\n'.join([*report.lines(), *report.event_lines()]))
-        print(f'written: {options.output}, {outputs.csv_path}')
-    return 0 if report.good else 1
 
 
 def demo(options: argparse.Namespace) -> int:

@@ -58,8 +58,19 @@ class Positions:
             self._longitudes.append(longitude)
 
     def at(self, time: int) -> tuple[float, float]:
-        """Return latitude and longitude [deg] at a time [ns]; NaN where they are not known."""
-        place = bisect.bisect_right(self._times, time) - 1
-        if place < 0 or time - self._times[place] > _LONGEST_AGE:
+        """
+        Return latitude and longitude [deg] at a time [ns]; NaN where they are not known.
+
+        Between two fixes they are interpolated, after the last one it holds; for 5 s at most.
+        """
+        after = bisect.bisect_right(self._times, time)
+        if not after or time - self._times[after - 1] > _LONGEST_AGE:
             return math.nan, math.nan
-        return self._latitudes[place], self._longitudes[place]
+        last = self._latitudes[after - 1], self._longitudes[after - 1]
+        if after == len(self) or self._times[after] - self._times[after - 1] > _LONGEST_AGE:
+            return last
+        north, east = self._latitudes[after] - last[0], self._longitudes[after] - last[1]
+        if abs(east) > 180.0:  # over the date line
+            return last
+        part = (time - self._times[after - 1]) / (self._times[after] - self._times[after - 1])
+        return last[0] + part * north, last[1] + part * east

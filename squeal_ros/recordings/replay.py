@@ -47,11 +47,11 @@ class Replay:
     model : BrakeModel
     block : int
         Ticks that are evaluated at once; the numbers are the node's, bit for bit, of any.
-    stopping : callable
-        Of no arguments, called before each block: whether to leave the rest out.
 
     Attributes
     ----------
+    stopping : callable
+        Of no arguments, called after each block: whether to leave the rest out.
     partial : bool
         Whether the rest was left out.
     quality : InputQuality
@@ -62,9 +62,10 @@ class Replay:
     """
 
     def __init__(self, recording: Recording, settings: MonitorSettings, model: BrakeModel, *,
-                 block: int = _BLOCK, stopping: Callable[[], bool] = lambda: False) -> None:
+                 block: int = _BLOCK) -> None:
         self.settings, self.model = settings, model
-        self.recording, self._block, self._stopping = recording, block, stopping
+        self.recording, self._block = recording, block
+        self.stopping: Callable[[], bool] = lambda: False
         self.partial = False
         self.start = self.end = self.read = 0
         self.quality = InputQuality(settings)
@@ -115,7 +116,7 @@ class Replay:
                 for one in tick:
                     self.quality.read(one.brake, one.inputs)
             yield block
-            self.partial = self._stopping()
+            self.partial = self.stopping()
 
     def _prepared(self, inputs: VehicleInputs) -> Iterator[PreparedTick]:
         period, tick = self.settings.period, 0

@@ -14,7 +14,8 @@
 
 """Files that a replay writes: bag, table, events, brake applications, summary."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, ExitStack
 from dataclasses import dataclass, field
 import json
 from pathlib import Path
@@ -25,8 +26,8 @@ from squeal_core.common.output import check_target, Output, OutputFiles
 from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.drive_summary import DriveSummary
-from squeal_core.monitor.history import CsvWriter
-from squeal_core.monitor.result_files import FORMAT, ResultPaths, write_records
+from squeal_core.monitor.history import AssessmentRecord, CsvWriter
+from squeal_core.monitor.result_files import FORMAT, ResultPaths, TableFormat, write_records
 from squeal_core.monitor.result_summary import file_hash, sources_of
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.squeal_events import SquealEvent
@@ -54,6 +55,8 @@ class Outputs:
         Whose topics are written.
     sources : mapping, optional
         `sources_of` model and settings, where they are known already.
+    tables : tuple of str
+        Formats of the table of ticks: 'csv', 'parquet'.
 
     Attributes
     ----------
@@ -69,6 +72,7 @@ class Outputs:
     overwrite: bool = False
     node: str = '/squeal_monitor'
     sources: Mapping[str, Any] | None = None
+    tables: tuple[TableFormat, ...] = ('csv',)
     recorder: Recorder = field(init=False)
     events: list[SquealEvent] = field(init=False, default_factory=list)
 
@@ -102,11 +106,14 @@ class Outputs:
     @property
     def _written(self) -> tuple[Path, ...]:
         """Return the paths of what is written; the summary, without which it is none, last."""
-        return self.paths.bag, *self._tables, self.paths.summary
+        return (self.paths.bag, *self._tables.values(), self.paths.events,
+                self.paths.applications, self.paths.summary)
 
     @property
-    def _tables(self) -> tuple[Path, ...]:
-        return self.paths.table, self.paths.events, self.paths.applications
+    def _tables(self) -> dict[TableFormat, Path]:
+        """Return the tables of ticks by their format."""
+        return {kind: self.paths.table if kind == 'csv' else self.paths.parquet
+                for kind in self.tables}
 
     def write(self, ticks: Iterable[tuple[Assessment, ...]]) -> None:
         """Write bag and tables of all ticks; counts them in `summary` and finds the events."""
@@ -125,10 +132,12 @@ class Outputs:
 
         """
         with OutputFiles(overwrite=self.overwrite) as files:
-            table, events, applications = (files.add(path, probe=True) for path in self._tables)
+            tables = {kind: files.add(path, probe=True) for kind, path in self._tables.items()}
+            events, applications = (files.add(path, probe=True) for path in (
+                self.paths.events, self.paths.applications))
             with BagWriter(self.paths.bag, files) as bag:
                 summary = files.add(self.paths.summary) if replay else None  # is committed last
-                self._write_ticks(records, table, bag)
+                self._write_ticks(records, tables, bag)
             found = self.recorder.detector.events
             self.events = found if replay is None else with_details(found, replay)
             write_records(events.partial, SquealEvent, self.events)
@@ -138,12 +147,15 @@ class Outputs:
                 summary.partial.write_text(
                     json.dumps(plain(self._summary_json(replay)), indent=1), encoding='utf-8')
 
-    def _write_ticks(self, records: Iterable[TickRecord], table: Output, bag: BagWriter) -> None:
-        with table.partial.open('w', encoding='utf-8', newline='') as file:
-            rows = CsvWriter(file)
+    def _write_ticks(self, records: Iterable[TickRecord], tables: Mapping[TableFormat, Output],
+                     bag: BagWriter) -> None:
+        with ExitStack() as stack:
+            writers = [stack.enter_context(_opened(kind, table.partial))
+                       for kind, table in tables.items()]
             for record in records:
                 for row in record.rows:
-                    rows.write(row)
+                    for write in writers:
+                        write(row)
                 bag.write_serialised(record.time, serialised_outputs(self.node, record))
 
     def report(self, replay: Replay) -> ReplayReport:
@@ -162,6 +174,18 @@ class Outputs:
                           'start_s': replay.start * 1e-9, 'end_s': replay.end * 1e-9},
             **sources, 'partial': replay.partial, 'report': self.report(replay).as_json(),
             'inputs': replay.quality.as_json()}
+
+
+@contextmanager
+def _opened(kind: TableFormat, path: Path) -> Iterator[Callable[[AssessmentRecord], None]]:
+    """Give what writes a row into a table of a format."""
+    if kind == 'parquet':
+        from squeal_core.monitor.parquet_table import ParquetWriter
+        with ParquetWriter(path) as rows:
+            yield rows.write
+    else:
+        with path.open('w', encoding='utf-8', newline='') as file:
+            yield CsvWriter(file).write
 
 
 def recording_name(path: Path) -> str:

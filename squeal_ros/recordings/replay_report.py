@@ -64,23 +64,23 @@ class ReplayReport:
 
     def __init__(self, summary: DriveSummary, events: Sequence[SquealEvent],
                  findings: Sequence[Finding], notes: Sequence[str] = ()) -> None:
-        self._summary, self._events = summary, events
+        self.summary, self.events = summary, events
         self._of_risk = _risk_findings(summary)
-        self._findings, self._notes = findings, notes
+        self.findings, self.notes = findings, notes
 
     @property
     def good(self) -> bool:
         """Whether the squeal risk of every brake was known for which it should have been."""
-        return not self._summary.never_known
+        return not self.summary.never_known
 
     @property
     def events_known(self) -> bool:
         """Whether squeal would have been seen at all."""
-        return bool(self._summary.known_time or not self._summary.braking_time)
+        return bool(self.summary.known_time or not self.summary.braking_time)
 
     def as_json(self) -> dict[str, Any]:
         """Return the report as plain data; docs/interface.md names the keys."""
-        summary = self._summary
+        summary = self.summary
         worst = worst_reason(summary.brakes.values())
         return {
             'risk_known_share': summary.risk_share, 'risk_known_s': summary.known_time,
@@ -101,9 +101,9 @@ class ReplayReport:
                 'reasons': [self._reason_json(reason, brake)
                             for reason in brake.ranked()[:_MOST_LINES]]}
                        for name, brake in summary.brakes.items()},
-            'findings': [asdict(finding) for finding in (*self._of_risk, *self._findings)],
-            'notes': list(self._notes),
-            'events': [self._event_json(event) for event in self._events]
+            'findings': [asdict(finding) for finding in (*self._of_risk, *self.findings)],
+            'notes': list(self.notes),
+            'events': [self._event_json(event) for event in self.events]
             if self.events_known else None}
 
     @staticmethod
@@ -115,7 +115,7 @@ class ReplayReport:
 
     def lines(self) -> list[str]:
         """Return the report in words, line by line, without the events."""
-        summary = self._summary
+        summary = self.summary
         lines = [*self._first_lines()]
         lines += [f'finding: {finding}' for finding in self._of_risk]
         width = max(map(len, summary.brakes))
@@ -123,48 +123,54 @@ class ReplayReport:
                   for name, brake in summary.brakes.items()]
         if summary.silence:
             lines.append(f'left out: {summary.silence:.1f} s in which no message came')
-        worst = worst_reason(summary.brakes.values())
-        if worst is not None:
-            reason, brake = worst
-            lines += [f'top reason, {reason.ticks} ticks of {brake.name}, first at '
-                      f'{reason.since:.1f} s: {reason.text}',
-                      f'  remedy: {self.remedy(reason, brake)}']
-        lines += [f'finding: {finding}' for finding in self._findings[:_MOST_LINES]]
-        if len(self._findings) > _MOST_LINES:
-            lines.append(f'{len(self._findings) - _MOST_LINES} more findings: see --json')
-        return [*lines, *(f'note: {note}' for note in self._notes)]
+        lines += self.top_reason
+        lines += [f'finding: {finding}' for finding in self.findings[:_MOST_LINES]]
+        if len(self.findings) > _MOST_LINES:
+            lines.append(f'{len(self.findings) - _MOST_LINES} more findings: see --json')
+        return [*lines, *(f'note: {note}' for note in self.notes)]
+
+    @property
+    def top_reason(self) -> list[str]:
+        """Return what cost most braking time and its remedy, in two lines; none: nothing did."""
+        worst = worst_reason(self.summary.brakes.values())
+        if worst is None:
+            return []
+        reason, brake = worst
+        return [f'top reason, {reason.ticks} ticks of {brake.name}, first at '
+                f'{reason.since:.1f} s: {reason.text}',
+                f'  remedy: {self.remedy(reason, brake)}']
 
     def event_lines(self) -> list[str]:
         """Return the events in words, line by line; where nothing was assessed, that."""
-        ticks = f'{self._summary.ticks} ticks'
+        ticks = f'{self.summary.ticks} ticks'
         if not self.events_known:
-            what = 'squeal risk known' if self._summary.assessed_time else 'braking assessed'
+            what = 'squeal risk known' if self.summary.assessed_time else 'braking assessed'
             return [f'{ticks}, squeal events: not known ({what} at none)']
-        while_known = ' while the squeal risk was known' if self._summary.risk_share < 1.0 else ''
-        count = len(self._events)
+        while_known = ' while the squeal risk was known' if self.summary.risk_share < 1.0 else ''
+        count = len(self.events)
         more = count - _MOST_LINES
         return [f'{ticks}, {count} squeal event{"s" * (count != 1)}{while_known}',
                 *(f'  {e.brake}, {e.start_s:.1f} to {e.end_s:.1f} s: risk up to '
                   f'{e.peak_risk:.2f}, {e.frequency_hz:.0f} Hz, growth '
                   f'{e.growth_rate_1_s:+.1f} 1/s'
-                  for e in self._events[:_MOST_LINES]),
+                  for e in self.events[:_MOST_LINES]),
                 *([f'  and {more} more: see the table'] if more > 0 else [])]
 
     def _first_lines(self) -> Iterator[str]:
         """Yield for how much of the braking the squeal risk is known, and was assessed."""
-        summary = self._summary
+        summary = self.summary
         if math.isnan(summary.share):
             yield f'no braking in {summary.ticks} ticks, so nothing to assess'
             return
         every = ' of all brakes' if len(summary.brakes) > 1 else ''
         never, partly = summary.never_known, summary.incomplete_share
-        yield (f'squeal risk known for {_percent(summary.risk_share)} of the braking time '
+        yield (f'squeal risk known for {percent(summary.risk_share)} of the braking time '
                f'({summary.known_time:.1f} of {summary.braking_time:.1f} s{every})'
-               + (f', {_percent(partly)} in brake applications seen in part only'
+               + (f', {percent(partly)} in brake applications seen in part only'
                   if partly else '')
                + (f'; never known: {", ".join(never)}' if never else ''))
         never = summary.never_assessed
-        yield (f'assessed {_percent(summary.share)} of the braking time '
+        yield (f'assessed {percent(summary.share)} of the braking time '
                f'({summary.assessed_time:.1f} of {summary.braking_time:.1f} s{every})'
                + (f'; never assessed: {", ".join(never)}' if never else ''))
 
@@ -172,7 +178,7 @@ class ReplayReport:
         """Return what helps against a reason: by the bag, else by the state of the inputs."""
         own = [f'{brake.name}.{signal}' for signal in reason.inputs]
         remedies: dict[str, list[str]] = {}
-        for finding in self._findings:
+        for finding in self.findings:
             remedies.setdefault(finding.remedy, []).extend(
                 name for name in finding.inputs if name in own)
         found = [f'{", ".join(names)}: {remedy}' for remedy, names in remedies.items() if names]
@@ -206,7 +212,7 @@ def _risk_finding(why: str, brakes: Sequence[BrakeSummary]) -> Finding:
 
 def _brake_line(brake: BrakeSummary) -> str:
     share = 'no braking' if math.isnan(brake.share) else (
-        f'{_percent(brake.share):>6} of {brake.braking * brake.period:.1f} s')
+        f'{percent(brake.share):>6} of {brake.braking * brake.period:.1f} s')
     states = ', '.join(f'{count} {state}' for state, count in brake.states.most_common())
     risk = ('; squeal risk not known' if brake.never_known else '') if math.isnan(
         brake.mean_risk) else (
@@ -214,6 +220,6 @@ def _brake_line(brake: BrakeSummary) -> str:
     return f'{share}{risk}; ticks: {states}'
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
     """Return a share in %, never rounded up to all."""
     return f'{math.floor(share * 1000.0) / 10.0:g} %'

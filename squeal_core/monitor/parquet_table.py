@@ -1,0 +1,102 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Assessments over time as a Parquet table; the columns are those of the CSV."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, get_type_hints
+
+try:
+    import pyarrow
+    from pyarrow import parquet
+except ImportError as error:
+    raise ImportError("Parquet tables need pyarrow: pip install -e '.[parquet]' in the checkout"
+                      ) from error
+
+from squeal_core.common.bounded_reader import check_readable
+from squeal_core.monitor.history import AssessmentRecord, HistoryError, MAX_BYTES
+
+_TYPES: dict[object, Any] = {
+    float: pyarrow.float64(), str: pyarrow.string(), bool: pyarrow.bool_(), int: pyarrow.int32(),
+    tuple[float, ...]: pyarrow.list_(pyarrow.float64()),
+    tuple[int, ...]: pyarrow.list_(pyarrow.int32())}
+_SCHEMA = pyarrow.schema([(name, _TYPES[kind]) for name, kind in get_type_hints(
+    AssessmentRecord).items()])
+_GROUP = 20_000  # rows that are written, and read, at once
+
+
+class ParquetWriter:
+    """
+    Writes rows as they come, in groups. A context manager.
+
+    Parameters
+    ----------
+    path : Path
+        Of the table.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._writer = parquet.ParquetWriter(path, _SCHEMA, compression='zstd')
+        self._rows: list[AssessmentRecord] = []
+
+    def __enter__(self) -> 'ParquetWriter':
+        return self
+
+    def write(self, row: AssessmentRecord) -> None:
+        self._rows.append(row)
+        if len(self._rows) == _GROUP:
+            self._flush()
+
+    def _flush(self) -> None:
+        columns = [*zip(*self._rows, strict=True)] or [()] * len(_SCHEMA)
+        self._writer.write_table(pyarrow.table([
+            pyarrow.array(values, field.type)
+            for values, field in zip(columns, _SCHEMA, strict=True)], schema=_SCHEMA))
+        self._rows.clear()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if kind is None:
+            self._flush()
+        self._writer.close()
+
+
+def read_parquet(path: str | Path) -> Iterator[AssessmentRecord]:
+    """
+    Yield the rows of a Parquet file.
+
+    Raises
+    ------
+    HistoryError
+        Naming the file and what is wrong.
+
+    """
+    check_readable(path, MAX_BYTES, lambda where, what, remedy: HistoryError(
+        f'{where}: {what}; {remedy}'))
+    try:
+        with parquet.ParquetFile(path) as file:
+            if file.schema_arrow.names != _SCHEMA.names:
+                raise HistoryError(f'{path}: its columns are {file.schema_arrow.names}; give a '
+                                   'table that `squeal replay` wrote')
+            for batch in file.iter_batches(_GROUP):
+                columns = [column.to_pylist() for column in batch.columns]
+                for values in zip(*columns, strict=True):
+                    yield AssessmentRecord._make(
+                        tuple(value) if isinstance(value, list) else value for value in values)
+    except (OSError, pyarrow.ArrowException) as error:
+        raise HistoryError(f'{path}: cannot be read ({error}); give a table that `squeal replay` '
+                           'wrote') from None
