@@ -183,7 +183,7 @@ def test_every_leaf_is_one(package: str) -> None:
     name for name in SOURCES if within(name, 'squeal_core')
     and not any(within(name, f'squeal_core.{leaf}')
                 for leaf in ('modes.fe', 'modes.readers', 'calibration.scores',
-                             'sound.other_formats', 'view'))])
+                             'sound.other_formats', 'monitor.parquet_table', 'view'))])
 def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
     foreign = [i for i in IMPORTS[module] if top(i.target) not in {
         *sys.stdlib_module_names, *ALWAYS_THERE, 'squeal_core'}]
