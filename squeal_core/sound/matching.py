@@ -23,7 +23,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from squeal_core.calibration.events import AFTER, MeasuredEvent
-from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.history_columns import read_blocks
 from squeal_core.sound.brakings import Braking, brakings_of, groups_of, Predictions
 from squeal_core.sound.clock_check import is_within, times_of
 from squeal_core.sound.listening import Listening, MeasuredSquealError
@@ -195,24 +195,23 @@ class _UnstableModes:
     """Frequencies of the unstable modes that were predicted at the times of events."""
 
     def __init__(self, result: Predictions, events: Sequence[MeasuredEvent]) -> None:
-        self._times: list[float] = []
-        self._rows: list[AssessmentRecord] = []
-        windows = _joined(sorted(map(_window, events)))
-        starts = [start for start, _ in windows]
-        for row in result.rows() if windows else ():
-            i = bisect_right(starts, row.time_s) - 1
-            if i >= 0 and row.time_s <= windows[i][1] and row.unstable_frequencies_hz:
-                self._rows.append(row)
-        self._rows.sort(key=lambda row: row.time_s)
-        self._times = [row.time_s for row in self._rows]
+        windows = np.array(_joined(sorted(map(_window, events)))).reshape(-1, 2)
+        found: list[tuple[float, str, str]] = []
+        for block in read_blocks(result.paths.table, ()) if windows.size else ():
+            time = block.numbers['time_s']
+            at = np.searchsorted(windows[:, 0], time, side='right') - 1
+            within = (at >= 0) & (time <= windows[at, 1])
+            found += [(float(time[i]), block.brakes[i], block.frequencies_hz[i])
+                      for i in np.flatnonzero(within).tolist()]
+        self._ticks = sorted(found)
+        self._times = [time for time, *_ in self._ticks]
 
     def nearest_error(self, event: MeasuredEvent, brakes: Collection[str]) -> float:
         """Return the nearest of them minus the pitch of an event [Hz]; NaN: none, or no pitch."""
         start, end = _window(event)
-        errors = [hertz - event.frequency_hz
-                  for row in self._rows[bisect_right(self._times, start):
-                                        bisect_right(self._times, end)]
-                  if row.brake in brakes for hertz in row.unstable_frequencies_hz]
+        ticks = self._ticks[bisect_right(self._times, start):bisect_right(self._times, end)]
+        errors = [float(hertz) - event.frequency_hz for _, brake, listed in ticks
+                  if brake in brakes for hertz in listed.split()]
         if not errors or math.isnan(event.frequency_hz):
             return math.nan
         return errors[int(np.abs(errors).argmin())]

@@ -14,7 +14,7 @@
 
 """Predicted against measured squeal: outcomes, pitches and lead times of known cases, scores."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import json
 import math
@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 import pytest
 from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.history import AssessmentRecord, CsvWriter
+from squeal_core.monitor.result_files import ResultPaths
 from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_core.sound.brakings import groups_of
 from squeal_core.sound.comparison import compare, Comparison
@@ -45,14 +46,25 @@ class Replayed:
     events: Sequence[SquealEvent] = ()
     ticks: Sequence[AssessmentRecord] = ()
     end: float = 1000.0
+    folder: Path = Path()
     summary: dict[str, Any] = field(init=False)
 
     def __post_init__(self) -> None:
         self.summary = {'recording': {'start_s': BEGIN, 'end_s': BEGIN + self.end},
                         'inputs': [{'brake': brake} for brake in BRAKES]}
 
-    def rows(self) -> Iterator[AssessmentRecord]:
-        return iter(self.ticks)
+    @property
+    def paths(self) -> ResultPaths:
+        return ResultPaths.in_folder(self.folder)
+
+    def written(self, folder: Path) -> 'Replayed':
+        """Write the table of ticks."""
+        self.folder = folder
+        with self.paths.table.open('w', encoding='utf-8') as file:
+            table = CsvWriter(file)
+            for one in self.ticks:
+                table.write(one)
+        return self
 
 
 def application(brake: str, start: float, alarm: bool | None, risk: float = NAN,
@@ -86,6 +98,10 @@ def measured(folder: Path, *rows: str, span: tuple[float, float] | None = None,
     return path
 
 
+def compared(drive: Replayed, folder: Path, *rows: str, **sound: Any) -> Comparison:
+    return compare([drive.written(folder)], measured(folder, *rows, **sound))
+
+
 def outcomes(found: Comparison) -> list[tuple[str, float, str]]:
     return [('+'.join(one.braking.brakes), one.braking.start - BEGIN, one.outcome)
             for one in found.matches.applications]
@@ -100,9 +116,8 @@ def test_each_outcome_and_its_figures(tmp_path: Path) -> None:
                 SquealEvent('front_right', BEGIN + 11.5, BEGIN + 12.5)],
         ticks=[tick('front_left', 11.9, 1500.0, 2100.0), tick('front_left', 12.2, 2060.0),
                tick('front_right', 12.2, 2000.0), tick('front_left', 14.0, 2001.0)])
-    found = compare([drive], measured(
-        tmp_path, '12.0,2000,front_left,12.5', '50.9,3000,front_right,51', '90.5,3000,front_left,',
-        '200,3000,front_left,'))
+    found = compared(drive, tmp_path, '12.0,2000,front_left,12.5',
+                     '50.9,3000,front_right,51', '90.5,3000,front_left,', '200,3000,front_left,')
     assert outcomes(found) == [
         ('front_left', 10.0, 'hit'), ('front_right', 10.0, 'false alarm'),
         ('front_left', 50.0, 'correct silence'), ('front_right', 50.0, 'miss'),
@@ -125,12 +140,12 @@ def test_events_of_no_brake_are_of_the_vehicle(tmp_path: Path) -> None:
     drive = Replayed(
         [application('front_left', 10.0, False), application('front_right', 11.0, True),
          application('front_left', 50.0, False), application('front_right', 50.0, None)])
-    found = compare([drive], measured(tmp_path, '12.0,2000,', '2000,3000,front_left'))
+    found = compared(drive, tmp_path, '12.0,2000,', '2000,3000,front_left')
     assert found.unit == 'vehicle'
     assert outcomes(found) == [('front_left+front_right', 10.0, 'hit'),
                                ('front_left+front_right', 50.0, 'not known')]
     # an event of another time does not say what events of this time tell apart
-    found = compare([drive], measured(tmp_path, '2000,2000,', '12,3000,front_left'))
+    found = compared(drive, tmp_path, '2000,2000,', '12,3000,front_left')
     assert found.unit == 'brake'
 
 
@@ -145,14 +160,14 @@ def test_groups_are_brakes_that_events_do_not_tell_apart() -> None:
 def test_silence_is_only_where_somebody_listened(tmp_path: Path) -> None:
     drive = Replayed([application('front_left', start, alarm) for start, alarm in (
         (10.0, True), (50.0, False), (90.0, True), (130.0, False))])
-    found = compare([drive], measured(tmp_path, '11,2000,front_left', span=(0.0, 100.0)))
+    found = compared(drive, tmp_path, '11,2000,front_left', span=(0.0, 100.0))
     assert [one for *_, one in outcomes(found)] == [
         'hit', 'correct silence', 'false alarm', 'not known']
     assert found.matches.applications[-1].why == 'nobody listened to the whole of it'
     assert not found.notes
     # a pitch that the sound cannot hold was not heard to be absent
-    found = compare([drive], measured(tmp_path, '11,1600,front_left', span=(0.0, 100.0),
-                                      band_hz=[1250, 1900]))
+    found = compared(drive, tmp_path, '11,1600,front_left', span=(0.0, 100.0),
+                     band_hz=[1250, 1900])
     assert [one for *_, one in outcomes(found)] == [
         'hit', 'correct silence', 'not known', 'not known']
 
@@ -168,7 +183,7 @@ def test_another_clock_is_refused(tmp_path: Path, rows: list[str],
                                   span: tuple[float, float] | None, words: str) -> None:
     drive = Replayed([application('front_left', 10.0, True)])
     with pytest.raises(MeasuredSquealError) as caught:
-        compare([drive], measured(tmp_path, *rows, span=span))
+        compared(drive, tmp_path, *rows, span=span)
     assert words in str(caught.value)
     assert '\n' not in str(caught.value)
 
@@ -176,6 +191,7 @@ def test_another_clock_is_refused(tmp_path: Path, rows: list[str],
 def test_recordings_that_cannot_be_told_apart(tmp_path: Path) -> None:
     drives = [Replayed([application('front_left', 10.0, True)], name=name)
               for name in ('monday', 'tuesday')]
+    drives = [drive.written(tmp_path) for drive in drives]
     table = measured(tmp_path, '11,2000,front_left')
     with pytest.raises(MeasuredSquealError, match='line 2: time_s .* is of monday and tuesday'):
         compare(drives, table)
