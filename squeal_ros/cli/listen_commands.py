@@ -23,9 +23,12 @@ from squeal_core.common.errors import SquealError
 from squeal_core.sound.listen import listen as run_listening
 from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
 from squeal_core.sound.measured_files import clock_time, MeasuredFiles, MeasuredSqueal
-from squeal_core.sound.sound_clock import clock_of_file, clock_of_stamp
+from squeal_core.sound.recorded_drive import read_drive, RecordedDrive
+from squeal_core.sound.sound_clock import clock_of_file, clock_of_stamp, SoundClock
 from squeal_core.sound.sound_file import SoundFile
 from squeal_core.sound.squeal_detection import HeardTone
+from squeal_core.sound.synchronisation import synchronise
+from squeal_core.sound.tone_sources import SpeedAt
 from squeal_ros.cli.console import plain, ProgressBar, time_left, warn
 
 _GOOD, _NOT_KNOWN = 0, 1
@@ -38,13 +41,19 @@ def listen(options: argparse.Namespace) -> int:
     channels = _channels(sound, options.channel)
     brakes = _brakes(options.brakes, sound, channels)
     clock = clock_of_stamp(options.start) if options.start else clock_of_file(sound)
+    drive, by_speed = (path and read_drive(path) for path in (options.sync, options.speed))
     files = MeasuredFiles(options.output, overwrite=options.force)
-    files.prepare([sound.path])
+    files.prepare([path for path in (sound.path, options.sync, options.speed) if path])
     begun = time.monotonic()
     with ProgressBar('% heard') as progress:
         record = run_listening(sound, settings, channels=channels, progress=lambda share: progress(
             round(100 * share), 100, time_left(begun, round(100 * share), 100)))
-    measured = MeasuredSqueal(record, record.tones(brakes=brakes), clock)
+    if drive:
+        clock = synchronise(record.heard, drive) if record.heard else SoundClock(
+            'sync', note='not known: nothing was heard', is_ambiguous=True)
+    tones = record.tones(brakes=brakes, speed=_speed(by_speed or drive, clock, options))
+    measured = MeasuredSqueal(record, tones, clock,
+                              drive.name if drive and not clock.is_ambiguous else '')
     for note in sound.notes:
         warn(f'{sound.path}: {note}')
     written = files.write(measured)
@@ -54,6 +63,16 @@ def listen(options: argparse.Namespace) -> int:
         _print(measured, time.monotonic() - begun)
         print(f'written: {", ".join(map(str, written))}')
     return _NOT_KNOWN if measured.events is None or clock.is_ambiguous else _GOOD
+
+
+def _speed(drive: RecordedDrive | None, clock: SoundClock, options: argparse.Namespace
+           ) -> SpeedAt | None:
+    """Return the speed at times of the sound; None where it or the clock is not known."""
+    if drive is None or clock.is_ambiguous:
+        return None
+    is_table = options.speed is not None and options.speed.endswith('.csv')
+    shift = 0.0 if is_table and clock.source == 'bext' else clock.shift
+    return lambda time: drive.speed_at(time + shift)
 
 
 def _settings(options: argparse.Namespace) -> ListeningSettings:
