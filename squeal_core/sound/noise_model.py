@@ -27,7 +27,7 @@ import numpy as np
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
 
 _SAMPLES = 20_000  # that a fit needs at most
-_START = (-7.0, 0.0, 2.5, 0.0, 1.0)  # ln a, ln b, n, ln c, m, of speed and power over their largest
+_START = (-7.0, 0.0, 2.5, 0.0, 1.0)  # ln a, ln b, n, ln c, m; of values over their largest
 _LOW, _HIGH = (-30.0, -30.0, 0.5, -30.0, 0.2), (30.0, 30.0, 6.0, 30.0, 3.0)
 _MEMORY = 5.0  # s over which residuals may be correlated
 
@@ -142,4 +142,4 @@ def _independent(residual: FloatArray, memory: int) -> float:
     power = max(float(rest @ rest), 1e-12)
     total = sum((1.0 - k / (memory + 1.0)) * max(float(rest[k:] @ rest[:-k]), 0.0)
                 for k in range(1, memory + 1))
-    return rest.size / (1.0 + 2.0 * total / power)
+    return float(rest.size / (1.0 + 2.0 * total / power))

@@ -216,7 +216,7 @@ def _explained(y: FloatArray, x: FloatArray) -> dict[int, float]:
     def total(a: FloatArray, b: FloatArray) -> FloatArray:
         return np.asarray(correlate(b, a, mode='full', method='fft'))
 
-    known = np.isfinite(x).all(axis=1)
+    known = np.asarray(np.isfinite(x).all(axis=1))
     here, there = np.isfinite(y).astype(float), known.astype(float)
     y, x = np.nan_to_num(y), np.where(known[:, None], x, 0.0)
     count = np.maximum(np.round(total(here, there)), 1.0)
