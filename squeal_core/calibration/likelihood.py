@@ -19,13 +19,15 @@ from dataclasses import dataclass, fields
 import math
 
 import numpy as np
+from scipy.special import logsumexp
 from squeal_core.calibration.applications import Observation
 from squeal_core.calibration.squeal_probability import SquealProbabilities
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.checks import check_number
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
-_OTHER_PITCH = 0.1  # probability that a squeal's pitch is that of none of the growing modes
+_OTHER_PITCHES = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""Probabilities, one as likely as another before, that a squeal's pitch is of no mode it has."""
 _UNIFORM = 1.0 / math.log(SQUEAL_BAND[1] / SQUEAL_BAND[0])  # density over ln frequency
 
 
@@ -80,18 +82,18 @@ def log_likelihood(found: SquealProbabilities, observations: Sequence[Observatio
 
     """
     heard = np.clip(hearing.heard(found.squeals), 1e-12, 1.0 - 1e-12)
-    total = np.zeros(len(heard))
     silent = [one.applications[0] for one in observations if not one.heard]
-    total += np.log1p(-heard[:, silent]).sum(axis=1)
+    total = np.log1p(-heard[:, silent]).sum(axis=1)
+    pitches = np.zeros((len(_OTHER_PITCHES), len(heard)))
     for one in observations:
         if one.heard:
             places = list(one.applications)
             own = heard[:, places]
             total += np.log1p(-np.exp(np.log1p(-own).sum(axis=1)))
             if math.isfinite(one.frequency_hz):
-                total += np.log(_pitch(found, places, one.frequency_hz, hearing)
-                                / own.sum(axis=1))
-    return total
+                pitches += np.log(_pitch(found, places, one.frequency_hz, hearing)
+                                  / own.sum(axis=1))
+    return np.asarray(total + logsumexp(pitches, axis=0) - math.log(len(pitches)))
 
 
 def _pitch(found: SquealProbabilities, places: list[int], frequency: float,
@@ -99,13 +101,14 @@ def _pitch(found: SquealProbabilities, places: list[int], frequency: float,
     """
     Return probability of an event times density of its pitch, summed over applications.
 
-    A pitch says that its family exceeded N*. Which one of several that do is heard is not
-    modelled: it may be the fastest, the first, or the one that stays after saturation.
+    One row for each probability that it is of no mode the model has. Any other says that its
+    family exceeded N*. Which one of several that do is heard is not modelled: it may be the
+    fastest, the first, or the one that stays after saturation.
     """
     off = np.log(frequency / found.frequency_hz[places]) / hearing.frequency_tolerance
     density = np.exp(-0.5 * off**2) / (math.sqrt(2.0 * math.pi) * hearing.frequency_tolerance)
-    right = (1.0 - _OTHER_PITCH) * (1.0 - 2.0 * hearing.label_error) * hearing.detection
     squeals = found.squeals[:, places]
-    own = (found.by_family[:, places] * density).sum(axis=-1)
-    return np.asarray((right * own + (hearing.heard(squeals) - right * squeals) * _UNIFORM
-                       ).sum(axis=-1))
+    own = (found.by_family[:, places] * density).sum(axis=-1) - squeals * _UNIFORM
+    right = (1.0 - 2.0 * hearing.label_error) * hearing.detection * own.sum(axis=-1)
+    share = 1.0 - np.array(_OTHER_PITCHES)[:, None]
+    return np.asarray(hearing.heard(squeals).sum(axis=-1) * _UNIFORM + share * right)
