@@ -16,12 +16,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
 from squeal_core.calibration.importance_sampling import (
+    Proposal,
     sample_posterior,
     SamplingRound,
     WeightedSample,
@@ -37,6 +39,7 @@ from squeal_core.risk.risk_records import GrowthSource, RiskSettings
 
 ENOUGH_EVENTS = 10
 """Events below which the likelihood counts in part only: silence may be a dead microphone."""
+_FIRST = 400  # observations; with many more, draws begin at the posterior of so many: time
 _LEAST_KNOWN = 0.5  # of what the best known candidate has inside the emulator's domain
 
 
@@ -130,23 +133,21 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
         raise SquealError('no brake application was observed; give recordings in which the brakes '
                           'slide under load')
     prior, hearing = prior or EnsemblePrior(), hearing or HearingModel()
-    used = sorted({i for one in observations for i in one.applications})
-    place = {i: k for k, i in enumerate(used)}
-    task = _Task(SquealPredictor(model, emulator, [applications[i] for i in used],
-                                 settings=settings), prior, hearing,
-                 [replace(one, applications=tuple(place[i] for i in one.applications))
-                  for one in observations])
-
-    def of_draws(values: FloatArray) -> FloatArray:
-        parts = dict(enumerate(np.array_split(values, max(1, workers))))
-        found = dict(run_jobs(_log_likelihood, {i: (task, part) for i, part in parts.items()},
-                              workers))
-        return np.concatenate([found[i] for i in parts])
-
     heard = sum(one.heard for one in observations)
     power = min(1.0, heard / ENOUGH_EVENTS)
-    sample = sample_posterior(of_draws, len(PARAMETERS), power=power, seed=seed,
-                              progress=progress)
+
+    def sampled(some: Sequence[Observation], start: Proposal | None = None) -> WeightedSample:
+        used = sorted({i for one in some for i in one.applications})
+        place = {i: k for k, i in enumerate(used)}
+        task = _Task(SquealPredictor(model, emulator, [applications[i] for i in used],
+                                     settings=settings), prior, hearing,
+                     [replace(one, applications=tuple(place[i] for i in one.applications))
+                      for one in some])
+        return sample_posterior(partial(_of_draws, task, workers), len(PARAMETERS), power=power,
+                                seed=seed, start=start, progress=progress)
+
+    nth = len(observations) // _FIRST
+    sample = sampled(observations, sampled(observations[::nth]).proposal if nth > 1 else None)
     members = BrakeCandidates.of_standard(prior, sample.resampled(prior.count))
     return Calibration(prior, members, sample, heard, len(observations) - heard, power)
 
@@ -158,6 +159,13 @@ class _Task(NamedTuple):
     prior: EnsemblePrior
     hearing: HearingModel
     observations: Sequence[Observation]
+
+
+def _of_draws(task: _Task, workers: int, values: FloatArray) -> FloatArray:
+    parts = dict(enumerate(np.array_split(values, max(1, workers))))
+    found = dict(run_jobs(_log_likelihood, {i: (task, part) for i, part in parts.items()},
+                          workers))
+    return np.concatenate([found[i] for i in parts])
 
 
 def _log_likelihood(task: _Task, values: FloatArray) -> FloatArray:

@@ -115,15 +115,16 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
 def evaluation_lines(found: Evaluation) -> list[str]:
     """Return the scores as text."""
     lines = [f'held out: {found.count} applications, squeal in {found.heard}',
-             f'{"":21}{"Brier":>7}{"skill":>7}{"log loss":>10}{"slope":>7}{"ECE":>7}{"MCC":>7}'
+             f'{"":21}{"Brier":>7}{"skill":>7}{"log loss":>10}{"slope":>7}{"ECE":>7}'
+             f'{"by chance":>11}{"MCC":>7}'
              f'{"ROC area (95 %)":>22}{"PR area (95 %)":>22}']
     for name, one in found.scores.items():
         areas = ''.join(f'{area:8.3f} ({low:.3f}, {high:.3f})' for area, (low, high) in (
             (one.roc_area, one.roc_interval), (one.precision_area, one.precision_interval)))
         lines.append(
             f'{name:21}{one.brier:7.3f}{one.brier_skill:7.2f}{one.log_loss:10.3f}'
-            f'{one.calibration_slope:7.2f}{one.calibration_error:7.3f}{one.correlation:7.2f}'
-            + areas)
+            f'{one.calibration_slope:7.2f}{one.calibration_error:7.3f}'
+            f'{one.chance_error:11.3f}{one.correlation:7.2f}{areas}')
     lines.append('calibration curve, predicted and heard (number): ' + ', '.join(
         f'{p:.2f} {y:.2f} ({n})' for p, y, n in found.curve))
     if math.isfinite(found.frequency_error):

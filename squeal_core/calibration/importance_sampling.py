@@ -24,14 +24,18 @@ Mira and Robert, Scand. J. Stat. 39 (2012) 798). Reweighting draws of the prior 
 from collections.abc import Callable
 from dataclasses import dataclass
 import math
+from typing import TypeAlias
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
 
+Proposal: TypeAlias = tuple[FloatArray, FloatArray]
+"""Mean (d,) and covariance (d, d)."""
 _FREEDOM = 6.0  # degrees of the Student t distribution: heavier tails than a posterior's
 _DEFENSIVE = 0.1  # fraction of each round that is drawn from the prior
 _LEAST_VARIANCE = 0.02  # of a proposal, in each direction, the prior's being 1
+_POWERS = np.geomspace(1.0, 1e-6, 140)  # a tenth apart
 _LEAST_EFFECTIVE = 0.25  # of a round's size: effective size to which the power is raised
 
 
@@ -81,6 +85,11 @@ class WeightedSample:
         from_mean = self.values - self.mean
         return np.asarray((self.weights[:, None] * from_mean).T @ from_mean)
 
+    @property
+    def proposal(self) -> Proposal:
+        """Return mean and covariance of what further draws are to be drawn from."""
+        return self.mean, self.covariance + _LEAST_VARIANCE * np.eye(self.values.shape[1])
+
     def resampled(self, count: int) -> FloatArray:
         """
         Return draws of equal weight (count, d): systematic resampling along the main direction.
@@ -95,7 +104,7 @@ class WeightedSample:
 
 def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensions: int, *,
                      power: float = 1.0, draws: int = 256, rounds: int = 12, enough: float = 200.0,
-                     seed: int = 0,
+                     seed: int = 0, start: Proposal | None = None,
                      progress: Callable[[SamplingRound], None] = lambda _: None
                      ) -> WeightedSample:
     """
@@ -117,11 +126,13 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
         Effective sample size at the full power at which it ends.
     seed : int
         Of the Sobol points.
+    start : tuple of mean and covariance, optional
+        What the first round is drawn from; by default the prior.
     progress : callable
         Told each round.
 
     """
-    proposals: list[tuple[FloatArray, FloatArray] | None] = [None]  # None: the prior
+    proposals: list[Proposal | None] = [start]  # None: the prior
     values, likelihood, done = np.empty((0, dimensions)), np.empty(0), []
     reached = 0.0
     while True:
@@ -137,7 +148,7 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
         sample = WeightedSample(values, weights, tuple(done))
         if len(done) == rounds or (reached == power and done[-1].effective_size >= enough):
             return sample
-        proposals.append((sample.mean, sample.covariance + _LEAST_VARIANCE * np.eye(dimensions)))
+        proposals.append(sample.proposal)
 
 
 def _weights(base: FloatArray, power: float, likelihood: FloatArray) -> FloatArray:
@@ -155,20 +166,14 @@ def _effective(weights: FloatArray) -> float:
 
 def _largest_power(base: FloatArray, likelihood: FloatArray, most: float, wanted: float) -> float:
     """Return the largest power of the likelihood that leaves the wanted effective size."""
-    if _effective(_weights(base, most, likelihood)) >= wanted:
-        return most
-    low, high = 0.0, most
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        if _effective(_weights(base, middle, likelihood)) >= wanted:
-            low = middle
-        else:
-            high = middle
-    return low
+    powers = [*(most * _POWERS), 0.0]
+    sizes = [_effective(_weights(base, one, likelihood)) for one in powers]
+    best = max(sizes) * (1.0 - 1e-9)
+    return float(next(power for power, size in zip(powers, sizes, strict=True)
+                      if size >= min(wanted, best)))
 
 
-def _draw(proposal: tuple[FloatArray, FloatArray] | None, count: int, dimensions: int,
-          seed: int) -> FloatArray:
+def _draw(proposal: Proposal | None, count: int, dimensions: int, seed: int) -> FloatArray:
     from scipy.special import chdtri, ndtri
     from scipy.stats import qmc
     points = qmc.Sobol(dimensions + 2, scramble=True, seed=seed).random(count)
@@ -186,8 +191,7 @@ def _log_normal(values: FloatArray) -> FloatArray:
     return np.asarray(-0.5 * (np.square(values).sum(axis=1) + size * math.log(2.0 * math.pi)))
 
 
-def _log_density(proposal: tuple[FloatArray, FloatArray] | None,
-                 values: FloatArray) -> FloatArray:
+def _log_density(proposal: Proposal | None, values: FloatArray) -> FloatArray:
     prior = _log_normal(values)
     if proposal is None:
         return prior

@@ -48,6 +48,8 @@ class Score:
         Of a logistic regression of the label on the logit; 1: neither too bold nor too timid.
     calibration_error : float
         Expected calibration error over five equally full bins.
+    chance_error : float
+        That of true probabilities: what so few labels alone make of it, in the mean.
     correlation : float
         Matthews coefficient of what was decided.
     roc_area, precision_area : float
@@ -62,6 +64,7 @@ class Score:
     log_loss: float
     calibration_slope: float
     calibration_error: float
+    chance_error: float
     correlation: float
     roc_area: float = math.nan
     precision_area: float = math.nan
@@ -107,10 +110,37 @@ def score(probability: FloatArray, heard: NDArray[np.bool_], base_rate: ArrayLik
     return Score(
         brier, 1.0 - brier / reference if reference else math.nan,
         float(-np.mean(y * np.log(p) + (1.0 - y) * np.log1p(-p))),
-        _slope(np.log(p / (1.0 - p)), y),
-        sum(len(b) * abs(float((probability[b] - y[b]).mean()))
-            for b in _bins(probability)) / y.size, matthews(decided, heard),
-        **_areas(probability, heard, draws))
+        calibration_slope(probability, heard),
+        calibration_error(probability, heard), chance_error(probability, seed=seed),
+        matthews(decided, heard), **_areas(probability, heard, draws))
+
+
+def calibration_error(probability: FloatArray, heard: NDArray[np.bool_]) -> float:
+    """Return the expected calibration error over five equally full bins."""
+    off = probability - heard
+    return sum(abs(float(off[b].sum())) for b in _bins(probability)) / off.size
+
+
+def chance_error(probability: FloatArray, *, seed: int = 0) -> float:
+    """Return the mean calibration error that probabilities have which are the true ones."""
+    labels = np.random.default_rng(seed).random((_RESAMPLES, probability.size)) < probability
+    return float(np.mean([calibration_error(probability, one) for one in labels]))
+
+
+def unbiased_error(probability: FloatArray, heard: NDArray[np.bool_]) -> float:
+    """
+    Return the root mean square calibration error less what the number of labels makes of it.
+
+    The square of each bin's difference has the variance of its fraction heard in it, which is
+    subtracted (C. A. T. Ferro and T. E. Fricker, Q. J. R. Meteorol. Soc. 138 (2012) 1954); zero
+    where less than nothing is left.
+    """
+    total = 0.0
+    for b in _bins(probability):
+        rate = float(heard[b].mean())
+        total += len(b) * ((float(probability[b].mean()) - rate)**2
+                           - rate * (1.0 - rate) / max(1, len(b) - 1))
+    return math.sqrt(max(0.0, total / heard.size))
 
 
 def calibration_curve(probability: FloatArray, heard: NDArray[np.bool_]
@@ -124,8 +154,10 @@ def _bins(probability: FloatArray) -> list[Any]:
     return [b for b in np.array_split(np.argsort(probability, kind='stable'), _BINS) if b.size]
 
 
-def _slope(logit: FloatArray, y: FloatArray) -> float:
-    """Return the slope of a logistic regression on one variable, by Newton's method."""
+def calibration_slope(probability: FloatArray, heard: NDArray[np.bool_]) -> float:
+    """Return the slope of a logistic regression of labels on logits, by Newton's method."""
+    p, y = np.clip(probability, _LEAST, 1.0 - _LEAST), heard.astype(float)
+    logit = np.log(p / (1.0 - p))
     if y.min() == y.max() or np.ptp(logit) < 1e-9:
         return math.nan
     x = np.column_stack([np.ones_like(logit), logit])

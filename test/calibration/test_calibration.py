@@ -136,6 +136,22 @@ def test_damping_is_learnt_and_the_ridge_told(kang: BrakeModel) -> None:
     assert [row.name for row in parameter_rows(found)] == list(PARAMETERS)
 
 
+def test_many_observations_begin_at_the_posterior_of_a_few(
+        kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same posterior, in fewer rounds of all observations."""
+    rng = np.random.default_rng(5)
+    applications = brake_applications(rng, 96, STOPS)
+    truth = listen(GROWTH, applications, np.array([0.2, 0.0, 0.0, 1.0, 5.5]), rng, draws=8)
+    observations = [Observation((i,), bool(truth.squealed[i])) for i in range(96)]
+    whole = calibrate(kang, GROWTH, applications, observations).sample
+    monkeypatch.setattr('squeal_core.calibration.calibrate._FIRST', 32)
+    found = calibrate(kang, GROWTH, applications, observations).sample
+    assert len(found.rounds) < len(whole.rounds)
+    assert found.rounds[-1].power == 1.0
+    np.testing.assert_allclose(found.mean, whole.mean, atol=0.25)
+    np.testing.assert_allclose(np.diag(found.covariance), np.diag(whole.covariance), rtol=0.5)
+
+
 def test_the_best_known_is_called_what_it_is(kang: BrakeModel) -> None:
     applications = brake_applications(np.random.default_rng(4), 2, STOPS)
     found = calibrate(kang, GROWTH, applications, [Observation((i,), False) for i in range(2)])
@@ -179,7 +195,7 @@ def test_likelihood_of_hits_misses_and_pitches() -> None:
 
 
 def test_scores() -> None:
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(1)
     p = rng.random(4000)
     heard = rng.random(4000) < p
     found = scores.score(p, heard, 0.5)
@@ -187,8 +203,13 @@ def test_scores() -> None:
     assert found.brier_skill == pytest.approx(1.0 / 3.0, abs=0.03)
     assert found.calibration_slope == pytest.approx(1.0, abs=0.1)
     assert found.calibration_error < 0.03
+    assert scores.unbiased_error(p, heard) < 0.02
+    assert found.chance_error == pytest.approx(  # five bins of 800, half normal
+        math.sqrt(2.0 / math.pi / 6.0 / 800.0), rel=0.1)
     bold = p**2 / (p**2 + (1.0 - p)**2)  # twice the logit
     assert scores.score(bold, heard, 0.5).calibration_slope == pytest.approx(0.5, abs=0.06)
+    off = [(a - b)**2 for a, b, _ in scores.calibration_curve(bold, heard)]
+    assert scores.unbiased_error(bold, heard) == pytest.approx(np.sqrt(np.mean(off)), rel=0.1)
     flat = scores.score(np.full(9, 0.5), np.zeros(9, bool), 0.5)
     assert math.isnan(flat.calibration_slope)
     assert math.isnan(flat.correlation)

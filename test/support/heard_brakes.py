@@ -159,10 +159,11 @@ def true_brake(source: GrowthSource, applications: Sequence[BrakeApplication],
 
 
 class Trial(NamedTuple):
-    """Scores by name, and the calibrated probabilities with their labels."""
+    """Scores by name; calibrated and true probabilities of the held-out labels."""
 
     brier: dict[str, float]
     probability: FloatArray
+    true: FloatArray
     heard: NDArray[np.bool_]
     effective_size: float
 
@@ -217,5 +218,5 @@ def trial(model: BrakeModel, truth_of: GrowthSource, source: GrowthSource, seed:
     if has_sklearn():
         probability['logistic'] = logistic_regression(inputs[known], heard[known], inputs[new])
     return Trial({name: float(np.mean((values - heard[new])**2))
-                  for name, values in probability.items()}, calibrated, heard[new],
-                 found.sample.effective_size)
+                  for name, values in probability.items()}, calibrated,
+                 probability['truth'], heard[new], found.sample.effective_size)
