@@ -181,6 +181,9 @@ def _as_clock(layout: CsvLayout, place: int, cells: Sequence[str], number: Any) 
     rising = sum(b >= a for a, b in pairwise(values))
     if len(values) > 1 and (rising < 0.95 * (len(values) - 1) or values[-1] <= values[0]):
         return None
+    of_other = find_unit(layout.units[place] or unit_in_name(layout.names[place]) or '?')
+    if of_other is not None and of_other.quantity != 'time':
+        return None
     unit, why = _time_unit(layout, place, values)
     stated = not why
     return _Clock(score + 1.0 + 3.0 * stated, unit, why) if score or stated or not place else None

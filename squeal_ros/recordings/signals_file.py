@@ -205,8 +205,8 @@ def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
     scale, offset = entry.number('scale', 1.0), entry.number('offset', 0.0)
     if not scale:
         raise entry.error('scale', 'is 0', 'give another number')
-    passed_on = {one: entry.content[one] for one in PASSED_ON if one in entry.content
-                 and (one != 'reference' or signal == 'pressure')}
+    allowed = [one for one in PASSED_ON if one != 'reference' or signal == 'pressure']
+    passed_on = {one: entry.content[one] for one in allowed if one in entry.content}
     if unit.reference and passed_on.setdefault('reference', unit.reference) != unit.reference:
         raise entry.error('reference', f'is {short_repr(passed_on["reference"])}',
                           f'the unit {unit.name} is {unit.reference}; correct one of them')
@@ -218,7 +218,7 @@ def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
         brake=brake, signal=signal, where=entry.where(), name=name, unit=unit, **about,
         scale=factor * unit.scale * scale, offset=factor * (unit.scale * offset + unit.offset),
         passed_on=passed_on)
-    entry.finish((*passed_on, _RADIUS))
+    entry.finish((*allowed, _RADIUS))
     return found
 
 
