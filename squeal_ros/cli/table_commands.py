@@ -164,7 +164,7 @@ def driven_points(model: BrakeModel, options: Any) -> list[OperatingPoint]:
                          rate=_DRIVE_RATE, duration=options.duration)
     limits = read_settings({})
     sliding = ((signals.pressure >= limits.release_pressure)
-               & (signals.rotor_speed >= limits.minimum_rotor_speed))
+               & (np.abs(signals.rotor_speed) >= limits.minimum_rotor_speed))
     values: list[FloatArray] = [array[sliding] for array in (
         signals.rotor_speed, signals.pressure, signals.friction)]
     if not values[0].size:
