@@ -75,6 +75,9 @@ def _notes(one: Listening, recordings: Mapping[str, Ends]) -> Iterator[str]:
     if 0 < outside < len(one.events):
         yield (f'{one.path}: {outside} of {len(one.events)} events are outside of the time of all '
                'recordings')
+    if not one.is_timed:
+        yield (f'{one.path}: the clock of the sound is not known, so its times are taken as those '
+               'of the recordings; give `squeal listen` --start or --sync')
     if one.span is None:
         yield (f'{one.path}: nothing says when somebody listened, so the whole of the recordings '
                'is taken as listened to')

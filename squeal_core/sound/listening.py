@@ -54,6 +54,8 @@ class Listening:
         Fraction of the span in which a microphone was alive.
     clock_error : float
         Standard deviation of the clock [s]; zero where it is not known.
+    is_timed : bool
+        Whether times are known to be on a clock; else they may count from the start of a sound.
 
     """
 
@@ -64,6 +66,7 @@ class Listening:
     band_hz: Ends | None = None
     heard_share: float = 1.0
     clock_error: float = 0.0
+    is_timed: bool = True
 
     def covers(self, recording: str, start: float, end: float) -> bool:
         """Tell whether somebody listened to all of a stretch [s] of a recording."""
@@ -110,13 +113,18 @@ def read_listening(path: str | Path, places: Collection[str]) -> Listening:
 
 def _with_sound(path: Path, events: tuple[MeasuredEvent, ...],
                 found: Mapping[str, Any]) -> Listening:
-    start = float(found['offset_s'] or 0.0)  # null: times count from the start of the sound
+    offset = found['offset_s']
+    if offset is None and found.get('clock') == 'sync':
+        raise MeasuredSquealError(path, 'is on no clock, as that of the sound was looked for and '
+                                  f'not found ({found.get("clock_note")})',
+                                  'give `squeal listen` the start of the sound (--start)')
+    start = float(offset or 0.0)  # null: times count from the start of the sound
     low, high = map(float, found['band_hz'])
     error = found.get('offset_uncertainty_s')
     return Listening(
         path, events, (start, start + float(found['sound']['duration_s'])),
         str(found.get('recording') or ''), (low, high), float(found['heard_share']),
-        0.0 if error is None or math.isnan(error) else float(error))
+        0.0 if error is None or math.isnan(error) else float(error), offset is not None)
 
 
 def listening_of(measured: MeasuredSqueal) -> Listening:
@@ -130,7 +138,7 @@ def listening_of(measured: MeasuredSqueal) -> Listening:
         for i, tone in enumerate(measured.events or (), 1))
     return Listening(sound.path, events, (shift, shift + sound.duration), measured.recording,
                      measured.record.band, measured.record.heard_share,
-                     0.0 if math.isnan(error) else error)
+                     0.0 if math.isnan(error) else error, not math.isnan(measured.clock.offset))
 
 
 def read_listenings(paths: str | Path | Sequence[str | Path],

@@ -132,7 +132,8 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _name(path: str) -> str:
-    return Path(path).resolve().name.partition('.')[0]
+    from squeal_ros.recordings.replay_outputs import recording_name
+    return recording_name(Path(path))
 
 
 def _emulator(model: BrakeModel, options: argparse.Namespace,

@@ -197,6 +197,10 @@ def test_recordings_that_cannot_be_told_apart(tmp_path: Path) -> None:
         compare(drives, table)
     with pytest.raises(MeasuredSquealError, match='2 results are of a recording of this name'):
         compare([drives[0], drives[0]], table)
+    table = measured(tmp_path, '11,2000,front_left', span=(0.0, 100.0), offset_s=None,
+                     clock='sync', clock_note='two places')
+    with pytest.raises(MeasuredSquealError, match=r'looked for and not found \(two places\)'):
+        compare(drives[:1], table)
     table.with_suffix('.json').write_text('{"sound": 1}')
     with pytest.raises(MeasuredSquealError, match='does not say how measured.csv came to be'):
         compare(drives[:1], table)
