@@ -79,7 +79,7 @@ class Braking:
 
     @property
     def worst(self) -> ApplicationRecord:
-        """The application with the largest risk that is known."""
+        """Return the application with the largest risk that is known."""
         return max(self.applications, key=lambda one: (
             -1.0 if math.isnan(one.peak_risk) else one.peak_risk))
 
@@ -97,6 +97,7 @@ def groups_of(brakes: Sequence[str], places: Mapping[str, Sequence[str]],
     Parameters
     ----------
     brakes : sequence of str
+        Names of all.
     places : mapping
         Brakes of each place.
     named : iterable of str

@@ -64,12 +64,12 @@ class Comparison:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of brake applications of each outcome."""
+        """Return the number of brake applications of each outcome."""
         return {outcome: self.matches.count(outcome) for outcome in OUTCOMES}
 
     @property
     def unit(self) -> str:
-        """What an application is of: a brake, or brakes that events do not tell apart."""
+        """Return what an application is of: a brake, or brakes that events do not tell apart."""
         groups = self.matches.groups
         if all(len(group) == 1 for group in groups):
             return 'brake'
@@ -124,8 +124,8 @@ class Comparison:
         unknown = Counter(one.why for one in matches.applications if one.outcome == 'not known')
         return [
             *(f'note: {text}' for text in self.notes),
-            f'{sum(counts.values())} brake applications ({self._of_what()}) of '
-            f'{len(self.recordings)} recordings; not known: {counts["not known"]}'
+            f'{_counted(sum(counts.values()), "brake application")} ({self._of_what()}) in '
+            f'{_counted(len(self.recordings), "recording")}; not known: {counts["not known"]}'
             + ''.join(f'; {number}: {why}' for why, number in unknown.most_common()),
             ', '.join(f'{number} {_plural(outcome, number)}' for outcome, number in counts.items()
                       if outcome != 'not known'),
@@ -254,6 +254,10 @@ def _in_words(one: MatchedApplication) -> str:
     if not math.isnan(one.lead_time):
         parts.append(f'alarm {one.lead_time:+.2f} s ahead')
     return ', '.join(parts)
+
+
+def _counted(number: int, what: str) -> str:
+    return f'{number} {what}{"" if number == 1 else "s"}'
 
 
 def _plural(outcome: str, number: int) -> str:

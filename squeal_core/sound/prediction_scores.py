@@ -151,7 +151,7 @@ def scored(applications: Sequence[MatchedApplication]) -> ScoredApplications:
 
 
 def _clusters(brakings: Sequence[Braking]) -> IndexArray:
-    """Number the brakings of a vehicle: those at overlapping times have one number."""
+    """Return numbers of brakings of the vehicle: one for all at overlapping times."""
     found = np.zeros(len(brakings), dtype=np.intp)
     order = sorted(range(len(brakings)), key=lambda i: (brakings[i].recording, brakings[i].start))
     number, recording, end = -1, '', -math.inf
@@ -181,6 +181,7 @@ def score_predictions(known: ScoredApplications, *, seed: int = 0) -> Prediction
     Parameters
     ----------
     known : ScoredApplications
+        By `scored`.
     seed : int
         Of the bootstrap.
 

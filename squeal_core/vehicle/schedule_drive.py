@@ -53,7 +53,8 @@ class DrivenSchedule:
         """Return the modules in words."""
         modules = dict.fromkeys(one.stop.module for one in self.stops)
         found = {name: [one for one in self.stops if one.stop.module == name] for name in modules}
-        return [f'{name}: {len(own)} brake applications, {own[0].start:.0f} to {own[-1].end:.0f} s'
+        return [f'{name}: {len(own)} brake application{"s" * (len(own) > 1)}, '
+                f'{own[0].start:.0f} to {own[-1].end:.0f} s'
                 for name, own in found.items()]
 
 
@@ -79,6 +80,7 @@ def drive_schedule(schedule: Schedule, vehicle: Vehicle,
     Parameters
     ----------
     schedule : Schedule
+        Its applications, in their order.
     vehicle : Vehicle
         Its masses and brakes; each disc is a lump of heat, as of `brake_signals`.
     friction_of_temperature : callable

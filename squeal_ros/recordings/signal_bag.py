@@ -41,7 +41,9 @@ def write_signals(signals: BrakeSignals, bag: BagWriter, *, origin: int) -> None
     Parameters
     ----------
     signals : BrakeSignals
+        Of four wheels.
     bag : BagWriter
+        Opened.
     origin : int
         Of the drive's time [ns].
 
@@ -84,8 +86,9 @@ def _serialised(kind: str, template: Any, times: NDArray[np.int64],
                 values: FloatArray) -> Iterator[bytes]:
     """Yield the CDR bytes of a message at each time [ns] with its values (k,) for the marks."""
     data = bytes(JAZZY.serialize_cdr(template, kind, little_endian=True))
-    fields: dict[str, tuple[Any, int]] = {'value': ((np.dtype('<f8'), values.shape[1]),
-                        data.index(np.float64(_MARK).astype('<f8').tobytes()))}
+    place = data.index(np.float64(_MARK).astype('<f8').tobytes())
+    fields: dict[str, tuple[Any, int]] = {
+        'value': ((np.dtype('<f8'), values.shape[1]), place)}
     if hasattr(template, 'header'):
         fields['stamp'] = ((np.dtype('<u4'), 2), _STAMP)
     dtype = np.dtype({'names': [*fields], 'formats': [one for one, _ in fields.values()],
