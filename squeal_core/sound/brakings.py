@@ -14,12 +14,13 @@
 
 """Brake applications of a replay, those together that measured squeal cannot tell apart."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import math
 from typing import Any, Protocol
 
 from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.history import AssessmentRecord
 from squeal_core.monitor.result_files import ResultPaths
 from squeal_core.monitor.squeal_events import SquealEvent
 
@@ -41,6 +42,8 @@ class Predictions(Protocol):
 
     @property
     def paths(self) -> ResultPaths: ...
+
+    def rows(self) -> Iterator[AssessmentRecord]: ...
 
 
 @dataclass(frozen=True)

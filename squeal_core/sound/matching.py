@@ -19,10 +19,11 @@ from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import math
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from squeal_core.calibration.events import AFTER, MeasuredEvent
+from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.history_columns import read_blocks
 from squeal_core.sound.brakings import Braking, brakings_of, groups_of, Predictions
 from squeal_core.sound.clock_check import is_within, times_of
@@ -196,25 +197,37 @@ class _UnstableModes:
 
     def __init__(self, result: Predictions, events: Sequence[MeasuredEvent]) -> None:
         windows = np.array(_joined(sorted(map(_window, events)))).reshape(-1, 2)
-        found: list[tuple[float, str, str]] = []
-        for block in read_blocks(result.paths.table, ()) if windows.size else ():
-            time = block.numbers['time_s']
-            at = np.searchsorted(windows[:, 0], time, side='right') - 1
-            within = (at >= 0) & (time <= windows[at, 1])
-            found += [(float(time[i]), block.brakes[i], block.frequencies_hz[i])
-                      for i in np.flatnonzero(within).tolist()]
-        self._ticks = sorted(found)
+        self._ticks = sorted(_ticks_within(result, windows)) if windows.size else []
         self._times = [time for time, *_ in self._ticks]
 
     def nearest_error(self, event: MeasuredEvent, brakes: Collection[str]) -> float:
         """Return the nearest of them minus the pitch of an event [Hz]; NaN: none, or no pitch."""
         start, end = _window(event)
         ticks = self._ticks[bisect_right(self._times, start):bisect_right(self._times, end)]
-        errors = [float(hertz) - event.frequency_hz for _, brake, listed in ticks
-                  if brake in brakes for hertz in listed.split()]
+        errors = [hertz - event.frequency_hz for _, brake, frequencies in ticks
+                  if brake in brakes for hertz in frequencies]
         if not errors or math.isnan(event.frequency_hz):
             return math.nan
         return errors[int(np.abs(errors).argmin())]
+
+
+def _ticks_within(result: Predictions, windows: FloatArray
+                  ) -> Iterator[tuple[float, str, tuple[float, ...]]]:
+    """Yield time, brake and unstable frequencies of the ticks within some windows of time."""
+    def within(time: Any) -> Any:
+        at = np.searchsorted(windows[:, 0], time, side='right') - 1
+        return (at >= 0) & (time <= windows[at, 1])
+
+    if not result.paths.table.exists():  # Parquet alone
+        for row in result.rows():
+            if within(row.time_s):
+                yield row.time_s, row.brake, row.unstable_frequencies_hz
+        return
+    for block in read_blocks(result.paths.table, ()):
+        time = block.numbers['time_s']
+        for i in np.flatnonzero(within(time)).tolist():
+            yield float(time[i]), block.brakes[i], tuple(
+                map(float, block.frequencies_hz[i].split()))
 
 
 def _window(event: MeasuredEvent) -> tuple[float, float]:

@@ -14,7 +14,7 @@
 
 """Predicted against measured squeal: outcomes, pitches and lead times of known cases, scores."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 import json
 import math
@@ -56,6 +56,9 @@ class Replayed:
     @property
     def paths(self) -> ResultPaths:
         return ResultPaths.in_folder(self.folder)
+
+    def rows(self) -> Iterator[AssessmentRecord]:
+        return iter(self.ticks)
 
     def written(self, folder: Path) -> 'Replayed':
         """Write the table of ticks."""
@@ -122,6 +125,9 @@ def test_each_outcome_and_its_figures(tmp_path: Path) -> None:
         ('front_left', 10.0, 'hit'), ('front_right', 10.0, 'false alarm'),
         ('front_left', 50.0, 'correct silence'), ('front_right', 50.0, 'miss'),
         ('front_left', 90.0, 'not known'), ('front_right', 90.0, 'not known')]
+    drive.folder = tmp_path / 'without a table'  # as where the ticks are in Parquet
+    again = compare([drive], tmp_path / 'measured.csv')
+    assert again.as_json()['frequency'] == found.as_json()['frequency']
     hit = found.matches.applications[0]
     assert hit.lead_time == pytest.approx(1.0)
     assert hit.frequency_errors == (pytest.approx(60.0),)  # of its own brake, while it squealed
