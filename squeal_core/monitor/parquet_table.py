@@ -14,10 +14,12 @@
 
 """Assessments over time as a Parquet table; the columns are those of the CSV."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, get_type_hints
+
+import numpy as np
 
 try:
     import pyarrow
@@ -28,6 +30,7 @@ except ImportError as error:
 
 from squeal_core.common.bounded_reader import check_readable
 from squeal_core.monitor.history import AssessmentRecord, HistoryError, MAX_BYTES
+from squeal_core.monitor.history_columns import HistoryBlock, ROWS
 
 _TYPES: dict[object, Any] = {
     float: pyarrow.float64(), str: pyarrow.string(), bool: pyarrow.bool_(), int: pyarrow.int32(),
@@ -85,6 +88,37 @@ def read_parquet(path: str | Path) -> Iterator[AssessmentRecord]:
         Naming the file and what is wrong.
 
     """
+    for batch in _batches(path, _GROUP):
+        columns = [column.to_pylist() for column in batch.columns]
+        for values in zip(*columns, strict=True):
+            yield AssessmentRecord._make(
+                tuple(value) if isinstance(value, list) else value for value in values)
+
+
+def parquet_blocks(path: str | Path, columns: Sequence[str],
+                   rows: int = ROWS) -> Iterator[HistoryBlock]:
+    """
+    Yield the rows of a Parquet file as `history_columns.read_blocks` does those of a CSV.
+
+    Raises
+    ------
+    HistoryError
+        Naming the file and what is wrong.
+
+    """
+    for batch in _batches(path, rows):
+        texts = {name: batch.column(name).to_pylist() for name in (
+            'brake', 'state', 'unstable_frequencies_hz', 'unstable_growth_rates_1_s')}
+        brakes, states, *lists = texts.values()
+        frequencies, growth_rates = ([' '.join(map(repr, values)) for values in column]
+                                     for column in lists)
+        numbers = {name: batch.column(name).to_numpy(zero_copy_only=False).astype(np.float64)
+                   for name in ('time_s', *columns)}
+        yield HistoryBlock(brakes, states, numbers, frequencies, growth_rates)
+
+
+def _batches(path: str | Path, rows: int) -> Iterator[Any]:
+    """Yield record batches of a Parquet file that `ParquetWriter` wrote."""
     check_readable(path, MAX_BYTES, lambda where, what, remedy: HistoryError(
         f'{where}: {what}; {remedy}'))
     try:
@@ -92,11 +126,7 @@ def read_parquet(path: str | Path) -> Iterator[AssessmentRecord]:
             if file.schema_arrow.names != _SCHEMA.names:
                 raise HistoryError(f'{path}: its columns are {file.schema_arrow.names}; give a '
                                    'table that `squeal replay` wrote')
-            for batch in file.iter_batches(_GROUP):
-                columns = [column.to_pylist() for column in batch.columns]
-                for values in zip(*columns, strict=True):
-                    yield AssessmentRecord._make(
-                        tuple(value) if isinstance(value, list) else value for value in values)
+            yield from file.iter_batches(rows)
     except (OSError, pyarrow.ArrowException) as error:
         raise HistoryError(f'{path}: cannot be read ({error}); give a table that `squeal replay` '
                            'wrote') from None

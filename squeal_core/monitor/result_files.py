@@ -33,6 +33,7 @@ from squeal_core.common.errors import LocatedError
 from squeal_core.common.partial_files import PARTIAL, REPLACED
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history import AssessmentRecord, read_rows
+from squeal_core.monitor.history_columns import HistoryBlock, read_blocks
 from squeal_core.monitor.squeal_events import SquealEvent
 
 FORMAT = 1
@@ -119,6 +120,21 @@ class ReplayResult:
             from squeal_core.monitor.parquet_table import read_parquet
             return read_parquet(self.paths.parquet)
         return read_rows(self.paths.table)
+
+    def blocks(self, columns: Sequence[str]) -> Iterator[HistoryBlock]:
+        """
+        Yield the rows of the table as arrays, some thousand at once; see `read_blocks`.
+
+        Raises
+        ------
+        HistoryError
+            Naming file, line and what is wrong.
+
+        """
+        if not self.paths.table.exists() and self.paths.parquet.exists():
+            from squeal_core.monitor.parquet_table import parquet_blocks
+            return parquet_blocks(self.paths.parquet, columns)
+        return read_blocks(self.paths.table, columns)
 
     @classmethod
     def load(cls, path: str | Path) -> 'ReplayResult':

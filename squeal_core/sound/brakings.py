@@ -20,8 +20,7 @@ import math
 from typing import Any, Protocol
 
 from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.result_files import ResultPaths
+from squeal_core.monitor.history_columns import HistoryBlock
 from squeal_core.monitor.squeal_events import SquealEvent
 
 
@@ -40,10 +39,7 @@ class Predictions(Protocol):
     @property
     def applications(self) -> Sequence[ApplicationRecord]: ...
 
-    @property
-    def paths(self) -> ResultPaths: ...
-
-    def rows(self) -> Iterator[AssessmentRecord]: ...
+    def blocks(self, columns: Sequence[str]) -> Iterator[HistoryBlock]: ...
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from squeal_core.calibration.events import AFTER, MeasuredEvent
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.history_columns import read_blocks
 from squeal_core.sound.brakings import Braking, brakings_of, groups_of, Predictions
 from squeal_core.sound.clock_check import is_within, times_of
 from squeal_core.sound.listening import Listening, MeasuredSquealError
@@ -218,12 +217,7 @@ def _ticks_within(result: Predictions, windows: FloatArray
         at = np.searchsorted(windows[:, 0], time, side='right') - 1
         return (at >= 0) & (time <= windows[at, 1])
 
-    if not result.paths.table.exists():  # Parquet alone
-        for row in result.rows():
-            if within(row.time_s):
-                yield row.time_s, row.brake, row.unstable_frequencies_hz
-        return
-    for block in read_blocks(result.paths.table, ()):
+    for block in result.blocks(()):
         time = block.numbers['time_s']
         for i in np.flatnonzero(within(time)).tolist():
             yield float(time[i]), block.brakes[i], tuple(

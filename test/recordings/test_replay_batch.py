@@ -150,9 +150,11 @@ def test_parquet_has_the_rows_of_the_csv(week: Path) -> None:
     bag, out = week / 'mon' / 'drive', week.parent / 'out'
     assert main(['replay', str(bag), '-o', str(out), *command(week, '--table', 'both')[4:]]) == 0
     result = ReplayResult.load(out / 'drive')
-    rows = repr(list(result.rows()))
+    columns = ('pressure_pa', 'squeal_risk')
+    rows, blocks = repr(list(result.rows())), list(result.blocks(columns))
     result.paths.table.unlink()
     assert repr(list(result.rows())) == rows
+    assert repr(list(result.blocks(columns))) == repr(blocks)
     assert len(rows) > 10_000
 
 

@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history import AssessmentRecord, CsvWriter
-from squeal_core.monitor.result_files import ResultPaths
+from squeal_core.monitor.history_columns import HistoryBlock, read_blocks
 from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_core.sound.brakings import groups_of
 from squeal_core.sound.comparison import compare, Comparison
@@ -53,17 +53,13 @@ class Replayed:
         self.summary = {'recording': {'start_s': BEGIN, 'end_s': BEGIN + self.end},
                         'inputs': [{'brake': brake} for brake in BRAKES]}
 
-    @property
-    def paths(self) -> ResultPaths:
-        return ResultPaths.in_folder(self.folder)
-
-    def rows(self) -> Iterator[AssessmentRecord]:
-        return iter(self.ticks)
+    def blocks(self, columns: Sequence[str]) -> Iterator[HistoryBlock]:
+        return read_blocks(self.folder / 'table.csv', columns)
 
     def written(self, folder: Path) -> 'Replayed':
         """Write the table of ticks."""
         self.folder = folder
-        with self.paths.table.open('w', encoding='utf-8') as file:
+        with (folder / 'table.csv').open('w', encoding='utf-8') as file:
             table = CsvWriter(file)
             for one in self.ticks:
                 table.write(one)
@@ -125,9 +121,6 @@ def test_each_outcome_and_its_figures(tmp_path: Path) -> None:
         ('front_left', 10.0, 'hit'), ('front_right', 10.0, 'false alarm'),
         ('front_left', 50.0, 'correct silence'), ('front_right', 50.0, 'miss'),
         ('front_left', 90.0, 'not known'), ('front_right', 90.0, 'not known')]
-    drive.folder = tmp_path / 'without a table'  # as where the ticks are in Parquet
-    again = compare([drive], tmp_path / 'measured.csv')
-    assert again.as_json()['frequency'] == found.as_json()['frequency']
     hit = found.matches.applications[0]
     assert hit.lead_time == pytest.approx(1.0)
     assert hit.frequency_errors == (pytest.approx(60.0),)  # of its own brake, while it squealed

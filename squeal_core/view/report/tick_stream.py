@@ -20,7 +20,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.history_columns import HistoryBlock, read_blocks
+from squeal_core.monitor.history_columns import HistoryBlock
 from squeal_core.monitor.result_files import ReplayResult
 
 COLUMNS = ('rotor_speed_rad_s', 'pressure_pa', 'friction', 'temperature_k', 'squeal_risk',
@@ -75,7 +75,7 @@ def accumulate(result: ReplayResult, into: Iterable[Accumulator]) -> None:
 
     """
     accumulators = list(into)
-    for block in read_blocks(result.paths.table, COLUMNS):
+    for block in result.blocks(COLUMNS):
         for ticks in _by_brake(block):
             for one in accumulators:
                 one.add(ticks)
