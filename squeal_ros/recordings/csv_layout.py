@@ -14,18 +14,17 @@
 
 """How a table of text is written: encoding, delimiter, decimal mark, rows of names and units."""
 
-import codecs
 from collections import Counter
 from collections.abc import Iterator, Sequence
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-import re
 from typing import NamedTuple
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
-from squeal_core.common.errors import LocatedError, short_repr
+from squeal_core.common.errors import short_repr
 from squeal_core.common.measured_units import find_unit
+from squeal_ros.recordings.csv_spelling import CsvError, encoding_of, likeness, marks_of
 from squeal_ros.recordings.signals_file import TableSpec
 
 MAX_BYTES = 1_000_000_000_000  # rows are read one by one
@@ -33,20 +32,9 @@ MAX_LINE = 1_000_000  # characters
 _HEAD = 200_000  # bytes by which the layout is told
 _HEAD_LINES = 1000
 _WINDOW = 3  # rows, most of which are alike where the values begin
+_LINES_OF_HEADING = 60
 _USUALLY_SHORT = 0.1  # of the rows
 _DELIMITERS = (';', '\t', ',', '|', ' ')  # a space: any run of blanks
-_BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
-         (codecs.BOM_UTF16_BE, 'utf-16'))
-_NUMBER = re.compile(r"[+-]?(\d[\d.,'’ \u00a0\u202f]*|[.,]\d+)([eE][+-]?\d+)?")
-_DATE_TIME = re.compile(
-    r'\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([T ,]\s*\d.*)?|'
-    r'\d+:\d\d(:\d\d)?([.,]\d+)?(\s*[apAP]\.?[mM]\.?)?')
-_GROUPED = re.compile(r"\d{1,3}(([.,'’ \u00a0\u202f])\d{3})(\2\d{3})*(?!\d)")
-_MARKS = '.,'
-
-
-class CsvError(LocatedError):
-    """A table of text that cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -143,65 +131,54 @@ def read_layout(path: Path, spec: TableSpec) -> CsvLayout:
     """
     with open_bounded(path, MAX_BYTES, CsvError) as file:
         head = file.read(_HEAD)
-    encoding = spec.encoding or _encoding(path, head)
+    encoding = spec.encoding or encoding_of(path, head)
     lines = [line for _, line in zip(range(_HEAD_LINES + (spec.first_row or 0)),
                                      lines_of(path, encoding), strict=False)]
     if not any(line.strip() for line in lines):
         raise CsvError(path, 'is empty', 'check that it was recorded')
     candidates = (spec.delimiter,) if spec.delimiter else _DELIMITERS
-    starts = {mark: _start(lines, mark, spec) for mark in candidates}
+    tables = {mark: _rows(lines, mark) for mark in candidates}
+    starts = {mark: _start(rows, mark, spec) for mark, rows in tables.items()}
     delimiter = max(starts, key=lambda mark: starts[mark][:2])
     start = starts[delimiter]
     if not start.columns:
         raise _no_table(path, lines, delimiter if spec.delimiter else '')
-    rows = [split(line, delimiter) for line in lines]
+    rows = tables[delimiter]
     names, units = _headings(rows, start, spec)
     values = [row for row in rows[start.row:] if any(cell.strip() for cell in row)]
-    decimal, thousands = _marks(values, spec)
+    decimal, thousands = marks_of(values, spec)
     short = sum(len(row) < len(names) for row in values)
     return CsvLayout(encoding, delimiter, decimal, thousands, names, units, start.row + 1,
                      short > _USUALLY_SHORT * len(values))
 
 
-def _encoding(path: Path, head: bytes) -> str:
-    """Return the encoding of a text by its first bytes; refuse what is no text."""
-    for mark, name in _BOMS:
-        if head.startswith(mark):
-            return name
-    even, odd = head[:200:2], head[1:200:2]
-    for name, high, low in (('utf-16-le', odd, even), ('utf-16-be', even, odd)):
-        if high.count(0) > 0.7 * len(high) and low.count(0) < 0.1 * len(low):
-            return name
-    first = head.partition(b'\n')[0]
-    strange = sum(byte < 32 and byte not in b'\t\r\n\f\x1b' for byte in first[:2000])
-    if b'\0' in first or strange > 0.02 * len(first[:2000]):
-        raise CsvError(path, 'is no text', 'give a table of text, or end the name as its format '
-                       'does (.mcap, .db3, .bag, .mf4)')
-    try:
-        codecs.getincrementaldecoder('utf-8')().decode(head)
-    except UnicodeDecodeError:
-        return 'cp1252'
-    return 'utf-8'
+def _rows(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    """Return the cells of each line; of headings with line breaks in quotes in the last line."""
+    rows: list[list[str]] = []
+    pending = ''
+    for at, line in enumerate(lines):
+        pending += line
+        closes = '"' in ''.join(lines[at + 1:at + 1 + _LINES_OF_HEADING])
+        if pending.count('"') % 2 and closes and at < _LINES_OF_HEADING:
+            rows.append([])
+            continue
+        whole = ' '.join(pending.splitlines()) if pending != line else line
+        rows.append(split(whole, delimiter))
+        pending = ''
+    return rows
 
 
-def is_value(cell: str) -> bool:
-    """Tell whether a cell looks like a number, a date or a time."""
-    cell = cell.strip()
-    return bool(_NUMBER.fullmatch(cell) or _DATE_TIME.fullmatch(cell))
-
-
-def _start(lines: Sequence[str], delimiter: str, spec: TableSpec) -> _Start:
+def _start(rows: Sequence[list[str]], delimiter: str, spec: TableSpec) -> _Start:
     """Return where rows of values begin, of one number of cells; 0 columns: nowhere."""
-    rows = [split(line, delimiter) for line in lines]
     full = [at for at, row in enumerate(rows) if any(cell.strip() for cell in row)]
-    shares = {at: sum(map(is_value, rows[at])) / sum(bool(cell.strip()) for cell in rows[at])
+    shares = {at: sum(map(likeness, rows[at])) / sum(bool(cell.strip()) for cell in rows[at])
               for at in full}
     after = spec.first_row - 1 if spec.first_row else max(spec.header_row or 0, spec.unit_row or 0)
     values = [at for at in full if at >= after and len(rows[at]) > 1 and shares[at] >= 0.5]
     if not values:
         named = len(rows[full[0]])  # perhaps a table of names alone
         quality = -0.5 if delimiter == ' ' else 0.0  # blanks are in names, too
-        return _Start(quality, named, len(lines)) if len(full) <= 2 and named > 1 else _NOWHERE
+        return _Start(quality, named, len(rows)) if len(full) <= 2 and named > 1 else _NOWHERE
     counts = Counter(len(rows[at]) for at in values)
     columns = max(counts, key=lambda count: (counts[count], count))
     whole = {at for at in values if len(rows[at]) == columns}
@@ -257,32 +234,6 @@ def _unit_share(row: Sequence[str]) -> float:
     cells = [cell.strip() for cell in row if cell.strip()]
     return sum(find_unit(cell) is not None or cell[:1] + cell[-1:] in ('[]', '()')
                for cell in cells) / max(len(cells), 1)
-
-
-def _marks(rows: Sequence[Sequence[str]], spec: TableSpec) -> tuple[str, str]:
-    """Return the mark of decimals and that of thousands, by how numbers are written."""
-    cells = [cell.strip() for row in rows for cell in row]
-    numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
-    decimal, thousands = spec.decimal, spec.thousands
-    both = Counter(mark for cell in numbers if all(mark in cell for mark in _MARKS)
-                   for mark in _MARKS if cell.rfind(mark) == max(map(cell.rfind, _MARKS)))
-    twice = {mark for cell in numbers for mark in _MARKS if cell.count(mark) > 1}
-    once = Counter(mark for cell in numbers for mark in _MARKS if cell.count(mark) == 1)
-    if not decimal:
-        if both:
-            decimal = both.most_common(1)[0][0]
-        elif len(twice) == 1:
-            decimal = _MARKS.replace(next(iter(twice)), '')
-        else:
-            decimal = ',' if once[','] > once['.'] else '.'
-    if thousands is None:
-        grouped = Counter(match[2] for cell in numbers if (match := _GROUPED.match(cell.lstrip(
-            '+-'))) and match[2] != decimal)
-        other = _MARKS.replace(decimal, '')
-        if not (both or twice):
-            grouped.pop(other, None)  # 1.234 beside 1,5 may be either
-        thousands = grouped.most_common(1)[0][0] if grouped else ''
-    return decimal, thousands
 
 
 def _no_table(path: Path, lines: Sequence[str], delimiter: str) -> CsvError:

@@ -23,7 +23,8 @@ from squeal_core.common.measured_units import find_unit
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.column_units import contradiction, unit_in_name
 from squeal_ros.recordings.csv_cells import number_reader, time_reader
-from squeal_ros.recordings.csv_layout import CsvError, CsvLayout, lines_of, read_layout
+from squeal_ros.recordings.csv_layout import CsvLayout, lines_of, read_layout
+from squeal_ros.recordings.csv_spelling import CsvError
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.input_column import InputColumn, without_values
 from squeal_ros.recordings.positions import Positions

@@ -202,6 +202,8 @@ def _guesses(entry: Entry) -> Iterator[Guess]:
             if not fits or signal == 'friction' and not score:
                 continue
             score += 0.0 if signal == 'friction' else 2.5
+        if score == 1.0 and len([word for word in words if word not in _CORNERS]) == 1:
+            score = _LEAST_SCORE  # `p`, `n_FL`: that letter is all of the name
         if score + against < _LEAST_SCORE or not score:
             continue
         unit, why = (stated, '') if stated else _unit_of(signal, entry, joined)

@@ -17,7 +17,7 @@
 from pathlib import Path
 
 from squeal_ros.recordings.contents import Contents
-from squeal_ros.recordings.recording import kind_of_path
+from squeal_ros.recordings.recording import find_recordings, kind_of_path, RecordingError
 
 
 def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
@@ -27,6 +27,7 @@ def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
     Parameters
     ----------
     path : path
+        Of one, or of a folder that holds one.
     types : path, optional
         Folder of definitions for messages whose definition a bag does not hold.
 
@@ -36,7 +37,11 @@ def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
         For what cannot be read.
 
     """
-    path = Path(path)
+    found = find_recordings([path])
+    if len(found) > 1:
+        raise RecordingError(path, f'holds {len(found)} recordings, the first {found[0]}',
+                             'give one of them; the file of signals serves all that are alike')
+    (path,) = found
     kind = kind_of_path(path)
     if kind == 'csv':
         from squeal_ros.recordings.csv_contents import csv_contents

@@ -64,6 +64,8 @@ SPELLINGS: dict[str, tuple[str, dict[str, Any]]] = {
         'columns': {'rotor_speed': ('n', 'rpm'), 'pressure': ('p', 'bar'),
                     'friction': ('mu', '-'), 'temperature': ('T', '°C')},
         'clock': {'column': 'Zeit'}}),
+    'headings of two lines': ('"' + stop_text().partition('\n')[0].replace(' [', '\n[').replace(
+        ';', '";"') + '"\n' + stop_text().partition('\n')[2], {}),
     'no header': (stop_text().partition('\n')[2], {
         'columns': {'rotor_speed': ('2', 'U/min'), 'pressure': ('3', 'bar'),
                     'friction': ('4', '-'), 'temperature': ('5', 'degC')},
@@ -73,6 +75,10 @@ SPELLINGS: dict[str, tuple[str, dict[str, Any]]] = {
                     'friction': ('Reibwert[-]', '-'),
                     'temperature': ('Scheibentemp.[°C]', 'degC')},
         'clock': {'column': 'Zeit[s]', 'unit': 's'}}),
+    'blanks and commas': (stop_text().replace(';', '  ').replace(' [', '['), {
+        'columns': {'rotor_speed': ('2', 'rpm'), 'pressure': ('3', 'bar'),
+                    'friction': ('4', '-'), 'temperature': ('5', 'degC')},
+        'clock': {'column': 1, 'unit': 's'}}),
     'stated': (stop_text().replace(';', '!').replace('\n', '\n99!1!1!1!1\n', 1), {
         'table': {'delimiter': '!', 'decimal': ',', 'first_row': 3, 'header_row': 1}})}
 

@@ -141,11 +141,13 @@ def test_a_bag_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> No
 
 @pytest.mark.parametrize(('text', 'code', 'said'), [
     ('t,x\n0,1\n1,2\n', 1, 'no brake has all inputs'), ('', 2, 'is empty'),
+    (None, 2, 'holds 2 recordings, the first'),
     ('Druck [bar];Drehzahl [rpm];mu\n1;2;0,4\n', 1, 'no column looks like the clock')])
-def test_exit_codes(text: str, code: int, said: str, tmp_path: Path,
+def test_exit_codes(text: str | None, code: int, said: str, tmp_path: Path,
                     capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / 'a.csv').write_text(text)
-    assert main(['signals', str(tmp_path / 'a.csv')]) == code
+    (tmp_path / 'a.csv').write_text(text or '')
+    (tmp_path / 'b.csv').touch()
+    assert main(['signals', str(tmp_path if text is None else tmp_path / 'a.csv')]) == code
     printed = capfd.readouterr()
     assert said in printed.out + printed.err
 
