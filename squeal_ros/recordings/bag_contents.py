@@ -21,9 +21,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.common.measured_units import find_unit
 from squeal_ros.recordings.bag_reader import Bag
-from squeal_ros.recordings.column_units import unit_in_name
+from squeal_ros.recordings.column_units import unit_of_field
 from squeal_ros.recordings.contents import Contents, Entry, Statistics
 from squeal_ros.recordings.message_definitions import MessageDefinitions
 
@@ -31,10 +30,6 @@ _MOST_ITEMS = 16  # of a list that are looked at
 _MOST_FIELDS = 200  # of a topic
 _ALL_DECODED, _OF_THE_REST = 2000, 20  # messages of a topic; of further ones each so many
 _LARGE = 100_000  # bytes of a message; of a topic of larger ones only the first is decoded
-_UNITS = {  # of messages whose definition states them
-    ('sensor_msgs/msg/FluidPressure', 'fluid_pressure'): 'Pa',
-    ('sensor_msgs/msg/Temperature', 'temperature'): 'degC',
-    ('sensor_msgs/msg/JointState', 'velocity'): 'rad/s'}
 _RAW_FRAMES = ('can_msgs/msg/Frame', 'ros2_socketcan_msgs/msg/FdFrame')
 _WITHOUT_SIGNALS = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage',
                     'sensor_msgs/msg/PointCloud2', 'sensor_msgs/msg/LaserScan',
@@ -49,6 +44,7 @@ def bag_contents(path: Path, types: str | Path | None = None) -> Contents:
     Parameters
     ----------
     path : path
+        Of the bag.
     types : path, optional
         Folder of definitions, as of `open_recording`.
 
@@ -114,16 +110,9 @@ class _Topic:
             yield Entry(name=self._name, type=self._kind, count=self.messages)
         for path, field in self._fields.items():
             limits = field.as_fields()
-            yield Entry(name=self._name, field=path, type=self._kind, unit=self._unit(path),
-                        count=self.messages if field.count else 0, **{
+            yield Entry(name=self._name, field=path, type=self._kind,
+                        unit=unit_of_field(self._kind, path), count=self.messages if field.count else 0, **{
                             **about, 'minimum': limits['minimum'], 'maximum': limits['maximum']})
-
-
-    def _unit(self, path: str) -> str:
-        """Return the unit that a type states of a field, or the name of the field."""
-        stated = _UNITS.get((self._kind, path.partition('[')[0]), '')
-        named = '' if stated or path.endswith(']') else unit_in_name(path)
-        return stated or (named if find_unit(named) else '')
 
 
 def _numbers(message: Any, before: str) -> Iterator[tuple[str, float]]:

@@ -19,10 +19,12 @@ from pathlib import Path
 
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.bag_reader import Bag, BagError, Record
+from squeal_ros.recordings.column_units import contradiction, unit_of_field
 from squeal_ros.recordings.findings import Finding, InputFindings
 from squeal_ros.recordings.positions import FIX_TYPE, Positions
 from squeal_ros.recordings.recording import Samples
 from squeal_ros.recordings.sample_reader import SampleReader
+from squeal_ros.recordings.signals_file import Signals
 
 _AT_ONCE, _BYTES_AT_ONCE = 1024, 1_000_000  # messages that are read at once, and their size
 
@@ -37,11 +39,17 @@ class BagRecording:
     settings : MonitorSettings
     namespace : str
         Where the settings' relative topics are in the bag.
+    signals : Signals, optional
+        That the settings are changed by.
 
     """
 
-    def __init__(self, bag: Bag, settings: MonitorSettings, namespace: str = '/') -> None:
+    def __init__(self, bag: Bag, settings: MonitorSettings, namespace: str = '/',
+                 signals: Signals | None = None) -> None:
         self._bag = bag
+        self._about = [note for source in (signals.sources if signals else ()) for note in
+                       contradiction(source, f'{source.name} {source.field}',
+                                     unit_of_field(source.type, source.field))]
         self._found = InputFindings(settings, namespace)
         self._reader = SampleReader(bag, settings, self._found, namespace)
         self.positions = Positions()
@@ -56,7 +64,7 @@ class BagRecording:
 
     @property
     def notes(self) -> list[str]:
-        return self._bag.notes
+        return [*self._about, *self._bag.notes]
 
     @property
     def findings(self) -> list[Finding]:

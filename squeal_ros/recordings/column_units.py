@@ -26,6 +26,10 @@ _BRACKETED = re.compile(r'[\[({<]([^\[\](){}<>]*)[\])}>]\s*$')
 _ENDINGS = re.compile(
     r'[_ ](bar|mbar|hpa|kpa|mpa|pa|psi|rpm|rad_s|rads|rev_s|km_h|kmh|kph|mph|m_s|deg_?[cf]|'
     r'celsius|fahrenheit|kelvin|grad_?c|percent|ms|us|ns|sec|seconds|ratio)$', re.IGNORECASE)
+_OF_TYPES = {  # of messages whose definition states them
+    ('sensor_msgs/msg/FluidPressure', 'fluid_pressure'): 'Pa',
+    ('sensor_msgs/msg/Temperature', 'temperature'): 'degC',
+    ('sensor_msgs/msg/JointState', 'velocity'): 'rad/s'}
 
 
 def unit_in_name(name: str) -> str:
@@ -43,6 +47,13 @@ def unit_in_name(name: str) -> str:
     return found if found.startswith(('deg', 'grad')) else found.replace('_', '/')
 
 
+def unit_of_field(message_type: str, path: str) -> str:
+    """Return the unit that a message type states of a field, or the name of the field; else ''."""
+    stated = _OF_TYPES.get((message_type, path.partition('[')[0]), '')
+    named = '' if stated or path.endswith(']') else unit_in_name(path)
+    return stated or (named if find_unit(named) else '')
+
+
 def contradiction(source: SignalSource, name: str, text: str) -> Iterator[str]:
     """
     Yield what is to be said where a column states another unit than the file of signals.
@@ -50,6 +61,7 @@ def contradiction(source: SignalSource, name: str, text: str) -> Iterator[str]:
     Parameters
     ----------
     source : SignalSource
+        What the file of signals says.
     name : str
         Of the column.
     text : str
@@ -60,5 +72,5 @@ def contradiction(source: SignalSource, name: str, text: str) -> Iterator[str]:
     if stated is not None and not stated.converts_like(source.unit):
         of_other = f', a unit of {stated.quantity}' if (
             stated.quantity != source.unit.quantity) else ''
-        yield (f'{source.where}: the column {short_repr(name)} states {stated.name}{of_other}, '
+        yield (f'{source.where}: {source.kind} {short_repr(name)} states {stated.name}{of_other}, '
                f'and the file {source.unit.name}, which is taken')

@@ -27,7 +27,7 @@ from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions
-from squeal_ros.recordings.signals_file import Signals
+from squeal_ros.recordings.signals_file import ClockSpec, Signals
 
 Samples = list[tuple[str, Signal, Sample | MissingValue]]
 """Brake, signal and sample of all that a message or a row holds."""
@@ -127,7 +127,7 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     from squeal_ros.recordings.bag_recording import BagRecording
     from squeal_ros.recordings.message_definitions import MessageDefinitions
 
-    return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace)
+    return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace, signals)
 
 
 def kind_of_path(path: Path) -> str:
@@ -148,6 +148,9 @@ def _check_kind(path: Path, kind: str, signals: Signals | None) -> None:
     if signals and not of_columns and signals.sources[0].kind == 'column':
         raise RecordingError(path, f'is a bag, and {signals.path} names columns',
                              'name topics and fields; `squeal signals` proposes them')
+    if signals and not of_columns and signals.clock != ClockSpec():
+        raise RecordingError(f'{signals.path}, clock', f'names more than a stamp, and {path} is a '
+                             'bag', 'its times are those of recording and of headers')
 
 
 def find_recordings(patterns: Iterable[str | Path]) -> list[Path]:

@@ -104,7 +104,7 @@ def test_texts_for_numbers_and_invalid_records_are_missing(tmp_path: Path) -> No
     said = ' '.join(recording.notes)
     assert "fl.pressure: 4 of 200 cells of 'p_VL' are empty: taken as missing" in said
     assert "fl.rotor_speed: 5 of 200 cells of 'n_VL' are empty" in said
-    assert "the column 'T_Scheibe_VL' states K, and the file degC, which is taken" in said
+    assert "column 'T_Scheibe_VL' states K, and the file degC, which is taken" in said
 
 
 def test_texts_alone_are_missing_and_a_finding(tmp_path: Path) -> None:

@@ -14,12 +14,20 @@
 
 """Which recordings are found, and what each format gives."""
 
+import math
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
-from squeal_ros.recordings.recording import find_recordings, RecordingError  # noqa: E402
+import numpy as np  # noqa: E402
+from squeal_core.monitor.settings import read_settings  # noqa: E402
+from squeal_ros.recordings.recording import (  # noqa: E402
+    find_recordings,
+    open_recording,
+    RecordingError,
+)
+from support.bags import braking, Entry, header, make, SECOND, START, write_bag  # noqa: E402, I100
 
 
 def touched(folder: Path, *names: str) -> None:
@@ -50,6 +58,21 @@ def test_folders_files_and_patterns(tmp_path: Path) -> None:
     (tmp_path / 'linked').symlink_to(tmp_path / 'week')
     assert found(tmp_path, 'linked', 'week') == [
         path.replace('week', 'linked', 1) for path in week]
+
+
+def test_positions_of_fixes(tmp_path: Path) -> None:
+    fix, status = 'sensor_msgs/msg/NavSatFix', make('sensor_msgs/msg/NavSatStatus', status=0,
+                                                    service=1)
+    fixes = [Entry('/gps', fix, START + number * SECOND, make(
+        fix, header=header(START), status=status, latitude=48.0 + number, longitude=9.0,
+        altitude=0.0, position_covariance=np.zeros(9), position_covariance_type=0))
+        for number in range(3)]
+    settings = read_settings({'brakes': ['fl']})
+    recording = open_recording(write_bag(tmp_path / 'bag', [*fixes, *braking(2.5)]), settings)
+    assert sum(bool(samples) for _, samples in recording.samples()) == 150
+    at = recording.positions.at
+    assert (at(START + SECOND), at(START + 3 * SECOND // 2)) == ((49.0, 9.0), (49.5, 9.0))
+    assert all(map(math.isnan, (*at(START - 1), *at(START + 60 * SECOND))))
 
 
 @pytest.mark.parametrize('pattern', ['out', 'nothing*.mcap', 'missing.mcap', 'a\0b', 'x' * 5000])

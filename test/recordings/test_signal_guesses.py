@@ -163,3 +163,19 @@ def test_signals_of_the_other_kind_are_one_line(tmp_path: Path) -> None:
         with pytest.raises(SquealError, match=error):
             open_recording(recording, settings_with_signals(default_settings(), read),
                            signals=read)
+
+
+def test_what_of_a_file_does_not_fit_a_bag_is_said(tmp_path: Path) -> None:
+    bag, signals = write_bag(tmp_path / 'bag', braking(0.1)), tmp_path / 's.yaml'
+    main(['signals', str(bag), '-o', str(signals)])
+    text = signals.read_text().replace('fluid_pressure, unit: Pa', 'fluid_pressure, unit: bar')
+    for more, error in (('', ''), ('clock: {offset: 1}\n', 'names more than a stamp')):
+        signals.write_text(more + text)
+        read = read_signals(signals)
+        chosen = settings_with_signals(default_settings(), read)
+        if error:
+            with pytest.raises(SquealError, match=error):
+                open_recording(bag, chosen, signals=read)
+        else:
+            (note,) = open_recording(bag, chosen, signals=read).notes
+            assert "topic '/fl/brake_pressure fluid_pressure' states Pa, and the file bar" in note

@@ -130,7 +130,7 @@ def test_another_unit_than_the_column_states_is_said(tmp_path: Path) -> None:
                     friction={'column': 'Scheibentemp. [°C]', 'unit': '%'})
     recording = opened(path, {**content, 'clock': {'column': 'Zeit [s]', 'unit': 'ms'}})
     said = ' '.join(recording.notes)
-    assert "brakes.fl.pressure: the column 'Druck [bar]' states bar, and the file kPa" in said
+    assert "brakes.fl.pressure: column 'Druck [bar]' states bar, and the file kPa" in said
     assert 'states degC, a unit of temperature, and the file %, which is taken' in said
     assert "clock: the column 'Zeit [s]' states s, and" in said
     assert values(recording)['pressure'][5][1] == pytest.approx(841, abs=60.0)
