@@ -99,7 +99,7 @@ def test_errors_of_either_process_leave_nothing(tmp_path: Path, settings: Monito
                      parallel=True)
     damaged = replay_of(bag, settings, kang)
     file = storage_file(bag)
-    file.write_bytes(file.read_bytes()[:2000])
+    file.write_bytes(b'junk')
     with pytest.raises(BagError, match='cannot be read'):
         write_replay(damaged, Outputs(tmp_path / 'new.mcap', settings), parallel=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ['bag', 'out.csv']
