@@ -75,20 +75,23 @@ class Doubt:
 
     def weigh(self, found: Sequence[Contradiction], *, agrees: bool) -> None:
         """Take the evidence of one step."""
-        kept = {} if agrees and not found else {
-            kind: elapsed for kind, elapsed in self._elapsed.items() if kind in self._adding}
+        if agrees and not found:  # nearly always
+            self._elapsed, self._present = {}, False
+            self._agreed += STEP
+            if self._agreed >= self.agreement:
+                self.end()
+            return
+        kept = {kind: elapsed for kind, elapsed in self._elapsed.items() if kind in self._adding}
         self._elapsed = kept | {
             one.kind: self._elapsed.get(one.kind, 0) + STEP for one in found}
         self._adding |= {one.kind for one in found if one.adds_up}
-        self._agreed = self._agreed + STEP if agrees and not found else 0
+        self._agreed = 0
         self._present = bool(found)
         told = [one for one in found if self._elapsed[one.kind] >= one.after * _SECOND]
         if told or (self.text and found):
             first = (told or found)[0]
             self.kind, self.text = first.kind, first.text
             self._end = first.until or self.until
-        elif self._agreed >= self.agreement:
-            self.end()
 
     def end(self) -> None:
         """Take back what was told."""

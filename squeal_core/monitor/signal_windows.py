@@ -156,7 +156,12 @@ class PressureSwings:
 
     def turns(self, end: int, within: int, share: float = 0.0) -> int:
         """Return how many turns of at least a share of the pressure were within a time [ns]."""
-        return sum(end - stamp <= within and size >= share for stamp, size in self._turns)
+        count = 0
+        for stamp, size in reversed(self._turns):
+            if end - stamp > within:  # as are those before it
+                break
+            count += size >= share
+        return count
 
     def leaps(self, end: int, within: int, slew: float) -> int:
         """Return how often within a time [ns] it leapt away and back faster than a slew [Pa/s]."""
