@@ -12,9 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The mechanism of one unstable mode, from its vectors and the spectrum without rotation."""
+"""The mechanism of unstable modes, from their vectors and the spectrum without rotation."""
 
-import numpy as np
+from dataclasses import replace
+import math
+
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
@@ -22,21 +24,17 @@ from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.stability.mechanism import contributions, Label, without_rotation
 
 _SAME_MODE = 0.02  # relative; rotation splits the doublets of a disc by less, at its speeds
+_FRICTION_STEP = 0.002  # of the spectra without rotation, which depend on little else
 
 
-def likely_mechanism(model: BrakeModel, point: OperatingPoint, eigenvalue: complex, *,
-                     tolerances: Tolerances | None = None) -> Label:
+class LikelyMechanism:
     """
-    Return the label of `mechanisms` for an oscillating mode at a hundredth of its cost.
+    Labels modes as `mechanisms` does, at a hundredth of its cost.
 
     Parameters
     ----------
     model : BrakeModel
         Modal brake model.
-    point : OperatingPoint
-        Operating point.
-    eigenvalue : complex
-        Of the mode [1/s], to within its distance from the others.
     tolerances : Tolerances, optional
         Of the classification of eigenvalues.
 
@@ -46,21 +44,43 @@ def likely_mechanism(model: BrakeModel, point: OperatingPoint, eigenvalue: compl
     that grows at its frequency, and a term is needed if it contributes the whole growth rate.
 
     """
-    limits = tolerances or Tolerances.of(model, point)
-    if eigenvalue.real <= limits.growth:
-        return 'stable'
-    added = contributions(model, point, mode_vectors(model, point, eigenvalue))
-    needed = {name for name, value in added.items() if value >= eigenvalue.real}
-    if 'friction_couple' in needed and _grows_without_rotation(model, point, eigenvalue, limits):
-        return 'mode coupling'
-    if 'negative_slope' in needed:
-        return 'negative slope'
-    return 'gyroscopic' if 'friction_couple' in needed else 'combined'
 
+    def __init__(self, model: BrakeModel, *, tolerances: Tolerances | None = None) -> None:
+        self._model, self._limits = model, tolerances or Tolerances.of(model)
+        self._still = without_rotation(model)
+        self._growing: dict[tuple[float, ...], tuple[float, ...]] = {}  # Hz, without rotation
 
-def _grows_without_rotation(model: BrakeModel, point: OperatingPoint, eigenvalue: complex,
-                            limits: Tolerances) -> bool:
-    frequency = abs(eigenvalue.imag) / (2.0 * np.pi)
-    found = complex_modes(without_rotation(model), point, tolerances=limits)
-    return any(mode.kind == 'flutter' and abs(mode.frequency_hz / frequency - 1.0) < _SAME_MODE
-               for mode in found.unstable)
+    def label(self, point: OperatingPoint, eigenvalue: complex) -> Label:
+        """
+        Return the label of an oscillating mode.
+
+        Parameters
+        ----------
+        point : OperatingPoint
+            Operating point.
+        eigenvalue : complex
+            Of the mode [1/s], to within its distance from the others.
+
+        """
+        growth = eigenvalue.real
+        if growth <= self._limits.growth:
+            return 'stable'
+        added = contributions(self._model, point, mode_vectors(self._model, point, eigenvalue))
+        needed = {name for name, value in added.items() if value >= growth}
+        if 'friction_couple' in needed and self._grows_without_rotation(point, eigenvalue):
+            return 'mode coupling'
+        if 'negative_slope' in needed:
+            return 'negative slope'
+        return 'gyroscopic' if 'friction_couple' in needed else 'combined'
+
+    def _grows_without_rotation(self, point: OperatingPoint, eigenvalue: complex) -> bool:
+        frequency = abs(eigenvalue.imag) / (2.0 * math.pi)
+        friction = _FRICTION_STEP * round(point.friction / _FRICTION_STEP)
+        key = (friction, point.contact_stiffness, point.damping_scale,
+               0.0 if self._model.follower is None else point.contact_pressure)
+        if key not in self._growing:
+            found = complex_modes(self._still, replace(point, friction=friction),
+                                  tolerances=self._limits)
+            self._growing[key] = tuple(mode.frequency_hz for mode in found.unstable
+                                       if mode.kind == 'flutter')
+        return any(abs(other / frequency - 1.0) < _SAME_MODE for other in self._growing[key])

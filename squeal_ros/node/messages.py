@@ -32,6 +32,8 @@ DIAGNOSTICS_TYPE = 'diagnostic_msgs/msg/DiagnosticArray'
 ADVICE = dict.fromkeys(('quiet_pressure_below', 'quiet_pressure_above'), 'std_msgs/msg/Float64')
 FRONT_SHARE = 'least_risk_front_share'  # name of a topic of the vehicle, likewise Float64
 EVENTS = 'events'  # name of the topic of alarms that begin and end, of DIAGNOSTICS_TYPE
+# topics of which a late subscriber gets so many messages
+LATCHED: Mapping[str, int] = {'unstable_frequencies': 1, 'mode_shape': 1, EVENTS: 50}
 MARKERS_TYPE = 'visualization_msgs/msg/MarkerArray'
 
 OK, WARN, ERROR, STALE = range(4)

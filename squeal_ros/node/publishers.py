@@ -28,9 +28,7 @@ from squeal_ros.node.executor import DeferredCallbackGroup
 from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.subscriptions import naming, POLICIES
 
-_LATCHED = ('unstable_frequencies', 'mode_shape')
 _DIAGNOSTICS = '/diagnostics'
-_EVENTS = 50  # that a late subscriber gets
 
 
 class OutputTopics:
@@ -68,21 +66,20 @@ class OutputTopics:
             for brake in brakes:
                 for name, type_name in types.items():
                     self._publishers[brake, name] = self._create(
-                        f'~/{brake}/{name}', type_name, latched=int(name in _LATCHED))
+                        f'~/{brake}/{name}', type_name)
             self._publishers['', _DIAGNOSTICS] = self._create(
                 _DIAGNOSTICS, messages.DIAGNOSTICS_TYPE)
             self._publishers['', messages.FRONT_SHARE] = self._create(
                 f'~/{messages.FRONT_SHARE}', 'std_msgs/msg/Float64')
             self._publishers['', messages.EVENTS] = self._create(
-                f'~/{messages.EVENTS}', messages.DIAGNOSTICS_TYPE, latched=_EVENTS)
+                f'~/{messages.EVENTS}', messages.DIAGNOSTICS_TYPE)
         except Exception:
             self.destroy()
             raise
 
-    def _create(self, topic: str, type_name: str, *, latched: int = 0) -> Any:
-        """Create a publisher, of which late subscribers get so many messages."""
+    def _create(self, topic: str, type_name: str) -> Any:
         qos = QoSProfile(depth=10)
-        if latched:
+        if latched := messages.LATCHED.get(topic.rpartition('/')[2]):
             qos = QoSProfile(depth=latched, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         with naming(topic):
             return self._node.create_lifecycle_publisher(

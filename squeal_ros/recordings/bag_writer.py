@@ -14,7 +14,7 @@
 
 """ROS 2 bags written whole, and the message classes of rosbags."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 import struct
@@ -22,6 +22,14 @@ from types import TracebackType
 from typing import Any
 
 try:
+    from rosbags.interfaces import (
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.rosbag2.storage_mcap import McapWriter
 except ImportError as error:
@@ -36,6 +44,7 @@ _MESSAGE = struct.Struct('<BQHIQQ')  # opcode, length, channel, sequence, two ti
 _MESSAGE_OPCODE, _MESSAGE_FIELDS = 5, 22
 _RECORD_HEADER = 9  # bytes of opcode and length
 _CHUNK = 2**20  # bytes
+_INFINITE = QosTime(9_223_372_036, 854_775_807)
 
 
 class _Storage(McapWriter):  # type: ignore[misc]
@@ -72,6 +81,13 @@ class _Writer(Writer):  # type: ignore[misc]
         super().close()
 
 
+def _qos(latched: int) -> Qos:
+    """Return the quality of service of a publisher of rclpy, as rosbag2 records it."""
+    return Qos(QosHistory.KEEP_LAST, latched or 10, QosReliability.RELIABLE,
+               QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+               _INFINITE, _INFINITE, QosLiveliness.AUTOMATIC, _INFINITE, False)
+
+
 class BagWriter:
     """
     Writes a bag: `NAME.mcap` as one file, any other name as a folder. A context manager.
@@ -84,13 +100,17 @@ class BagWriter:
     files : OutputFiles, optional
         Commits the bag together with other outputs, when its context ends; without one the bag
         is committed when its own context ends, and an existing one is not overwritten.
+    latched : mapping, optional
+        By the last part of a topic's name: how many messages its publisher kept for late
+        subscribers. The others kept none; all were reliable, with a queue of ten.
 
     """
 
-    def __init__(self, path: str | Path, files: OutputFiles | None = None) -> None:
+    def __init__(self, path: str | Path, files: OutputFiles | None = None, *,
+                 latched: Mapping[str, int] | None = None) -> None:
         self.path = Path(path)
         self._files = files or OutputFiles()
-        self._alone = files is None
+        self._alone, self._latched = files is None, latched or {}
         self._connections: dict[str, int] = {}  # number of each topic, from 1
 
     def __enter__(self) -> 'BagWriter':
@@ -124,7 +144,9 @@ class BagWriter:
             for topic, type_name, data in entries])
 
     def _connect(self, topic: str, type_name: str) -> int:
-        connection = self._writer.add_connection(topic, type_name, typestore=JAZZY)
+        connection = self._writer.add_connection(
+            topic, type_name, typestore=JAZZY,
+            offered_qos_profiles=[_qos(self._latched.get(topic.rpartition('/')[2], 0))])
         self._connections[topic] = connection.id
         return self._connections[topic]
 

@@ -19,34 +19,34 @@ import math
 
 import numpy as np
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_core.stability.eigensolution import Tolerances
-from squeal_core.stability.likely_mechanism import likely_mechanism
+from squeal_core.stability.likely_mechanism import LikelyMechanism
 from squeal_ros.recordings.replay import Replay
 
 
 def with_details(events: Iterable[SquealEvent], replay: Replay) -> list[SquealEvent]:
     """Return events with the mechanism of their worst modes, and where the vehicle was."""
+    mechanisms = LikelyMechanism(replay.model, tolerances=Tolerances.of(
+        replay.model, growth=replay.settings.growth_threshold))
     detailed = []
     for event in events:
         latitude, longitude = replay.recording.positions.at(round(event.start_s * 1e9))
         detailed.append(event._replace(
-            mechanism=mechanism_of(event, replay.model, replay.settings),
+            mechanism=_mechanism(event, replay.model, mechanisms),
             latitude_deg=latitude, longitude_deg=longitude))
     return detailed
 
 
-def mechanism_of(event: SquealEvent, model: BrakeModel, settings: MonitorSettings) -> str:
+def _mechanism(event: SquealEvent, model: BrakeModel, mechanisms: LikelyMechanism) -> str:
     """Return why the worst mode of an event grows; empty where that is not known."""
     eigenvalue = complex(event.growth_rate_1_s, 2.0 * math.pi * event.frequency_hz)
     conditions = event.rotor_speed_rad_s, event.pressure_pa, event.friction
     if not np.isfinite((eigenvalue, *conditions)).all():
         return ''
     speed, pressure, friction = conditions
-    point = model.operating_point(rotor_speed=speed, pressure=pressure, friction=friction)
     try:
-        return likely_mechanism(model, point, eigenvalue, tolerances=Tolerances.of(
-            model, growth=settings.growth_threshold))
+        return mechanisms.label(model.operating_point(
+            rotor_speed=speed, pressure=pressure, friction=friction), eigenvalue)
     except np.linalg.LinAlgError:
         return ''

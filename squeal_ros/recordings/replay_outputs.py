@@ -31,6 +31,7 @@ from squeal_core.monitor.result_files import FORMAT, ResultPaths, TableFormat, w
 from squeal_core.monitor.result_summary import file_hash, sources_of
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_ros.node.messages import LATCHED
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.event_details import with_details
 from squeal_ros.recordings.replay import Replay
@@ -135,7 +136,7 @@ class Outputs:
             tables = {kind: files.add(path, probe=True) for kind, path in self._tables.items()}
             events, applications = (files.add(path, probe=True) for path in (
                 self.paths.events, self.paths.applications))
-            with BagWriter(self.paths.bag, files) as bag:
+            with BagWriter(self.paths.bag, files, latched=LATCHED) as bag:
                 summary = files.add(self.paths.summary) if replay else None  # is committed last
                 self._write_ticks(records, tables, bag)
             found = self.recorder.detector.events

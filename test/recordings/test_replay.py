@@ -99,10 +99,14 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
     outputs.write(iter(ticks))
     with AnyReader([tmp_path / 'out.mcap']) as reader:  # by the definitions in the bag
         counts = {c.topic: c.msgcount for c in reader.connections}
+        latched = {c.topic.rpartition('/')[2]: c.ext.offered_qos_profiles[0].depth
+                   for c in reader.connections if c.ext.offered_qos_profiles[0].durability
+                   == QosDurability.TRANSIENT_LOCAL}
         states = [reader.deserialize(data, connection.msgtype) for connection, _, data
                   in reader.messages() if connection.topic.endswith('/state')]
     assert counts == {**dict.fromkeys([f'/squeal_monitor/fl/{name}' for name in (
         *TYPES, 'state')], 9), '/diagnostics': 9, '/squeal_monitor/events': 2}
+    assert latched == {'unstable_frequencies': 1, 'events': 50}
     # text, so that NaN equals NaN
     rows = list(read_rows(outputs.csv_path))
     assert repr(rows) == repr([row_of(a) for tick in ticks for a in tick])
