@@ -185,7 +185,8 @@ def holds(row: dict[str, Any]) -> bool:
     best = all(not row['calibrated'] > row[key] for key in NAMES[:3])
     if row['scenario'] in ('20 applications', '10 applications'):
         return best
-    return best and 0.8 <= row['slope'] <= 1.2 and row['ECE'] <= 0.05 and (
+    near = abs(row['slope'] - 1.0) <= 0.2 + row['slope by seeds']
+    return best and near and row['ECE'] <= 0.05 and (
         row['scenario'] != '60 applications' or (
             row['calibrated'] <= row['truth'] + 0.01
             and min(row['better than base rate'], row['better than table'])
