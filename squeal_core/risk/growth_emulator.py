@@ -167,6 +167,8 @@ class GrowthEmulator:
         on those before it, by not one bit.
         """
         shape = np.shape(inputs)
+        if not np.size(inputs):
+            return EmulatedGrowth(*np.empty((4, *shape[:-1], len(self.families)), np.float32))
         groups = np.reshape(inputs, (-1, *(1, *shape)[-2:]))
         step = max(1, _CHUNK // groups.shape[1])
         found = np.concatenate([self._evaluate(groups[start:start + step])

@@ -111,7 +111,8 @@ class _Topic:
         for path, field in self._fields.items():
             limits = field.as_fields()
             yield Entry(name=self._name, field=path, type=self._kind,
-                        unit=unit_of_field(self._kind, path), count=self.messages if field.count else 0, **{
+                        unit=unit_of_field(self._kind, path),
+                        count=self.messages if field.count else 0, **{
                             **about, 'minimum': limits['minimum'], 'maximum': limits['maximum']})
 
 

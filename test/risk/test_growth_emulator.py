@@ -112,6 +112,12 @@ def test_many_rows_give_the_numbers_of_each(emulator: GrowthEmulator, inputs: Fl
             np.testing.assert_allclose(many[i, 3], one, rtol=1e-6, atol=2e-3)
 
 
+def test_no_rows_have_no_numbers(emulator: GrowthEmulator, inputs: FloatArray) -> None:
+    """As a search for quiet pressures asks for where nothing is left to look at."""
+    found = emulator.evaluate(inputs[0, :0])
+    assert found.growth_rate.shape == (0, len(emulator.families))
+
+
 def test_rows_outside_the_domain_are_not_known(emulator: GrowthEmulator,
                                                inputs: FloatArray) -> None:
     rows = np.repeat(inputs[:1, 0], 8, axis=0)
