@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from squeal_core.common.arrays import ComplexArray, FloatArray, readonly
+from squeal_core.common.arrays import ComplexArray, FloatArray, readonly, RealArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.risk.mode_families import ModeFamily
@@ -41,7 +41,7 @@ and on its damping; factor on the friction slope by the model's law."""
 _WITH_FRICTION = np.array([[0.0], [1.0], [1.0], [1.0]])  # which of them are in proportion to it
 _WITH_DAMPING = np.array([[0.0], [1.0]])
 _CHUNK = 256  # rows evaluated at once: their terms stay in the cache
-_LEAST_HALF = 1.0  # 1/s; slopes of eigenvalues nearer to each other than twice that are limited
+_LEAST = 2.0  # 1/s^2; slopes of eigenvalues nearer to each other than 2 1/s are limited
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,21 +200,20 @@ class GrowthEmulator:
         end = len(self._rows) // 2 + count
         angular, rate = values[:, :count], values[:, count:2 * count]
         pairs = slice(2 * count - len(self._rows) // 2, count)
-        real, imaginary = (values[:, part].astype(float) for part in (
-            slice(2 * count, end), slice(end, None)))
+        real, imaginary = values[:, 2 * count:end].astype(float), values[:, end:]
         size = np.sqrt(real * real + imaginary * imaginary)
-        # of a real part above zero, so it leads to the less stable one
-        half = np.sqrt(0.5 * (size + real)), np.copysign(np.sqrt(0.5 * (size - real)), imaginary)
-        rate[:, pairs] += half[0]
-        angular[:, pairs] += half[1]
-        slopes[:, :, pairs] += (
-            half[0] * slopes[:, :, count:end - count] + half[1] * slopes[:, :, end - count:]) * (
-                0.5 / np.maximum(size, _LEAST_HALF**2))
+        # half of a difference with a real part above zero leads to the less stable one
+        grown = np.sqrt(0.5 * (size + real)).astype(np.float32)
+        turned = np.copysign(np.sqrt(0.5 * (size - real)).astype(np.float32), imaginary)
+        rate[:, pairs] += grown
+        angular[:, pairs] += turned
+        by = grown * slopes[:, :, count:end - count] + turned * slopes[:, :, end - count:]
+        slopes[:, :, pairs] += by / np.maximum(2.0 * size.astype(np.float32), _LEAST)
         found = np.stack([rate, angular / np.float32(2.0 * np.pi), *slopes[:, :, :count]])
         np.copyto(found, np.float32(np.nan), where=~self.domain.covers(inputs)[:, None])
         return found
 
-    def _factors(self, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _factors(self, inputs: FloatArray) -> tuple[RealArray, ...]:
         """Return the factors of terms at inputs (P, 6), and their slopes by friction, damping."""
         coefficients, _ = affine_coefficients(self.model, inputs)
         variables, by_own = self.basis.variables(coefficients)

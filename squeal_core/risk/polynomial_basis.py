@@ -21,10 +21,11 @@ and of two, are a third of the terms, so terms come from these.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike
-from squeal_core.common.arrays import FloatArray, IndexArray
+from squeal_core.common.arrays import FloatArray, IndexArray, RealArray
 
 OPERATION, BRAKE = (0, 1, 2, 4), (3, 5)  # variables that change in a drive, and by the brake
 
@@ -60,7 +61,7 @@ class PolynomialBasis:
         return (found - self.low) / half - 1.0, slopes / half
 
     def factors(self, variables: FloatArray, operation: FloatArray, brake: FloatArray,
-                kind: DTypeLike = float) -> tuple[FloatArray, FloatArray]:
+                kind: DTypeLike = float) -> tuple[RealArray, ...]:
         """
         Return the different products of polynomials of either kind of variables, and their slopes.
 
@@ -79,17 +80,18 @@ class PolynomialBasis:
         (1 + C, n, P), (1 + D, m, P) arrays
 
         """
-        at, count = variables.T, int(self.exponents.max(initial=1)) + 1
+        at, count = np.ascontiguousarray(variables.T), int(self.exponents.max(initial=1)) + 1
         found = np.empty((count, 2, *at.shape))  # polynomials of each degree and their slopes
         found[0], found[1, 0], found[1, 1] = [[[1.0]], [[0.0]]], at, 1.0
         for n in range(2, count):
             found[n] = 2.0 * at * found[n - 1] - found[n - 2]
             found[n, 1] += 2.0 * found[n - 1, 0]
-        (powers, _), (own, _) = self._powers
-        return (_products(found[:, :, OPERATION], operation, powers, kind),
-                _products(found[:, :, BRAKE], brake, own, kind))
+        found = found.astype(kind)
+        return tuple(_products(found[:, :, axes], turns.astype(kind), powers)
+                     for axes, turns, (powers, _) in zip(
+                         (OPERATION, BRAKE), (operation, brake), self._powers, strict=True))
 
-    def terms(self, first: FloatArray, second: FloatArray) -> FloatArray:
+    def terms(self, first: RealArray, second: RealArray) -> Any:
         """Return the terms by their factors, and their slopes (1 + C + D, T, P)."""
         (_, places), (_, own) = self._powers
         first, second = np.take(first, places, axis=1), np.take(second, own, axis=1)
@@ -103,8 +105,7 @@ class PolynomialBasis:
         return tuple((powers, places.ravel()) for powers, places in found)
 
 
-def _products(polynomials: FloatArray, turns: FloatArray, powers: IndexArray,
-              kind: DTypeLike) -> FloatArray:
+def _products(polynomials: RealArray, turns: RealArray, powers: IndexArray) -> RealArray:
     """
     Return products (n, P) of polynomials of V variables, and their slopes: (1 + D, n, P).
 
@@ -116,11 +117,10 @@ def _products(polynomials: FloatArray, turns: FloatArray, powers: IndexArray,
         Changes of the variables.
     powers : (n, V) array
         Degrees.
-    kind : dtype
 
     """
     factors = np.concatenate([polynomials[None, :, 0], turns[:, None] * polynomials[:, 1]])
-    found, *others = (np.take(factors[:, :, axis].astype(kind), powers[:, axis], axis=1)
+    found, *others = (np.take(factors[:, :, axis], powers[:, axis], axis=1)
                       for axis in range(powers.shape[1]))
     for factor in others:
         found[1:] = found[1:] * factor[0] + found[0] * factor[1:]

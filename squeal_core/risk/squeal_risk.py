@@ -100,7 +100,8 @@ class SquealRisk:
         stiffness = np.asarray(contact_stiffness)[..., None] * np.exp(inputs[..., 3])
         cap = saturation_energy(np.exp(inputs[..., 1]), stiffness, self.settings.noise_floor)
         rate, frequency, by_friction, by_damping = (
-            values.swapaxes(-1, -2)[..., self.families, :].astype(np.float32) for values in found)
+            np.take(values.swapaxes(-1, -2), self.families, axis=-2).astype(np.float32, copy=False)
+            for values in found)
         return MemberGrowth(
             rate, frequency, along_scatter(float(members.friction_scatter) * by_friction,
                                            float(members.damping_scatter) * by_damping),
