@@ -87,8 +87,8 @@ def write_bag(path: Path, seconds: float) -> Path:
 def replayed(checkout: Path, bag: Path, config: Path, output: Path,
              options: Sequence[str]) -> Cost:
     """Replay a bag by the command of a checkout."""
-    for file in (output, output.with_suffix('.csv')):
-        file.unlink(missing_ok=True)
+    for file in output.parent.glob(f'{output.stem}.*'):
+        file.unlink()
     start = time.perf_counter()
     process = subprocess.Popen(
         [sys.executable, '-m', 'squeal_ros.cli', 'replay', str(bag), '-o', str(output),
