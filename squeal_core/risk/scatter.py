@@ -46,7 +46,8 @@ def along_scatter(by_friction: RealArray, by_damping: RealArray) -> RealArray:
         Their changes over one standard deviation of friction and of ln damping.
 
     """
-    return np.asarray(np.copysign(np.sqrt(by_friction**2 + by_damping**2), by_friction - by_damping))
+    size = np.sqrt(by_friction**2 + by_damping**2)
+    return np.asarray(np.copysign(size, by_friction - by_damping))
 
 
 def exceedance(margin: FloatArray) -> FloatArray:
