@@ -67,6 +67,8 @@ def prominence_of(spectrum: NDArray[np.floating], line: float, frequency: float)
     middle = _between(spectrum, line, low, high)
     below = _between(spectrum, line, *_band_below(low))
     beyond = _between(spectrum, line, *_band_above(high))
+    if not middle > 0.0:
+        return Prominence(math.nan, math.nan)
     ratio = 10.0 * math.log10(middle / (0.5 * (below + beyond))) if below + beyond > 0.0 \
         else math.nan
     first, last = _lines_of_tone(spectrum, line, frequency)

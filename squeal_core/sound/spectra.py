@@ -33,6 +33,7 @@ _LOBE = 3  # lines on each side that a tone takes up
 _SHARE = _BEYOND - 1.0  # width of the neighbourhood on each side, over frequency
 _LEAST = 16  # lines of it
 _TINY = 1e-20  # mean square of samples, -200 dB
+_ROUNDING = -160.0  # dB: what single precision leaves of louder lines is no tone
 
 Spectra = NDArray[np.float32]
 
@@ -109,7 +110,7 @@ class SpectrumAnalyser:
         above = level - self._neighbours.levels(level)
         low, high = (round(edge / self.line) for edge in (LOWEST, self.highest))
         middle = level[:, low:high + 1]
-        frame, line = np.nonzero((above[:, low:high + 1] >= least)
+        frame, line = np.nonzero((above[:, low:high + 1] >= least) & (middle > _ROUNDING)
                                  & (middle >= level[:, low - 1:high])
                                  & (middle > level[:, low + 1:high + 2]))
         line = line + low

@@ -28,6 +28,7 @@ from squeal_core.sound.tone_sources import (
     follows_speed,
     glides,
     is_in_music,
+    is_of_clipping,
     is_of_comb,
     multiple_of,
     SpeedAt,
@@ -141,6 +142,8 @@ def _rule(tone: Tone, index: '_TimeIndex', record: ChannelRecord, settings: List
         return 'level'
     if timing.duration(_loud_part(tone, settings)) < settings.shortest - 0.5 * timing.step:
         return 'duration'
+    if record.clipped[tone.frame].mean() > 0.5 and is_of_clipping(tone, others):
+        return 'clipping'
     if any(multiple_of(tone, other) and other.peak_level > tone.peak_level - 10.0
            for other in others if other.mean_frequency < settings.band[0]):
         return 'below the band'

@@ -35,11 +35,14 @@ RULES = {
                    '1.3 and a correlation of 0.9, over 5 % of speed or more',
     'glide': 'frequency spans a ratio of more than 1.25 (90 % of the time): whine, siren',
     'below the band': 'multiple of a tone below the band that is not 10 dB weaker',
+    'clipping': '10 dB or more weaker than another tone while the channel is overdriven',
     'horn': 'one of five or more partials of a steady fundamental below the band',
     'alarm': 'one of four or more bursts alike in frequency (0.4 %), duration (8 %), period '
-             '(5 %, at most 2.5 s) and level (3 dB), steady, silent for a quarter of the time',
-    'music': 'within 2 s of six or more other notes of five or more pitches, half of them below '
-             'the band or all on one equal-tempered scale, and not 10 dB louder than they',
+             '(5 %, at most 2.5 s) and level (3 dB), steady, silent for a quarter of the time; or '
+             'what is left of one beside them',
+    'music': 'within 2 s of other notes, 1.5 a second or more of five or more pitches, half of '
+             'them below the band or 85 % on one equal-tempered scale; or 3 a second, a tenth '
+             'below the band; and not 10 dB louder than they',
 }
 _SLOPE, _CORRELATION, _LEAST_CHANGE = (0.7, 1.3), 0.9, 0.05
 _GLIDE = 1.25
@@ -49,7 +52,8 @@ _PARTIALS, _COMB, _FUNDAMENTALS = 5, 0.03, (100.0, 1250.0)
 _WEAKER = 10.0  # dB
 _BURSTS, _ALIKE, _LENGTHS, _PERIODS, _LONGEST = 4, 0.004, 0.08, 0.05, 2.5
 _STEADY, _LEVELS, _SILENT, _CLEAR = 0.0015, 3.0, 0.25, 20.0
-_NEAR, _NOTES, _PITCHES, _TUNED = 2.0, 6, 5, 12.0  # s, notes, pitches, cents
+_NEAR, _NOTES, _PITCHES = 2.0, 1.5, 5  # s, notes a second, pitches
+_CENTS, _TUNED = 12.0, 0.85  # from the scale, and the fraction of notes within
 
 
 class Timing(NamedTuple):
@@ -101,20 +105,26 @@ def glides(tone: Tone) -> bool:
     return bool(high > _GLIDE * low)
 
 
+def is_of_clipping(tone: Tone, others: Sequence[Tone]) -> bool:
+    """Return whether a tone of an overdriven channel is by far not the loudest."""
+    return any(other.peak_level >= tone.peak_level + _WEAKER and common(tone, other) is not None
+               for other in others)
+
+
 def is_of_comb(tone: Tone, others: Sequence[Tone]) -> bool:
     """Return whether a tone is a partial of a steady fundamental below the band."""
-    there = [other for other in others if common(tone, other) is not None]
+    there = [tone, *(other for other in others if common(tone, other) is not None)]
     for lowest in sorted(there, key=lambda other: other.mean_frequency)[:4]:
-        for part in (1, 2, 3):
+        for part in (1, 2, 3, 4):
             base = lowest.mean_frequency / part
-            if _FUNDAMENTALS[0] <= base < _FUNDAMENTALS[1] and not glides(lowest):
-                numbers = {round(other.mean_frequency / base) for other in there
-                           if _is_partial(other, base)}
-                loudest = max((other.peak_level for other in there if _is_partial(other, base)),
-                              default=-math.inf)
-                if len(numbers) >= _PARTIALS - 1 and _is_partial(tone, base) \
-                        and tone.peak_level < loudest + _WEAKER:
-                    return True
+            if not (_FUNDAMENTALS[0] <= base < _FUNDAMENTALS[1] and _is_partial(tone, base)):
+                continue
+            partials = [other for other in there if _is_partial(other, base)]
+            numbers = {round(other.mean_frequency / base) for other in partials}
+            if len(numbers) >= _PARTIALS and math.gcd(*numbers) == 1 \
+                    and not glides(lowest) and tone.peak_level < _WEAKER + max(
+                        other.peak_level for other in partials if other is not tone):
+                return True
     return False
 
 
@@ -130,6 +140,8 @@ def alarms(pieces: Sequence[Tone], timing: Timing) -> set[int]:
     usable.sort(key=lambda i: pieces[i].mean_frequency)
     found: set[int] = set()
     for n, i in enumerate(usable):
+        if i in found:
+            continue
         group = [i]
         for j in usable[n + 1:]:
             if pieces[j].mean_frequency > (1.0 + _ALIKE) * pieces[i].mean_frequency:
@@ -140,7 +152,17 @@ def alarms(pieces: Sequence[Tone], timing: Timing) -> set[int]:
             bursts = group[at:at + _BURSTS]
             if not found.issuperset(bursts) and _keeps_time([pieces[i] for i in bursts], timing):
                 found.update(bursts)
-    return found
+    return found | _rests(pieces, found, timing) if found else found
+
+
+def _rests(pieces: Sequence[Tone], found: set[int], timing: Timing) -> set[int]:
+    """Return pieces that are left of a burst cut short, next to bursts of an alarm."""
+    frequency, first, length = np.array([
+        (pieces[j].mean_frequency, pieces[j].first, timing.duration(pieces[j])) for j in found]).T
+    return {i for i, piece in enumerate(pieces) if np.any(
+        (np.abs(piece.mean_frequency / frequency - 1.0) < _ALIKE)
+        & (np.abs(piece.first - first) * timing.step <= _LONGEST)
+        & (timing.duration(piece) <= length + 2.0 * timing.step))}
 
 
 def _is_steady(tone: Tone) -> bool:
@@ -170,13 +192,14 @@ def is_in_music(tone: Tone, others: Sequence[Tone], timing: Timing, band_low: fl
     onsets = np.sort([note.first for note in notes])
     count = 1 + int((np.diff(onsets) > 2).sum()) if notes else 0
     span = (tone.last - tone.first + 2 * reach) * timing.step
-    if count < max(_NOTES, _NOTES * span / 4.0):
+    if count < _NOTES * span:
         return False
     semitones = 12.0 * np.log2([note.mean_frequency for note in notes])
     below = float(np.mean([note.mean_frequency < band_low for note in notes]))
     offset = np.angle(np.exp(2j * np.pi * semitones).mean()) / (2.0 * np.pi)
     cents = 100.0 * np.abs((semitones - offset + 0.5) % 1.0 - 0.5)
-    tuned = bool((cents < _TUNED).mean() > 0.9)
+    tuned = (cents < _CENTS).mean() > _TUNED
+    busy = count >= 2.0 * _NOTES * span and below >= 0.1
     loudest = max(note.peak_level for note in notes)
-    return np.unique(np.round(semitones)).size >= _PITCHES and (below >= 0.5 or tuned) \
-        and tone.peak_level < loudest + _WEAKER
+    return bool(np.unique(np.round(semitones)).size >= _PITCHES
+                and (below >= 0.5 or tuned or busy) and tone.peak_level < loudest + _WEAKER)

@@ -19,6 +19,7 @@ import json
 import math
 import time
 
+from squeal_core.common.checks import check_number
 from squeal_core.common.errors import SquealError
 from squeal_core.sound.listen import listen as run_listening
 from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
@@ -77,6 +78,8 @@ def _speed(drive: RecordedDrive | None, clock: SoundClock, options: argparse.Nam
 
 def _settings(options: argparse.Namespace) -> ListeningSettings:
     scale = LevelScale.parse(options.calibration) if options.calibration else LevelScale()
+    if options.threshold is not None:
+        check_number('--threshold', options.threshold)
     return ListeningSettings(
         tuple(options.band or ListeningSettings.band), options.prominence,
         math.nan if options.threshold is None else options.threshold, options.shortest, scale)

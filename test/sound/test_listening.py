@@ -20,14 +20,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from squeal_core import BrakeModel
 from squeal_core.common.arrays import FloatArray
+from squeal_core.simulation.microphone import Microphone
+from squeal_core.simulation.simulation_files import FULL_SCALE
 from squeal_core.sound.listen import listen
-from squeal_core.sound.listening_settings import ListeningSettings
+from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
 from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.spectra import a_weighting
 from squeal_core.sound.squeal_detection import HeardTone
 from squeal_core.sound.tone_sources import SpeedAt
 from support.rows import each
-from support.sounds import sound_of, Squeal, write_wav
+from support.sounds import beeper, horn, sound_of, Squeal, tune, whine, write_wav
 
 RATE = 48_000
 
@@ -91,3 +95,109 @@ def test_a_tone_below_the_threshold_is_no_event(tmp_path: Path) -> None:
     for margin, count in ((-1.0, 1), (1.0, 0)):
         limit = replace(usual, threshold=event.level_db + margin)
         assert len(events(heard(tmp_path, sound, settings=limit))) == count
+
+
+def test_other_sources_are_rejected_by_their_rules_and_the_squeal_among_them_stays(
+        tmp_path: Path) -> None:
+    """The squeal is in all four; music hides one that is not louder than it."""
+    time = np.arange(16_000 * 14) / 16_000
+    speed = np.interp(time, [0.0, 4.0, 12.0], [25.0, 25.0, 5.0])
+    rng = np.random.default_rng(5)
+    ground = sound_of(rng, 16_000, 14.0, [Squeal(8.0, 9.5, 2950.0, 10.0)], noise=0.003)
+    sources = {
+        'glide': whine(time, speed, 110.0, 0.02), 'horn': horn(time, 2.0, 3.5, 0.01),
+        'alarm': beeper(time, 1.0, 7.2, 0.03),
+        'music': np.where(time < 5.0, tune(rng, time, 0.0, 5.0, 0.02), 0.0)}
+    for rule, sound in sources.items():
+        tones = heard(tmp_path, ground + sound, 16_000)
+        assert [round(event.frequency_hz, -1) for event in events(tones)] == [2950.0], rule
+        assert rule in {tone.rule for tone in tones}
+    tones = heard(tmp_path, ground + sources['glide'], 16_000,
+                  speed=lambda at: np.interp(at, time, speed))
+    assert {tone.rule for tone in tones} == {'', 'wheel speed'}
+
+
+def test_a_squeal_with_many_harmonics_is_no_horn(tmp_path: Path) -> None:
+    squeal = Squeal(1.0, 2.0, 2000.0, 20.0, harmonics=(0.6, 0.5, 0.4, 0.3, 0.3))
+    (event,) = heard(tmp_path, sound_of(np.random.default_rng(6), RATE, 3.0, [squeal]))
+    assert event.harmonics == (2, 3, 4, 5, 6)
+    assert not event.rule
+
+
+def test_clipped_squeal_is_marked(tmp_path: Path) -> None:
+    """At full scale, and at a lower level as before a converter; the one that is not, is not."""
+    squeals = [Squeal(0.5, 1.5, 2700.0, 47.0), Squeal(3.0, 4.0, 2700.0, 10.0)]
+    sound = sound_of(np.random.default_rng(7), RATE, 4.5, squeals, noise=0.005)
+    for most in (1.0, 0.6):
+        found = events(heard(tmp_path, np.clip(sound, -most, most)))
+        assert [event.is_clipped for event in found] == [True, False]
+    assert not any(event.is_clipped for event in heard(tmp_path, 0.1 * sound))
+
+
+def test_each_tone_of_two_channels_is_at_the_louder_brake(tmp_path: Path) -> None:
+    rng = np.random.default_rng(8)
+    near, far = ([Squeal(1.0, 2.0, 2400.0, level), Squeal(1.2, 2.5, 6100.0, 30.0 - level),
+                  Squeal(3.0, 3.8, 3300.0, 15.0)] for level in (25.0, 5.0))
+    sound = np.column_stack([sound_of(rng, RATE, 4.0, part) for part in (near, far)])
+    found = events(heard(tmp_path, sound, brakes=('fl', 'fr')))
+    assert [(round(event.frequency_hz, -2), event.brake) for event in found] == [
+        (2400.0, 'fl'), (6100.0, 'fr'), (3300.0, '')]
+
+
+@each(('sound', 'words'), [
+    (np.zeros(96_000), 'all samples are equal'), (np.ones(96_000), 'all samples are equal'),
+    (np.full(96_000, np.nan), 'no numbers'),
+    (2e-5 * np.random.default_rng(9).standard_normal(96_000), 'steps'),
+    (np.zeros(1_000), 'shorter than one window')])
+def test_of_a_dead_microphone_nothing_is_known(sound: FloatArray, words: str,
+                                               tmp_path: Path) -> None:
+    kind = 'f4' if np.isnan(sound).any() else 'i2'
+    path = write_wav(tmp_path / 'sound.wav', RATE, sound, kind)
+    record = listen(SoundFile.open(path), ListeningSettings())
+    assert record.tones() is None
+    assert words in record.unknown[0]
+
+
+def test_dropouts_numbers_that_are_none_and_an_offset_cost_only_their_time(tmp_path: Path) -> None:
+    sound = 0.4 + sound_of(np.random.default_rng(10), RATE, 6.0, [Squeal(1.0, 2.0, 3000.0, 10.0)])
+    sound[3 * RATE:4 * RATE] = 0.0
+    sound[5 * RATE] = np.inf
+    path = write_wav(tmp_path / 'sound.wav', RATE, sound, 'f4')
+    record = listen(SoundFile.open(path), ListeningSettings())
+    assert record.heard_share == pytest.approx(1.0 - 1.0 / 6.0, abs=0.05)
+    assert [round(tone.frequency_hz) for tone in record.tones() or ()] == [3000]
+
+
+def test_the_sound_of_a_simulated_brake(kang: BrakeModel, tmp_path: Path) -> None:
+    """Truth by another route: modal velocities, Rayleigh's integral, levels of modes."""
+    microphone, mode = Microphone.of(kang), kang.names.index('disc (3,0)s')
+    hertz = float(kang.angular_frequencies[mode]) / 2.0 / np.pi
+    time = np.arange(2 * RATE * 2) / (2 * RATE)
+    amplitude = np.where((time > 0.5) & (time < 1.5), 0.02, 1e-7)
+    recorder = microphone.listen()
+    for part in np.array_split(amplitude * np.sin(2.0 * np.pi * hertz * time), 60):
+        velocity = np.zeros((part.size, kang.size))
+        velocity[:, mode] = part
+        recorder.add(velocity)
+    sound = recorder.sound() / FULL_SCALE
+    sound += 1e-5 * np.random.default_rng(11).standard_normal(sound.size)
+    scale = LevelScale.parse(f'{FULL_SCALE}Pa')
+    (event,) = heard(tmp_path, sound, kind='f4', settings=ListeningSettings(scale=scale))
+    pressure = abs(microphone.response([hertz])[0, mode]) * 0.02 / np.sqrt(2.0)
+    assert event.frequency_hz == pytest.approx(hertz, abs=1.0)
+    assert event.level_db == pytest.approx(20.0 * np.log10(pressure / 20e-6) + float(
+        a_weighting(np.array([hertz]))[0]), abs=0.2)
+    assert (event.start, event.end) == (pytest.approx(0.5, abs=0.03), pytest.approx(1.5, abs=0.03))
+
+
+@each(('text', 'level'), [  # of a sine of a tenth of full scale
+    ('20Pa', 97.0), ('117dB', 97.0), ('100m/s2', 137.0), ('10.19716g', 137.0)])
+def test_levels_by_calibration(text: str, level: float, tmp_path: Path) -> None:
+    """At 2.5 kHz the A-weighting is 1.3 dB, for sound alone."""
+    scale = LevelScale.parse(text)
+    time = np.arange(RATE) / RATE
+    sound = 0.1 * np.sin(2.0 * np.pi * 2500.0 * time)
+    sound += 1e-5 * np.random.default_rng(12).standard_normal(RATE)
+    (event,) = heard(tmp_path, sound, kind='f4',
+                     settings=ListeningSettings(scale=scale, threshold=0.0))
+    assert event.level_db == pytest.approx(level + 1.27 * scale.is_weighted, abs=0.1)

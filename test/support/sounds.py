@@ -180,3 +180,44 @@ def write_wav(path: Path, rate: int, samples: FloatArray, kind: str = 'i2', *,
 
 def _chunk(name: bytes, content: bytes, order: str) -> bytes:
     return name + struct.pack(f'{order}I', len(content)) + content + b'\0' * (len(content) % 2)
+
+
+def whine(time: FloatArray, speed: FloatArray, order: float, amplitude: float) -> FloatArray:
+    """Return a tone of so many Hz for each m/s of speed, with a second partial."""
+    phase = 2.0 * np.pi * np.cumsum(order * speed) * (time[1] - time[0])
+    return np.asarray(amplitude * (np.sin(phase) + 0.3 * np.sin(2.0 * phase)))
+
+
+def horn(time: FloatArray, start: float, end: float, amplitude: float) -> FloatArray:
+    """Return a car's horn of two notes, 420 and 512 Hz, with partials up to 8 kHz."""
+    whole = np.zeros(time.size)
+    for base in (420.0, 512.0):
+        for n in range(1, int(min(8000.0, 0.4 / (time[1] - time[0])) / base)):
+            whole += np.sin(2.0 * np.pi * n * base * time + n * n) / (1.0 + 0.15 * abs(n - 5))
+    return np.asarray(amplitude * whole * ((time >= start) & (time < end)))
+
+
+def beeper(time: FloatArray, start: float, end: float, amplitude: float, *,
+           frequency: float = 2800.0, period: float = 0.9, on: float = 0.5) -> FloatArray:
+    """Return a reversing alarm."""
+    ringing = (time >= start) & (time < end) & ((time - start) % period < on * period)
+    return np.asarray(amplitude * np.sin(2.0 * np.pi * frequency * time) * ringing)
+
+
+def tune(rng: np.random.Generator, time: FloatArray, start: float, end: float,
+         amplitude: float) -> FloatArray:
+    """Return chords of three voices and a melody above them, by notes of 0.15 to 0.5 s."""
+    whole = np.zeros(time.size)
+    for low, high, partials in ((48, 60, 8), (60, 72, 8), (67, 79, 6), (84, 103, 3)):
+        now = start
+        while now < end:
+            length = rng.uniform(0.15, 0.5)
+            base = 440.0 * 2.0 ** ((rng.integers(low, high) - 69) / 12.0)
+            there = np.flatnonzero((time >= now) & (time < min(now + length, end)))
+            t = time[there] - now
+            for n in range(1, partials + 1):
+                if n * base < 0.45 / (time[1] - time[0]):
+                    whole[there] += np.sin(2.0 * np.pi * n * base * t) / n * np.minimum(
+                        1.0, t / 0.01) * np.exp(-2.0 * t / length)
+            now += length
+    return np.asarray(amplitude * whole)
