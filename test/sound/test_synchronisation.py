@@ -54,7 +54,7 @@ def record_of(rng: np.random.Generator, other: RecordedDrive, offset: float,
 
 def test_the_offset_is_found_within_its_uncertainty() -> None:
     errors = []
-    for seed in range(6):
+    for seed in range(4):
         rng = np.random.default_rng(seed)
         other = drive(rng, 400.0)
         offset = rng.uniform(-20.0, 250.0)
@@ -73,7 +73,7 @@ def test_alike_stops_and_another_drive_give_no_number() -> None:
     clock = synchronise([record_of(rng, regular, 100.0, 100.0)], regular)
     assert clock.is_ambiguous
     assert 'no offset stands out' in clock.note
-    for seed in range(4):
+    for seed in range(2):
         rng = np.random.default_rng(20 + seed)
         clock = synchronise([record_of(rng, drive(rng, 400.0), 100.0, 120.0)], drive(rng, 400.0))
         assert clock.is_ambiguous
