@@ -24,7 +24,7 @@ from squeal_ros.cli.main import main
 from support.commands import answer, FEW, squeal
 
 COMMANDS = ('build', 'info', 'modes', 'map', 'locus', 'critical', 'verify', 'settings', 'replay',
-            'drive', 'demo', 'tabulate')
+            'drive', 'demo', 'tabulate', 'listen')
 
 
 @pytest.mark.parametrize('command', COMMANDS)
