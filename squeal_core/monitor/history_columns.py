@@ -27,7 +27,7 @@ from squeal_core.monitor.history import HistoryError, MAX_BYTES, MAX_LINE
 
 ROWS = 5_000  # of a block
 _NEEDED = ('time_s', 'brake', 'state')
-_TEXTS = ('brake', 'state', 'unstable_frequencies_hz', 'unstable_growth_rates_1_s')
+_MODES = ('unstable_frequencies_hz', 'unstable_growth_rates_1_s')
 
 
 class HistoryBlock(NamedTuple):
@@ -105,22 +105,26 @@ def _error(where: object, what: str, remedy: str) -> HistoryError:
 
 def _block(lines: list[str], places: dict[str, int], columns: Sequence[str]) -> HistoryBlock:
     there = [name for name in columns if name in places]
-    texts = [name for name in _TEXTS if name in places]
-    last = max(places[name] for name in texts) + 1
+    of_numbers = [places[name] for name in there]
+    last = max(places['brake'], places['state']) + 1
     rows = [line.split(',', last) for line in lines]
     try:
         read = np.loadtxt(lines, delimiter=',', quotechar='"', ndmin=2, comments=None,
-                          usecols=[places[name] for name in there])
-        quick = len(read) == len(rows) and not any('"' in part for row in rows
-                                                   for part in row[:last])
+                          usecols=of_numbers)
+        quick = len(read) == len(rows) and not any(
+            '"' in text for name in _NEEDED[1:] for text in {row[places[name]] for row in rows})
     except ValueError:
         quick = False
-    if not quick:  # quotes elsewhere than in the reason, empty cells or lines
-        rows = [row for row in csv.reader(lines) if row]
-        read = np.array([[float(row[places[name]] or 'nan') for name in there] for row in rows])
-    cells = {name: [row[places[name]] for row in rows] for name in texts}
+    if quick:  # only a brake that slides under load has modes
+        last = max(places.get(name, 0) for name in _MODES) + 1
+        modes = [line.split(',', last) if row[places['state']] == 'steady' else []
+                 for row, line in zip(rows, lines, strict=True)]
+    else:  # quotes elsewhere than in the reason, empty cells or lines
+        modes = rows = [row for row in csv.reader(lines) if row]
+        read = np.array([[float(row[place] or 'nan') for place in of_numbers] for row in rows])
     numbers = dict(zip(there, read.reshape(-1, len(there)).T, strict=True))
     return HistoryBlock(
-        cells['brake'], cells['state'],
+        [row[places['brake']] for row in rows], [row[places['state']] for row in rows],
         {name: numbers.get(name, np.full(len(rows), np.nan)) for name in columns},
-        *(cells.get(name, [''] * len(rows)) for name in _TEXTS[2:]))
+        *([row[places[name]] if row else '' for row in modes] if name in places
+          else [''] * len(rows) for name in _MODES))

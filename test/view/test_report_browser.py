@@ -15,6 +15,7 @@
 """The page of `squeal report` in headless Chromium: drawn, hovered, zoomed, printed; offline."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 import io
 from pathlib import Path
 import shutil
@@ -33,7 +34,7 @@ CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
 if not CHROMIUM:
     pytest.skip('needs Chromium (Debian: apt install chromium)', allow_module_level=True)
 
-TIMEOUT = 600e3  # ms, on a busy machine, too
+TIMEOUT = 120e3  # ms, on a busy machine, too
 NASTY = '"><img src=x onerror=alert(1)>'
 FLAGS = ('--no-sandbox', '--disable-gpu', '--disable-background-networking')
 
@@ -43,7 +44,7 @@ class Opened:
 
     def __init__(self, browser: Any, path: Path, scheme: str) -> None:
         self.context = browser.new_context(color_scheme=scheme, offline=True,
-                                           viewport={'width': 1300, 'height': 900})
+                                           viewport={'width': 1300, 'height': 8000})  # all in view
         self.page = self.context.new_page()
         self.page.set_default_timeout(TIMEOUT)
         self.errors: list[str] = []
@@ -62,12 +63,12 @@ class Opened:
 
     def colours(self) -> dict[str, int]:
         """Return how many colours each figure shows."""
-        shot = (255.0 * images.imread(io.BytesIO(self.page.screenshot(full_page=True)))).round()
+        shot = (255.0 * images.imread(io.BytesIO(self.page.screenshot()))).round()
         pixels = shot[..., :3].astype(int) @ [65536, 256, 1]
         found = {}
         for name in self.figures():
             box = self.page.locator(f'#{name}').bounding_box()
-            left, top = round(box['x']), round(box['y'] + self.page.evaluate('scrollY'))
+            left, top = round(box['x']), round(box['y'])
             found[name] = len(np.unique(pixels[top:top + round(box['height']),
                                                left:left + round(box['width'])]))
         return found
@@ -110,7 +111,6 @@ def test_every_figure_is_drawn_without_a_word_of_the_console(opened: Opened, pat
 def test_hover_and_zoom_act_on_all_panels(opened: Opened) -> None:
     page = opened.page
     plot = page.locator('#timeline-0-0')
-    plot.scroll_into_view_if_needed()
     box = plot.bounding_box()
     at = [box['x'] + 0.4 * box['width'], box['y'] + 0.45 * box['height']]
     page.mouse.move(*at)
@@ -132,15 +132,18 @@ def test_hover_and_zoom_act_on_all_panels(opened: Opened) -> None:
 def test_the_shape_turns(opened: Opened) -> None:
     page = opened.page
     plot = page.locator('#shape-0')
-    plot.scroll_into_view_if_needed()
     box = plot.bounding_box()
     eye = "JSON.stringify(document.getElementById('shape-0')._fullLayout.scene.camera.eye)"
     before = page.evaluate(eye)
-    page.mouse.move(box['x'] + 200, box['y'] + 200)
-    page.mouse.down()
-    page.mouse.move(box['x'] + 300, box['y'] + 230, steps=5)
-    page.mouse.up()
-    page.wait_for_function(f'{eye} !== {before!r}')
+    for attempt in range(20):  # the scene looks at the mouse once a frame, which may be late
+        page.mouse.move(box['x'] + 150, box['y'] + 200)
+        page.mouse.down()
+        page.mouse.move(box['x'] + 250 + attempt, box['y'] + 230, steps=8)
+        page.mouse.up()
+        with suppress(playwright.TimeoutError):
+            page.wait_for_function(f'{eye} !== {before!r}', timeout=5e3)
+            break
+    assert page.evaluate(eye) != before
 
 
 def test_paper_has_every_chart(opened: Opened) -> None:

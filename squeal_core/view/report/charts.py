@@ -23,7 +23,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.sound.comparison import Comparison
 from squeal_core.sound.matching import MatchedApplication
-from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, style, Trace
+from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, points, style, Trace
 from squeal_core.view.report.markup import label
 from squeal_core.view.report.runs import Run
 from squeal_core.view.report.statistics import classes, exceedance, Shares, shares
@@ -150,14 +150,16 @@ def _peaks(run: Run, place: int) -> Iterator[Trace]:
                  and math.isfinite(one.frequency_hz)]
         if found:
             yield {
-                'type': 'scatter', 'mode': 'markers', 'name': f'{label(run.name)}: {words}',
+                **points(len(found)), 'name': f'{label(run.name)}: {words}',
                 'x': packed([DECIBELS * one.build_up_nepers for one in found]),
                 'y': packed([one.frequency_hz / 1e3 for one in found]),
-                'text': [f'{label(one.brake)}, risk {one.peak_risk:.2f}, growth '
-                         f'{one.growth_rate_1_s:+.1f} 1/s' for one in found],
+                'text': [label(one.brake) for one in found],
+                'customdata': packed([(one.peak_risk, one.growth_rate_1_s) for one in found]),
                 'marker': {'color': own.colour, 'size': 8, 'opacity': 0.8,
                            'symbol': own.symbol + ('' if alarm else '-open')},
-                'hovertemplate': '%{y:.2f} kHz, %{x:.1f} dB<br>%{text}<extra></extra>'}
+                'hovertemplate': '%{y:.2f} kHz, %{x:.1f} dB<br>%{text}, risk '
+                                 '%{customdata[0]:.2f}, growth %{customdata[1]:+.1f} 1/s'
+                                 '<extra></extra>'}
 
 
 def frequencies_over_time(runs: Sequence[Run]) -> Figure:
@@ -192,7 +194,7 @@ def _event_marks(run: Run, events: Sequence[Any], name: str, place: int) -> Trac
     own = style(place)
     records = [at.record for at in events]
     return {
-        'type': 'scatter', 'mode': 'markers', 'name': name,
+        **points(len(records)), 'name': name,
         'x': packed([run.elapsed(at, at.record.start_s) for at in events], 'f8'),
         'y': packed([one.frequency_hz / 1e3 for one in records]),
         'text': [f'{label(one.brake)}, {label(one.clock_time or f"{one.start_s:.1f} s")}, '

@@ -24,7 +24,7 @@ from squeal_core.view.report.tick_stream import BoolArray, Ticks
 
 CURVES = ('rotor_speed_rad_s', 'pressure_pa', 'friction', 'temperature_k', 'squeal_risk')
 MOST_POINTS = 8_000  # of a curve
-_MOST_MARKS = 8_000  # of unstable modes
+_MOST_MARKS = 4_000  # of unstable modes
 _FREQUENCY_STEP = 20.0  # Hz; modes of an interval closer than this are one mark
 
 

@@ -44,6 +44,7 @@ STYLES = tuple(Style(*one) for one in (
 RISKS = 'Viridis'
 """Colour scale of risks and amplitudes, likewise."""
 GREY = '#888888'
+_MOST_IN_SVG = 2_000  # markers of a trace, beyond which WebGL draws them
 
 
 def style(place: int) -> Style:
@@ -95,6 +96,11 @@ def packed(values: ArrayLike, kind: str = 'f4') -> dict[str, str]:
     array = np.ascontiguousarray(values, dtype=f'<{kind}')
     return {'dtype': kind, 'bdata': base64.b64encode(array.tobytes()).decode(),
             **({'shape': ','.join(map(str, array.shape))} if array.ndim > 1 else {})}
+
+
+def points(count: int) -> Trace:
+    """Return what draws so many markers: a browser has only few places for WebGL."""
+    return {'type': 'scattergl' if count > _MOST_IN_SVG else 'scatter', 'mode': 'markers'}
 
 
 def boxes(across: ArrayLike, up: ArrayLike, **more: Any) -> Trace:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.view.report.condition_maps import ConditionRanges, FrictionBoundary
-from squeal_core.view.report.figure import Figure, packed, style, Trace
+from squeal_core.view.report.figure import Figure, packed, points, style, Trace
 from squeal_core.view.report.runs import Run
 
 
@@ -82,7 +82,7 @@ def friction_chart(runs: Sequence[Run], boundary: FrictionBoundary) -> Figure:
         'xaxis': {'title': {'text': 'brake pressure  bar'}, 'rangemode': 'tozero'},
         'xaxis2': {'title': {'text': 'rotor speed  rad/s'}, 'rangemode': 'tozero'},
         'yaxis': {'title': {'text': 'friction coefficient'}},
-        'yaxis2': {'matches': 'y'}, 'hovermode': 'closest',
+        'yaxis2': {'matches': 'y'}, 'hovermode': 'closest', 'showlegend': True,
         'legend': {'x': 0, 'y': 1.02, 'yanchor': 'bottom', 'orientation': 'h',
                    'title': {'text': 'speed'}},
         'legend2': {'x': 0.56, 'y': 1.02, 'yanchor': 'bottom', 'orientation': 'h',
@@ -106,16 +106,17 @@ def _points(records: Sequence[ApplicationRecord], over: int, place: int, name: s
              if np.digitize(one.pressure_pa if over else _speed(one), limits) == place]
     symbols = {True: own.symbol, False: f'{own.symbol}-open', None: 'x-thin'}
     return [{
-        'type': 'scatter', 'mode': 'markers', 'name': name, 'legendgroup': f'{over}{place}',
+        **points(len(found)), 'name': name, 'legendgroup': f'{over}{place}',
         'legend': f'legend{axis}', 'xaxis': f'x{axis}', 'yaxis': f'y{axis}',
         'x': packed([_speed(one) if over else one.pressure_pa / 1e5 for one in found]),
         'y': packed([one.friction for one in found]),
-        'text': [f'risk {one.peak_risk:.2f}, {one.pressure_pa / 1e5:.1f} bar, '
-                 f'{_speed(one):.0f} rad/s' for one in found],
+        'customdata': packed([(one.peak_risk, one.pressure_pa / 1e5, _speed(one))
+                              for one in found]),
         'marker': {'color': own.colour, 'size': 7, 'opacity': 0.75,
                    'symbol': [symbols[one.alarm] for one in found],
                    'line': {'color': own.colour, 'width': 1.2}},
-        'hovertemplate': 'friction %{y:.3f}<br>%{text}<extra></extra>'}] if found else []
+        'hovertemplate': 'friction %{y:.3f}, risk %{customdata[0]:.2f}<br>%{customdata[1]:.1f} '
+                         'bar, %{customdata[2]:.0f} rad/s<extra></extra>'}] if found else []
 
 
 def _boundary(boundary: FrictionBoundary, over: int, place: int, name: str) -> Trace:
