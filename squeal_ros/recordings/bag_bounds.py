@@ -58,6 +58,7 @@ def check_storage(path: Path, error_of: ErrorOf) -> None:
         return
     try:
         database = sqlite3.connect(f'{path.absolute().as_uri()}?mode=ro&immutable=1', uri=True)
+        database.text_factory = lambda text: text.decode('utf-8', 'replace')
         try:
             odd = database.execute(ODD_ENTRIES).fetchone()
         finally:

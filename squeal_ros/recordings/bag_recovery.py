@@ -21,7 +21,9 @@ in `lost` what could not be read.
 
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 import io
+from itertools import count
 from operator import itemgetter
 from pathlib import Path
 import shutil
@@ -54,6 +56,8 @@ RECOVERABLE = ('.mcap', '.db3', ROS1)
 _MCAP = b'\x89MCAP0\r\n'
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
 _FEW_ROWS_LOST = 20_000  # after so many in a row that cannot be read, none is looked for
+_MOST_TOPICS = 10_000
+_STEP, _MOST_STEPS = 100_000, 200  # instructions of sqlite, and so many times them for a row
 _LONGEST_HEADER = 10_000_000  # bytes; that of a connection holds a message definition
 _time = itemgetter(1)
 
@@ -95,6 +99,12 @@ class RecoveredStorage:
         """Do nothing: the file is closed between the readings."""
 
     def _stored(self) -> Iterator[Stored]:
+        try:
+            yield from self._in_order()
+        except Exception as error:  # whatever damage does to a reader; what came before is whole
+            self.lost = self.lost or f'it is damaged ({type(error).__name__})'
+
+    def _in_order(self) -> Iterator[Stored]:
         if self.path.suffix == '.db3':
             yield from self._rows()
             return
@@ -104,8 +114,6 @@ class RecoveredStorage:
     def _add(self, number: int, topic: str, kind: str, definition: MessageDefinition) -> None:
         self._found.setdefault(number, Connection(
             number, topic, kind, definition, '', 0, None, self))
-
-    # MCAP
 
     def _of_mcap(self, file: BinaryIO) -> Iterator[Stored]:
         end = file.seek(0, io.SEEK_END)
@@ -138,7 +146,7 @@ class RecoveredStorage:
             size, crc, length = struct.unpack_from('<QII', data, 16)
             name = data[32:32 + length].decode()
             raw = bytes(_UNPACK[name](data[40 + length:], min(size, MAX_CHUNK)))
-        except (struct.error, KeyError, ValueError, RuntimeError, EOFError, OSError) as error:
+        except Exception as error:  # each library has errors of its own
             self.lost = f'the chunk at byte {at} cannot be unpacked ({type(error).__name__})'
             return
         if not cut and (len(raw) != size or crc and crc32(raw) != crc):
@@ -158,17 +166,19 @@ class RecoveredStorage:
             if opcode == _MESSAGE and size >= 22:
                 number, _, time, _ = struct.unpack_from('<HIQQ', body)
                 yield number, time, body[22:]
-            elif opcode == _SCHEMA:
-                number = struct.unpack_from('<H', body)[0]
-                name, encoding, text = _texts(body[2:], 3)
-                schemas[number] = Schema(number, name, encoding, text)
-            elif opcode == _CHANNEL:
-                number, schema = struct.unpack_from('<HH', body)
-                if schema in schemas:
-                    self._add(number, _texts(body[4:], 1)[0], schemas[schema].name,
-                              get_msgdef(schemas[schema]))
+            elif opcode in (_SCHEMA, _CHANNEL):
+                with suppress(struct.error, KeyError):  # a damaged one defines nothing
+                    self._define(opcode, body, schemas)
 
-    # ROS 1
+    def _define(self, opcode: int, body: bytes, schemas: dict[int, Schema]) -> None:
+        """Take a schema or a channel."""
+        number, schema = struct.unpack_from('<HH', body)
+        if opcode == _SCHEMA:
+            name, encoding, text = _texts(body[2:], 3)
+            schemas[number] = Schema(number, name, encoding, text)
+        elif schema in schemas:
+            self._add(number, _texts(body[4:], 1)[0], schemas[schema].name,
+                      get_msgdef(schemas[schema]))
 
     def _of_ros1(self, file: BinaryIO) -> Iterator[Stored]:
         end = file.seek(0, io.SEEK_END)
@@ -209,8 +219,6 @@ class RecoveredStorage:
                           normalize_msgtype(about.get_string('type')), MessageDefinition(
                               MessageDefinitionFormat.MSG, about.get_string('message_definition')))
 
-    # sqlite3
-
     def _whole_pages(self) -> Path:
         """Return a database of whole pages: sqlite fills the rest of one with zeros."""
         with self.path.open('rb') as file:
@@ -231,16 +239,24 @@ class RecoveredStorage:
     def _rows(self) -> Iterator[Stored]:
         uri = f'{self._whole_pages().absolute().as_uri()}?mode=ro&immutable=1'
         database = sqlite3.connect(uri, uri=True)
+        database.text_factory = lambda text: text.decode('utf-8', 'replace')
+        steps = count()
+        # pages that lead in a circle would be followed without end
+        database.set_progress_handler(lambda: next(steps) > _MOST_STEPS, _STEP)
         try:
             # without it a database that is shorter than it states is refused
             database.execute('PRAGMA writable_schema=ON')
             if database.execute(ODD_ENTRIES).fetchone():
                 self.lost = 'the database holds more than tables'
                 return
-            for number, name, kind in database.execute('SELECT id, name, type FROM topics'):
-                self._add(number, name, kind, self._definition(database, kind))
+            definitions = self._definitions(database)
+            for number, name, kind in database.execute(
+                    f'SELECT id, name, type FROM topics LIMIT {_MOST_TOPICS}').fetchall():
+                self._add(number, str(name), str(kind), get_msgdef(Schema(
+                    0, kind, *definitions.get(kind, ('', '')))))
             row, missed = 1, 0
             while missed < _FEW_ROWS_LOST:
+                steps = count()
                 try:
                     found = database.execute('SELECT topic_id, timestamp, data FROM messages '
                                              'WHERE id = ?', (row,)).fetchone()
@@ -255,14 +271,16 @@ class RecoveredStorage:
             database.close()
 
     @staticmethod
-    def _definition(database: sqlite3.Connection, kind: str) -> MessageDefinition:
+    def _definitions(database: sqlite3.Connection) -> dict[str, tuple[str, str]]:
+        """Return encoding and text of the definition of each type."""
         try:
-            encoding, text = database.execute(
-                'SELECT encoding, encoded_message_definition FROM message_definitions '
-                'WHERE topic_type = ?', (kind,)).fetchone() or ('', '')
+            rows = database.execute(
+                'SELECT topic_type, encoding, encoded_message_definition FROM '
+                f'message_definitions LIMIT {_MOST_TOPICS}').fetchall()
         except sqlite3.DatabaseError:  # of an older version, or damaged
-            encoding, text = '', ''
-        return get_msgdef(Schema(0, kind, encoding if text else '', text))
+            return {}
+        return {kind: (encoding, text) for kind, encoding, text in rows
+                if encoding in ('ros2msg', 'ros2idl') and isinstance(text, str)}
 
 
 def _header(file: BinaryIO) -> Header:
