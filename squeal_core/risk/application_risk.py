@@ -20,7 +20,7 @@ import numpy as np
 from squeal_core.common.arrays import RealArray
 from squeal_core.risk.build_up import after, gain_and_noise, halves
 from squeal_core.risk.risk_records import ApplicationState, MemberGrowth, RiskResult
-from squeal_core.risk.scatter import NODES
+from squeal_core.risk.scatter import at_nodes, NODES
 from squeal_core.risk.squeal_risk import SquealRisk
 
 _SECOND = 1_000_000_000
@@ -53,8 +53,9 @@ class ApplicationRisk:
         self._risk = risk
         self._shape = (NODES.size, risk.families.size, risk.ensemble.weights.size)
         self._time, self._slid_at, self._fresh = 0, 0, False
-        self._rates: RealArray | None = None  # at the nodes at the last tick; None: not known
-        self._growth: MemberGrowth | None = None  # then, where the brake slid
+        self._still = np.stack([-risk.decay, np.zeros_like(risk.decay)])
+        self._rates: RealArray | None = None  # (2, F, M) without scatter and by it at the last
+        self._growth: MemberGrowth | None = None  # tick; None: not known; where the brake slid
         self._reset()
         self.incomplete = True  # nothing is known of what was before the first tick
 
@@ -89,7 +90,7 @@ class ApplicationRisk:
         if not growth.known.any():
             self.skip(time_ns)
             return None
-        rates = self._risk.at_nodes(growth)
+        rates = np.stack([growth.rate, growth.scatter])
         self._step(self._elapsed(time_ns), rates, growth)
         self._rates, self._growth, self._fresh = rates, growth, False
         self._slid_at = time_ns
@@ -101,13 +102,13 @@ class ApplicationRisk:
 
     def rest(self, time_ns: int) -> None:
         """Take a tick at which the brake is pressed and does not slide."""
-        duration, decaying = self._elapsed(time_ns), -self._risk.decay
+        duration = self._elapsed(time_ns)
         if self._growth is not None and self._rates is not None:
             sliding = duration - self._after_sliding(time_ns)
             self._grow(self._rates[None], sliding, self._growth)
             duration -= sliding
-        self._grow(decaying[None], duration, None)
-        self._rates, self._growth = decaying, None
+        self._grow(self._still[None], duration, None)
+        self._rates, self._growth = self._still, None
 
     def skip(self, time_ns: int) -> None:
         """Take a tick of which nothing is known."""
@@ -134,7 +135,7 @@ class ApplicationRisk:
         last = self._state()
         if not self._fresh:
             self._reset()
-        self._rates, self._growth, self._fresh = -self._risk.decay, None, True
+        self._rates, self._growth, self._fresh = self._still, None, True
         return last
 
     def finish(self, time_ns: int) -> None:
@@ -157,9 +158,9 @@ class ApplicationRisk:
 
     def _state(self) -> ApplicationState | None:
         """Return the state if the brake slid at the last tick and most members are known."""
-        if self._growth is None or self._rates is None or not self._risk.knows(self._growth):
+        if self._growth is None or not self._risk.knows(self._growth):
             return None
-        return ApplicationState(self.energy, self.peak, self.growing, self._rates, self._growth,
+        return ApplicationState(self.energy, self.peak, self.growing, self._growth,
                                 self.incomplete)
 
     def _step(self, duration: float, rates: RealArray, growth: MemberGrowth) -> None:
@@ -172,15 +173,16 @@ class ApplicationRisk:
 
     def _grow(self, rates: RealArray, duration: float, *growths: MemberGrowth | None) -> None:
         """Take times of a duration, each at its rates; without sliding all modes decay."""
-        gains, noises = gain_and_noise(rates, duration, self._risk.decay)
-        grows = rates.max(axis=-2, initial=-np.inf) > 0.0
+        at = at_nodes(rates[:, 0], rates[:, 1])  # (7, times, F, M)
+        gains, noises = gain_and_noise(at, duration, self._risk.decay)
+        grows = at.max(axis=2, initial=-np.inf) > 0.0
         for part, growth in enumerate(growths):
-            self.energy = after(self.energy, gains[part], noises[part],
+            self.energy = after(self.energy, gains[:, part], noises[:, part],
                                 _NO_CAP if growth is None else growth.cap)
             if growth is not None:
                 self.peak = np.maximum(
                     self.peak, self.energy.max(axis=1, keepdims=True, initial=1.0))
-                self.growing = self.growing + duration * grows[part]
+                self.growing = self.growing + duration * grows[:, part]
 
 
 def over_application(risk: SquealRisk, times_ns: Sequence[int],

@@ -114,6 +114,6 @@ def halves(before: RealArray, now: RealArray, *, edge: bool) -> RealArray:
     begins or ends at an unknown moment between the ticks, it does so in the middle.
     """
     if edge:
-        return np.stack(np.broadcast_arrays(before, now))
+        return np.stack([before, now])
     quarter = 0.25 * (now - before)
     return np.stack([before + quarter, now - quarter])

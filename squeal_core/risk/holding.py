@@ -20,6 +20,7 @@ from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.build_up import grown
+from squeal_core.risk.scatter import at_nodes
 from squeal_core.risk.squeal_risk import LEAST_KNOWN, SquealRisk
 
 _NOMINAL = (0.0, 0.0, 1.0)  # ln contact stiffness and ln damping over the model's, slope scale
@@ -54,7 +55,7 @@ def holding_exceedances(risk: SquealRisk, model: BrakeModel, duration: float,
     found = np.full(growth.cap.shape, np.nan)
     for place in range(len(found)):
         at = growth.at(place)
-        energy = grown(np.ones(()), risk.at_nodes(at), duration, risk.decay, at.cap)
+        energy = grown(np.ones(()), at_nodes(at.rate, at.scatter), duration, risk.decay, at.cap)
         known = ~np.isnan(at.rate).any(axis=0)
         found[place, known] = risk.exceedances(energy)[known]
     return found

@@ -167,8 +167,6 @@ class ApplicationState(NamedTuple):
         The largest of all families since the start of the application.
     growing : (7, M) array
         Time since then in which some family grew [s].
-    rates : (7, F, M) array
-        Growth rates at the tick [1/s].
     growth : MemberGrowth
         Of the tick.
     incomplete : bool
@@ -179,6 +177,5 @@ class ApplicationState(NamedTuple):
     energy: RealArray
     peak: RealArray
     growing: RealArray
-    rates: RealArray
     growth: MemberGrowth
     incomplete: bool

@@ -50,6 +50,12 @@ def along_scatter(by_friction: RealArray, by_damping: RealArray) -> RealArray:
     return np.asarray(np.copysign(size, by_friction - by_damping))
 
 
+def at_nodes(rate: RealArray, scatter: RealArray) -> RealArray:
+    """Return growth rates at the nodes of the scatter, (7, ...), by their change over it."""
+    nodes = NODES.astype(rate.dtype).reshape(-1, *np.ones(rate.ndim, int))
+    return np.asarray(rate + nodes * scatter)
+
+
 def exceedance(margin: FloatArray) -> FloatArray:
     """
     Return the probability that functions of the scatter are positive.

@@ -36,13 +36,12 @@ from squeal_core.risk.risk_records import (
     RiskResult,
     RiskSettings,
 )
-from squeal_core.risk.scatter import along_scatter, exceedance, MIDDLE, NODES, WEIGHTS
+from squeal_core.risk.scatter import along_scatter, at_nodes, exceedance, MIDDLE, WEIGHTS
 
 __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'SquealRisk']
 
 LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
-_NODES = NODES.astype(np.float32)[:, None, None]
 _MOSTLY_PRIOR = 0.5  # power of the likelihood below which a calibration hardly moves the level
 _PRIOR = 'the level of the risk is mostly the prior of damping'
 
@@ -112,10 +111,6 @@ class SquealRisk:
         """Tell whether the emulator covers half of the members or more."""
         return float(self.ensemble.weights @ growth.known) >= LEAST_KNOWN
 
-    def at_nodes(self, growth: MemberGrowth) -> RealArray:
-        """Return the growth rates of a tick at the nodes of the scatter, (7, F, M)."""
-        return np.asarray(growth.rate + _NODES * growth.scatter)
-
     def exceedances(self, energy: RealArray) -> FloatArray:
         """Return the probability in each member (M,) that energies (7, F, M) exceed N*."""
         return exceedance(self._margin(energy.max(axis=1, initial=1.0)))
@@ -130,9 +125,9 @@ class SquealRisk:
 
         Many at once, of any brakes, cost less than each alone, and have the same bits.
         """
-        energy, peak, growing, rates = (np.stack(parts, axis=1) for parts in zip(
-            *(state[:4] for state in states), strict=True))  # (7, S, ...)
-        rate, frequency, *_, known = map(np.stack, zip(
+        energy, peak, growing = (np.stack(parts, axis=1) for parts in zip(
+            *(state[:3] for state in states), strict=True))  # (7, S, ...)
+        rate, frequency, scatter, _, known = map(np.stack, zip(
             *(state.growth for state in states), strict=True))
         weights = self.ensemble.weights * known
         total = weights.sum(axis=1, keepdims=True)
@@ -142,7 +137,7 @@ class SquealRisk:
         margin = self._margin(reached)
         of_member = exceedance(np.stack([
             margin, margin + self.emulator.error.rms * growing, self._margin(peak[:, :, 0]),
-            np.where(known, self._excess(frequency, rates), _NEVER)], axis=2))
+            np.where(known, self._excess(frequency, at_nodes(rate, scatter)), _NEVER)], axis=2))
         risks = (of_member @ weights[:, :, None])[..., 0]
         errors = np.hypot(risks[:, 1] - risks[:, 0], self._sampling_error(
             of_member[:, 0], weights)) + 1.0 - np.minimum(total[:, 0], 1.0)
