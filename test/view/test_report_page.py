@@ -185,3 +185,17 @@ def test_inputs_of_several_recordings_are_summed(tmp_path: Path) -> None:
     assert re.findall('"number">(.*?)</td>', row[0]) == [
         '3', '3000', '20.0', '6', '1.20', '24.0', '4.5', 'stuck: 4.5 s']
     assert page.count('3 recordings, 3.0 min') == 1
+
+
+@each(('change', 'words'), [
+    ({'report': None}, 'has no report'), ({'report': {}}, 'has no report.braking_s'),
+    ({'rate_hz': 0.0}, 'rate_hz is 0.0'), ({'settings': 'x'}, 'has no settings')])
+def test_summaries_that_lack_something(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                       change: dict[str, Any], words: str) -> None:
+    folder = SyntheticDrive(30.0, brakes=('left',)).write(tmp_path / words)
+    summary = folder / 'summary.json'
+    summary.write_text(json.dumps(json.loads(summary.read_text()) | change))
+    assert main(['report', str(folder), '-o', str(tmp_path / 'page.html')]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count('\n') == 1

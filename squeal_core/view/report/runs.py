@@ -23,9 +23,11 @@ from typing import Any, NamedTuple
 
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.result_files import find_results, ReplayResult
+from squeal_core.monitor.result_files import find_results, ReplayResult, ResultError
 
 MOST_RUNS = 6
+_OF_REPORT = ('braking_s', 'assessed_s', 'risk_known_s', 'never_known', 'brakes', 'findings',
+              'notes')
 DATED = 946_684_800.0  # s, the year 2000: clocks below it have no date
 
 
@@ -143,10 +145,25 @@ def load_runs(paths: Sequence[str | Path]) -> list[Run]:
     if len(paths) > MOST_RUNS:
         raise SquealError(f'{len(paths)} results; give at most {MOST_RUNS} to compare, or the '
                           'folder that holds them to have them as one')
-    found = [sorted(map(ReplayResult.load, find_results([path])),
+    found = [sorted(map(_loaded, find_results([path])),
                     key=lambda one: (start_of(one), one.name)) for path in paths]
     return [Run(name, tuple(results))
             for name, results in zip(_names(paths), found, strict=True)]
+
+
+def _loaded(path: Path) -> ReplayResult:
+    """Return a result whose summary has what the page takes from it."""
+    result = ReplayResult.load(path)
+    kinds: dict[str, Any] = {'report': dict, 'settings': dict, 'software': dict, 'rate_hz': (int, float)}
+    for key, kind in kinds.items():
+        if not isinstance(result.summary.get(key), kind):
+            raise ResultError(path, f'has no {key}', 'write it again with `squeal replay`')
+    missing = [key for key in _OF_REPORT if key not in result.summary['report']]
+    if missing or not result.summary['rate_hz'] > 0.0:
+        raise ResultError(path, f'has no report.{missing[0]}' if missing else
+                          f'rate_hz is {result.summary["rate_hz"]}',
+                          'write it again with `squeal replay`')
+    return result
 
 
 def _names(paths: Sequence[str | Path]) -> list[str]:
