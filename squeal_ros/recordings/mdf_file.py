@@ -15,6 +15,7 @@
 """ASAM MDF measurements: opened, and read group by group in blocks of records."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from datetime import UTC
 import logging
 import math
@@ -23,6 +24,7 @@ from typing import Any, NamedTuple
 
 try:
     from asammdf import MDF
+    from asammdf.blocks.mdf_v4 import MDF4
 except ImportError as error:
     raise ImportError("MDF files need asammdf: pip install -e '.[mdf]' in the checkout") from error
 import numpy as np
@@ -35,6 +37,14 @@ _MASTERS = (2, 3)  # types of channels that hold times: of records, and virtual 
 _TIME = 1  # kind of a master, besides angle, distance and index
 _FIRST_TIME = 1e8  # s, of 1973; an earlier start is none
 
+
+
+def _close_quietly(file: Any) -> None:
+    with suppress(Exception):  # one that could not be opened would print a traceback
+        file.close()
+
+
+MDF4.__del__ = _close_quietly
 logging.getLogger('asammdf').setLevel(logging.CRITICAL)  # errors are ours, in one line
 
 
