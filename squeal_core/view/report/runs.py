@@ -154,7 +154,8 @@ def load_runs(paths: Sequence[str | Path]) -> list[Run]:
 def _loaded(path: Path) -> ReplayResult:
     """Return a result whose summary has what the page takes from it."""
     result = ReplayResult.load(path)
-    kinds: dict[str, Any] = {'report': dict, 'settings': dict, 'software': dict, 'rate_hz': (int, float)}
+    kinds: dict[str, Any] = {'report': dict, 'settings': dict, 'software': dict,
+                             'rate_hz': (int, float)}
     for key, kind in kinds.items():
         if not isinstance(result.summary.get(key), kind):
             raise ResultError(path, f'has no {key}', 'write it again with `squeal replay`')
