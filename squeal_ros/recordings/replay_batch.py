@@ -29,6 +29,7 @@ from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.result_files import ResultPaths, TableFormat
 from squeal_core.monitor.result_summary import sources_of
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_ros.recordings.batch_progress import BatchProgress
 from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.recording import open_recording
@@ -69,8 +70,19 @@ class ReplayTask:
 
     @cached_property
     def sources(self) -> dict[str, Any]:
-        """Files and settings that all results rest on."""
-        return sources_of(BrakeModel.load(self.settings.model), self.settings)
+        """
+        Files and settings that all results rest on.
+
+        Raises
+        ------
+        SquealError
+            For a model, a table, an emulator or a calibration that cannot be used.
+
+        """
+        model, settings = _model(self.settings.model), self.settings
+        if settings.table or settings.growth_emulator or settings.calibration:
+            VehicleEvaluator(model, settings)
+        return sources_of(model, settings)
 
     def replay(self, path: Path, stopping: Callable[[Replay], bool]) -> Replay:
         """Return the replay of a recording; `stopping` is asked with it before each block."""
@@ -201,6 +213,7 @@ def run_batch(task: ReplayTask, batch: Sequence[BatchRecording], progress: Batch
         Of no arguments, called now and then to show the progress.
 
     """
+    task.sources  # noqa: B018 - what is wrong for all is said once, and hashed once
     if workers < 2 or len(batch) < 2:
         for place, one in enumerate(batch):
             if not progress.stopping:
@@ -213,7 +226,6 @@ def run_batch(task: ReplayTask, batch: Sequence[BatchRecording], progress: Batch
         return not progress.stopping
 
     jobs = {place: (one, place) for place, one in enumerate(batch)}
-    task.sources  # noqa: B018 - hashed once, not by every worker
     for _, outcome in run_jobs(
             partial(replay_one, task, progress), jobs, min(workers, len(batch)),
             while_waiting=going_on, lost=lambda place, error: _failed(batch[place], error)):
