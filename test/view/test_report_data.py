@@ -22,8 +22,8 @@ import pytest
 from scipy.stats import binomtest
 from squeal_core.monitor.history import HistoryError, read_rows
 from squeal_core.monitor.history_columns import read_blocks
+from squeal_core.view.report.application_shares import difference, exceedance, shares, wilson
 from squeal_core.view.report.envelope import CURVES, MOST_POINTS, StretchEnvelope
-from squeal_core.view.report.statistics import difference, exceedance, shares, wilson
 from squeal_core.view.report.tick_stream import Ticks
 from support.drive_results import SyntheticDrive
 from support.rows import each

@@ -23,10 +23,10 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.sound.comparison import Comparison
 from squeal_core.sound.matching import MatchedApplication
+from squeal_core.view.report.application_shares import classes, exceedance, Shares, shares
 from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, points, style, Trace
 from squeal_core.view.report.markup import label
 from squeal_core.view.report.runs import Run
-from squeal_core.view.report.statistics import classes, exceedance, Shares, shares
 
 DECIBELS = 20.0 / math.log(10.0)  # of a neper
 KELVIN = 273.15
@@ -62,7 +62,9 @@ def occurrence(runs: Sequence[Run], condition: Condition,
     Parameters
     ----------
     runs : sequence of Run
+        Whose applications are counted.
     condition : Condition
+        What the shares are over.
     comparisons : sequence of Comparison
         With measured squeal, one a run; none: nothing was measured.
 

@@ -66,6 +66,7 @@ class OperatingMap:
         NaN where none is known.
     unknown : array (speeds, pressures)
         Ticks whose risk is not known.
+
     """
 
     def __init__(self, ranges: ConditionRanges) -> None:

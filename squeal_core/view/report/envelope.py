@@ -86,7 +86,7 @@ class StretchEnvelope:
 
     @property
     def times(self) -> FloatArray:
-        """Times of the intervals from the start of the recording [s], array (n,)."""
+        """Return the times of the intervals from the start of the recording [s], array (n,)."""
         middle = 0.0 if self.single else 0.5 * (self.width - 1.0 / self.rate)
         return self.start - self.origin + middle + self.width * np.arange(self.count, dtype=float)
 

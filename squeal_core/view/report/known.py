@@ -134,4 +134,3 @@ def short_hash(value: Any) -> Markup:
     """Return the first digits of a hash, with all of it as a title."""
     text = str(value or '-')
     return element('span', text[:12], title=text)
-

@@ -89,15 +89,17 @@ def _path(path: Mapping[str, FloatArray]) -> list[Trace]:
     if np.isfinite(risk).any():
         ends.append(int(np.nanargmax(risk)))
         names.append('largest risk')
-    return [{
+    line = {
         'type': 'scatter', 'mode': 'lines', 'name': 'worst application', 'x': packed(x[::step]),
         'y': packed(y[::step]), 'customdata': packed(np.column_stack([time, risk])[::step]),
         'line': {'color': '#D55E00', 'width': 3},
         'hovertemplate': '%{customdata[0]:.1f} s: %{x:.1f} rad/s, %{y:.1f} bar, risk '
-                         '%{customdata[1]:.2f}<extra></extra>'},
-        {'type': 'scatter', 'mode': 'markers+text', 'name': 'its start, end, largest risk',
-         'x': packed(x[ends]), 'y': packed(y[ends]), 'text': names,
-         'textposition': ['top right', 'top left', 'bottom right'][:len(ends)],
-         'textfont': {'size': 13, 'shadow': 'auto'}, 'hoverinfo': 'skip',
-         'marker': {'size': 12, 'color': '#D55E00', 'line': {'color': '#ffffff', 'width': 2},
-                    'symbol': ['circle', 'square', 'star'][:len(ends)]}}]
+                         '%{customdata[1]:.2f}<extra></extra>'}
+    marks = {
+        'type': 'scatter', 'mode': 'markers+text', 'name': 'its start, end, largest risk',
+        'x': packed(x[ends]), 'y': packed(y[ends]), 'text': names,
+        'textposition': ['top right', 'top left', 'bottom right'][:len(ends)],
+        'textfont': {'size': 13, 'shadow': 'auto'}, 'hoverinfo': 'skip',
+        'marker': {'size': 12, 'color': '#D55E00', 'line': {'color': '#ffffff', 'width': 2},
+                   'symbol': ['circle', 'square', 'star'][:len(ends)]}}
+    return [line, marks]

@@ -112,7 +112,7 @@ class Run:
 
     @cached_property
     def offsets(self) -> list[float]:
-        """Recorded time [s] before each recording."""
+        """Return the recorded time [s] before each recording."""
         found, total = [], 0.0
         for result in self.results:
             found.append(total)
@@ -177,4 +177,3 @@ def _names(paths: Sequence[str | Path]) -> list[str]:
     if len(set(longer)) == len(longer):
         return longer
     return [f'{name} ({place})' for place, name in enumerate(plain, 1)]
-

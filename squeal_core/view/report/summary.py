@@ -21,10 +21,10 @@ import math
 from typing import Any
 
 import numpy as np
+from squeal_core.view.report.application_shares import difference, wilson
 from squeal_core.view.report.charts import DECIBELS, KELVIN
 from squeal_core.view.report.markup import Content, element, Markup, table
 from squeal_core.view.report.runs import Located, Run
-from squeal_core.view.report.statistics import difference, wilson
 from squeal_core.view.report.words import clock, DASH, duration, number, percent, percent_down
 
 _WORST_EVENTS = 10

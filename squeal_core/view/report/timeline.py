@@ -66,6 +66,7 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str) -> 
     Parameters
     ----------
     envelope : StretchEnvelope
+        The stretch.
     name, title : str
         Id and heading of the figure.
     what : str

@@ -201,7 +201,6 @@ def mechanism_figure(found: WorstMode, name: str, of: str = '') -> Figure:
                 'yaxis': {'autorange': 'reversed', 'automargin': True}, 'showlegend': False})
 
 
-
 def _terms(contributions: Mapping[str, float]) -> dict[str, float]:
     """Return the terms that count, largest first, and the sum of the others."""
     least = _LEAST_SHARE * max(map(abs, contributions.values()))

@@ -63,7 +63,8 @@ def difference(first: tuple[int, int], second: tuple[int, int]) -> tuple[float, 
 
     Parameters
     ----------
-    first, second : (successes, trials)
+    first, second : (int, int)
+        Successes and trials.
 
     """
     (p1, l1, u1), (p2, l2, u2) = (map(float, wilson(*one)) for one in (first, second))
@@ -81,6 +82,7 @@ def shares(values: ArrayLike, successes: ArrayLike, edges: FloatArray, *,
     values : array (k,)
         One an application.
     successes : boolean array (k,)
+        Likewise.
     edges : array (n + 1,)
         Ends of the classes.
     of_all : bool
