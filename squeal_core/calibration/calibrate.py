@@ -23,6 +23,7 @@ import numpy as np
 from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
 from squeal_core.calibration.importance_sampling import (
+    LEAST_VARIANCE,
     Proposal,
     sample_posterior,
     SamplingRound,
@@ -135,6 +136,7 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
     prior, hearing = prior or EnsemblePrior(), hearing or HearingModel()
     heard = sum(one.heard for one in observations)
     power = min(1.0, heard / ENOUGH_EVENTS)
+    nth = len(observations) // _FIRST  # a posterior is as much narrower as there are more
 
     def sampled(some: Sequence[Observation], start: Proposal | None = None) -> WeightedSample:
         used = sorted({i for one in some for i in one.applications})
@@ -144,10 +146,10 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
                      [replace(one, applications=tuple(place[i] for i in one.applications))
                       for one in some])
         return sample_posterior(partial(_of_draws, task, workers), len(PARAMETERS), power=power,
-                                seed=seed, start=start, progress=progress)
+                                seed=seed, start=start, progress=progress,
+                                least_variance=LEAST_VARIANCE / (nth if start else 1))
 
-    nth = len(observations) // _FIRST
-    sample = sampled(observations, sampled(observations[::nth]).proposal if nth > 1 else None)
+    sample = sampled(observations, sampled(observations[::nth]).proposal() if nth > 1 else None)
     members = BrakeCandidates.of_standard(prior, sample.resampled(prior.count))
     return Calibration(prior, members, sample, heard, len(observations) - heard, power)
 

@@ -34,7 +34,7 @@ Proposal: TypeAlias = tuple[FloatArray, FloatArray]
 """Mean (d,) and covariance (d, d)."""
 _FREEDOM = 6.0  # degrees of the Student t distribution: heavier tails than a posterior's
 _DEFENSIVE = 0.1  # fraction of each round that is drawn from the prior
-_LEAST_VARIANCE = 0.02  # of a proposal, in each direction, the prior's being 1
+LEAST_VARIANCE = 0.02  # of a proposal, in each direction, the prior's being 1
 _POWERS = np.geomspace(1.0, 1e-6, 140)  # a tenth apart
 _LEAST_EFFECTIVE = 0.25  # of a round's size: effective size to which the power is raised
 
@@ -85,10 +85,9 @@ class WeightedSample:
         from_mean = self.values - self.mean
         return np.asarray((self.weights[:, None] * from_mean).T @ from_mean)
 
-    @property
-    def proposal(self) -> Proposal:
+    def proposal(self, least_variance: float = LEAST_VARIANCE) -> Proposal:
         """Return mean and covariance of what further draws are to be drawn from."""
-        return self.mean, self.covariance + _LEAST_VARIANCE * np.eye(self.values.shape[1])
+        return self.mean, self.covariance + least_variance * np.eye(self.values.shape[1])
 
     def resampled(self, count: int) -> FloatArray:
         """
@@ -105,6 +104,7 @@ class WeightedSample:
 def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensions: int, *,
                      power: float = 1.0, draws: int = 256, rounds: int = 12, enough: float = 200.0,
                      seed: int = 0, start: Proposal | None = None,
+                     least_variance: float = LEAST_VARIANCE,
                      progress: Callable[[SamplingRound], None] = lambda _: None
                      ) -> WeightedSample:
     """
@@ -128,6 +128,8 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
         Of the Sobol points.
     start : tuple of mean and covariance, optional
         What the first round is drawn from; by default the prior.
+    least_variance : float
+        Of what is drawn from, in each direction, the prior's being 1.
     progress : callable
         Told each round.
 
@@ -148,7 +150,7 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
         sample = WeightedSample(values, weights, tuple(done))
         if len(done) == rounds or (reached == power and done[-1].effective_size >= enough):
             return sample
-        proposals.append(sample.proposal)
+        proposals.append(sample.proposal(least_variance))
 
 
 def _weights(base: FloatArray, power: float, likelihood: FloatArray) -> FloatArray:
