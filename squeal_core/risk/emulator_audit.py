@@ -25,7 +25,7 @@ from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
 from squeal_core.stability.eigensolution import eigenvalues, SQUEAL_BAND
 
 MATTERS = -30.0  # 1/s; modes of smaller growth rates do not build up
-_LARGE = 100.0  # 1/s; modes that grow faster saturate within a tenth of a second
+LARGE = 100.0  # 1/s; modes that grow faster saturate within a tenth of a second
 
 
 def point_at(model: BrakeModel, inputs: FloatArray) -> OperatingPoint:
@@ -48,7 +48,7 @@ def growth_differences(emulator: GrowthEmulator, inputs: FloatArray) -> FloatArr
     truth = truth[(truth.imag >= low) & (truth.imag <= high) & (truth.real > MATTERS)]
     ours = emulator.eigenvalues(inputs[None])[0]
     i, j = linear_sum_assignment(np.abs(truth[:, None] - ours))
-    off: FloatArray = (ours[j] - truth[i]).real[truth[i].real < _LARGE]
+    off: FloatArray = (ours[j] - truth[i]).real[truth[i].real < LARGE]
     return off
 
 

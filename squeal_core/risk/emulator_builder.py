@@ -15,18 +15,17 @@
 """
 Builds a growth emulator: full solutions at scattered points, and polynomials fitted to them.
 
-Each solution gives the eigenvalues and, by their vectors, their slopes along all six coefficients,
-so a thousand of them are seven thousand equations for each invariant of a family.
+Each solution gives the matrices that the modes of families are the eigenvalues of, and by all its
+vectors their slopes along all six coefficients: seven equations for each entry. They are fitted in
+pieces of contact stiffness, as modes of the pads cross those of the disc while it stiffens.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 import math
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import qmc
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly
@@ -34,29 +33,31 @@ from squeal_core.common.errors import ModelError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_audit import growth_differences, MATTERS
+from squeal_core.risk.group_fits import fitted_groups, FittedGroup
 from squeal_core.risk.growth_emulator import (
     affine_coefficients,
     EmulatorDomain,
     EmulatorError,
     GrowthEmulator,
 )
-from squeal_core.risk.mode_families import coupled, ModeFamily, ReferenceModes
+from squeal_core.risk.mode_families import clusters, coupled, mixing, ModeFamily, ReferenceModes
 from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
+from squeal_core.risk.small_matrices import CommonMatrix
 from squeal_core.risk.training_solutions import solution_at, solve_points, TrainingSolutions
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 Progress: TypeAlias = Callable[[int, int], None]
 
-SOLUTIONS = 1200
-HOLD_OUT = 200
+SOLUTIONS = 2400
+HOLD_OUT = 500
 _CHUNK = 16  # solutions of a job
+_PILOT = 300  # solutions that show which modes mix
+_NEAR = 3.0  # times the growth rate that matters, at which the pilot's modes may matter
+_PIECE = 0.1  # of ln k_c
+_OF_PIECE = 200  # solutions at least
 _DEGREE = 6.0
-_COSTS = (1.5, 1.0, 1.5, 1.0, 1.0, 2.0)  # of a degree in each coordinate, up to _DEGREE in all
+_COSTS = (2.0, 1.0, 2.0, 2.0, 1.0, 3.0)  # of a degree in each coordinate, up to _DEGREE in all
 _AMID = 2.0 * math.pi * 2000.0  # rad/s, where squeal is; sets the scales of coordinates
-_SLOPE_WEIGHT = 0.3  # of an equation for a slope beside one for a value
-_SOFT = 50.0  # 1/s beyond what matters at which an equation counts half
-_RIDGE = 1e-10  # of the largest diagonal entry
-_REFITS = 3
 
 
 def usual_domain(model: BrakeModel) -> EmulatorDomain:
@@ -105,17 +106,47 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
     """
     domain = domain or usual_domain(model)
     inputs = scattered_inputs(domain, solutions, seed)
-    chosen = _reference(model, inputs)
-    jobs = {i: (model, chosen, inputs[i:i + _CHUNK]) for i in range(0, solutions, _CHUNK)}
-    parts, done = {}, 0
-    for key, part in run_jobs(solve_points, jobs, workers):
-        parts[key], done = part, done + len(part.eigenvalues)
-        progress(done, solutions + hold_out)
-    training = TrainingSolutions(*(np.concatenate(arrays) for arrays in zip(
-        *(parts[key] for key in sorted(parts)), strict=True)))
-    found = _fitted(model, domain, inputs, training, chosen, band_hz)
-    return _with_error(found, scattered_inputs(domain, hold_out, seed + 1), workers,
-                       lambda count: progress(solutions + count, solutions + hold_out))
+    everything = min(solutions, _PILOT) + solutions + hold_out
+    stiffness = affine_coefficients(model, inputs)[0][:, 3]
+    reference = ReferenceModes(model, (float(stiffness.min()), float(stiffness.max())))
+    band, done = 2.0 * np.pi * np.array(band_hz), 0
+
+    def told(solved: int) -> None:
+        nonlocal done
+        done += solved
+        progress(done, everything)
+
+    [pilot] = _solved(model, reference, [inputs[:_PILOT]], [()], workers, told)
+    found = _clusters(pilot, band)
+    pieces = _pieces(stiffness)
+    basis = _basis(model, inputs, stiffness, pieces)
+    middles = [float(np.median(stiffness[own])) for own in pieces]
+    training = _solved(model, reference, [inputs[own] for own in pieces],
+                       [(found, middle) for middle in middles], workers, told)
+    families, count = _families(pilot, training, found, band)
+    fits = [_fitted(model, basis, inputs[own], solved, found, families, count, band)
+            for own, solved in zip(pieces, training, strict=True)]
+    emulator = GrowthEmulator(
+        model, _described(model, reference, families[:count]), domain, basis,
+        *_weights(fits, [len(places) for places in families[:count]]),
+        EmulatorError(np.nan, np.nan))
+    return _with_error(emulator, scattered_inputs(domain, hold_out, seed + 1), workers, told)
+
+
+def _solved(model: BrakeModel, reference: ReferenceModes, inputs: Sequence[FloatArray],
+            others: Sequence[tuple[Any, ...]], workers: int,
+            progress: Callable[[int], None]) -> list[TrainingSolutions]:
+    """Return the solutions of each of several parts of inputs (P, 6)."""
+    jobs = {(part + i * len(inputs)): (model, reference, rows, *others[part])
+            for part, own in enumerate(inputs)
+            for i, rows in enumerate(np.array_split(own, math.ceil(len(own) / _CHUNK)))}
+    parts = {}
+    for key, solved in run_jobs(solve_points, jobs, workers):
+        parts[key] = solved
+        progress(len(solved.eigenvalues))
+    return [TrainingSolutions.joined([parts[key] for key in sorted(parts)
+                                      if key % len(inputs) == part])
+            for part in range(len(inputs))]
 
 
 def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArray:
@@ -127,45 +158,78 @@ def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArra
     return found[:count]
 
 
-def _reference(model: BrakeModel, inputs: FloatArray) -> ReferenceModes:
-    stiffness = affine_coefficients(model, inputs)[0][:, 3]
-    return ReferenceModes(model, (float(stiffness.min()), float(stiffness.max())))
+def _matters(values: ComplexArray, band: FloatArray, growth: float) -> Any:
+    """Tell which modes (N,) grow by more than a rate anywhere in the band, by (P, N)."""
+    inside = (values.imag >= band[0]) & (values.imag <= band[1])
+    return (inside & (values.real > growth)).any(axis=0)
 
 
-def _fitted(model: BrakeModel, domain: EmulatorDomain, inputs: FloatArray,
-            training: TrainingSolutions, reference: ReferenceModes,
-            band_hz: tuple[float, float]) -> GrowthEmulator:
-    """Return the emulator of full solutions, its error not yet known."""
-    basis = _basis(model, inputs)
+def _clusters(pilot: TrainingSolutions, band: FloatArray) -> list[IndexArray]:
+    """Return the clusters of modes of which any may come near to growing in the band."""
+    mixed, values = mixing(pilot.eigenvalues, pilot.projections), pilot.eigenvalues
+    near = _matters(values, band, _NEAR * MATTERS) & (np.isfinite(values).mean(axis=0) > 0.5)
+    return [places for places in clusters(mixed, coupled(mixed)) if near[places].any()]
+
+
+def _families(pilot: TrainingSolutions, training: Sequence[TrainingSolutions],
+              found: Sequence[IndexArray], band: FloatArray) -> tuple[list[IndexArray], int]:
+    """
+    Return the families of clusters, and the number of those that matter.
+
+    These are the first ones: they come near to growing in the band. Single modes are before pairs.
+    """
+    values = np.concatenate([part.eigenvalues for part in training])
+    matters = _matters(values, band, MATTERS) & (np.isfinite(values).mean(axis=0) > 0.5)
+    within = np.isin(np.arange(matters.size), np.concatenate([[-1], *found]))
+    every = [places for places in coupled(mixing(pilot.eigenvalues, pilot.projections))
+             if within[places].all()]
+    every.sort(key=lambda places: (not matters[places].any(), len(places)))
+    count = sum(bool(matters[places].any()) for places in every)
+    if not count:
+        raise ModelError('no mode of the squeal band comes near to growing; there is nothing to '
+                         'emulate')
+    return every, count
+
+
+def _pieces(stiffness: FloatArray) -> list[IndexArray]:
+    """Return the places of points in each piece of contact stiffness, in rising order."""
+    width = float(np.log(stiffness.max() / stiffness.min()))
+    count = max(1, min(math.ceil(width / _PIECE - 1e-6), stiffness.size // _OF_PIECE))
+    return np.array_split(np.argsort(stiffness, kind='stable'), count)
+
+
+def _fitted(model: BrakeModel, basis: PolynomialBasis, inputs: FloatArray,
+            training: TrainingSolutions, found: Sequence[IndexArray],
+            families: Sequence[IndexArray], count: int, band: FloatArray) -> list[FittedGroup]:
+    """Return the groups of a piece."""
     coefficients, _ = affine_coefficients(model, inputs)
     variables, by_own = basis.variables(coefficients)
     rows = basis.terms(*basis.factors(variables, np.eye(4)[..., None], np.eye(2)[..., None]))
-    rows = rows.swapaxes(1, 2)  # slopes by the variables
-    found = []
-    for places in _families(training, band_hz):
-        values, by = _invariants_of(training.eigenvalues[:, places], training.slopes[:, places])
-        by = np.moveaxis(by / by_own[:, None], 2, 0)[[*OPERATION, *BRAKE]]
-        wanted = np.concatenate([values[None], by])
-        found.append((places, _fit(rows, wanted, training, places)))
-    if not found:
-        raise ModelError('no mode of the squeal band comes near to growing; there is nothing to '
-                         'emulate')
-    weights = np.concatenate([part[:, :1] for _, part in found]
-                             + [part[:, 1:] for _, part in found], axis=1)
-    return GrowthEmulator(model, _described(model, reference, [item for item, _ in found]),
-                          domain, basis, np.ascontiguousarray(weights).view(float),
-                          EmulatorError(np.nan, np.nan))
+    rows = rows[[0, *(1 + np.argsort([*OPERATION, *BRAKE]))]].swapaxes(1, 2)  # by each variable
+    return fitted_groups(rows, by_own, training, found, families, count, band)
 
 
-def _families(training: TrainingSolutions, band_hz: tuple[float, float]) -> list[IndexArray]:
-    """Return the families, smallest first, that come near to growing in the band."""
-    low, high = band_hz
-    values = training.eigenvalues
-    frequency = values.imag / (2.0 * np.pi)
-    matters = (frequency >= low) & (frequency <= high) & (values.real > MATTERS)
-    enough = np.isfinite(values).mean(axis=0) > 0.5
-    return sorted((places for places in coupled(values, training.projections)
-                   if matters[:, places].any() and enough[places].all()), key=len)
+def _weights(fits: Sequence[Sequence[FittedGroup]], sizes: Sequence[int]
+             ) -> tuple[FloatArray, tuple[CommonMatrix, ...]]:
+    """Return the weights of families by themselves (W, T, 2 K), and common matrices."""
+    terms, pairs = len(fits[0][0].weights), sum(size == 2 for size in sizes)
+    single, count = len(sizes) - pairs, len(sizes)
+    weights = np.zeros((len(fits), terms, count + 3 * pairs), complex)
+    common = []
+    for piece, groups in enumerate(fits):
+        for families, fitted, _ in groups:
+            place, own = families[0], weights[piece]
+            if len(families) > 1:
+                inside = np.array(sorted(place for place in families if place < count))
+                common.append(CommonMatrix(piece, inside, readonly(
+                    np.ascontiguousarray(fitted.reshape(terms, -1)).view(float))))
+            elif place < count and sizes[place] == 1:
+                own[:, place] = fitted[:, 0, 0]
+            elif place < count:
+                own[:, place] = 0.5 * (fitted[:, 0, 0] + fitted[:, 1, 1])
+                own[:, count + place - single::pairs] = np.column_stack(
+                    [0.5 * (fitted[:, 0, 0] - fitted[:, 1, 1]), fitted[:, 0, 1], fitted[:, 1, 0]])
+    return weights.view(float), tuple(common)
 
 
 def _described(model: BrakeModel, reference: ReferenceModes,
@@ -173,70 +237,28 @@ def _described(model: BrakeModel, reference: ReferenceModes,
     """Return what is said of families, by the solution without friction."""
     point = OperatingPoint(rotor_speed=1e-3, friction=0.0, contact_pressure=0.0,
                            contact_stiffness=model.nominal_contact_stiffness)
-    values = solution_at(model, reference, point).eigenvalues
+    [values] = solution_at(model, reference, point).eigenvalues
     return tuple(ModeFamily(
         tuple((places + 1).tolist()), float(values[places].imag.mean() / (2.0 * np.pi)),
         float(-values[places].real.mean())) for places in families)
 
 
-def _basis(model: BrakeModel, inputs: FloatArray) -> PolynomialBasis:
+def _basis(model: BrakeModel, inputs: FloatArray, stiffness: FloatArray,
+           pieces: Sequence[IndexArray]) -> PolynomialBasis:
     scales = [1.0 if array is None else _AMID / (float(np.linalg.norm(array, 2)) or 1.0)
               for array in (model.gyroscopic, model.radial_dissipation, model.negative_slope)]
     exponents = np.array([powers for powers in product(range(int(_DEGREE) + 1), repeat=6)
                           if np.dot(powers, _COSTS) <= _DEGREE])
-    plain = PolynomialBasis(exponents, readonly(scales), readonly(-np.ones(6)),
-                            readonly(np.ones(6)))
+    plain = PolynomialBasis(exponents, readonly(scales), readonly(-np.ones((1, 6))),
+                            readonly(np.ones((1, 6))))
     places, _ = plain.variables(affine_coefficients(model, inputs)[0])
-    low, high = places.min(axis=0), places.max(axis=0)
+    low, high = (np.tile(ends, (len(pieces), 1)) for ends in (
+        places.min(axis=0), places.max(axis=0)))
+    inner = [0.5 * (stiffness[below[-1]] + stiffness[above[0]]) for below, above in pairwise(
+        pieces)]
+    low[1:, 3] = high[:-1, 3] = inner
     flat = low == high  # what the model does not have
-    return replace(plain, low=readonly(low - flat), high=readonly(high + flat))
-
-
-def _invariants_of(values: ComplexArray, slopes: ComplexArray) -> tuple[Any, Any]:
-    """Return invariants (P, n) of families (P, n), and their slopes (P, n, 6)."""
-    if values.shape[1] == 1:
-        return values, slopes
-    half, turn = 0.5 * (values[:, 0] - values[:, 1]), 0.5 * (slopes[:, 0] - slopes[:, 1])
-    return (np.column_stack([values.mean(axis=1), half**2]),
-            np.stack([slopes.mean(axis=1), 2.0 * half[:, None] * turn], axis=1))
-
-
-def _fit(rows: FloatArray, wanted: ComplexArray, training: TrainingSolutions,
-         places: IndexArray) -> ComplexArray:
-    """
-    Return the weights (T, n) of terms that fit invariants and their slopes (7, P, n).
-
-    Equations count less where the family grows or decays fast, and where they are found to be far
-    off: there modes that cross were numbered the other way round.
-    """
-    values = training.eigenvalues[:, places]
-    growth = values.real.max(axis=1)
-    known = np.isfinite(values).all(axis=1)
-    own = training.projections[:, places][:, :, places].sum(axis=2).min(axis=1)
-    weight = np.where(known, own**2, 0.0)
-    weight /= 1.0 + (np.maximum(growth, 0.0) + np.maximum(MATTERS - growth, 0.0)) / _SOFT
-    wanted, rows = wanted[:, known], rows[:, known]
-    weight, growth = weight[known], growth[known]
-    scale = np.median(np.abs(wanted[0] - np.median(wanted[0], axis=0)), axis=0) + 1e-300
-    kinds = np.array([1.0, *6 * [_SLOPE_WEIGHT]])[:, None]
-    trusted, weights = np.ones_like(weight), np.empty(0, complex)
-    for _ in range(_REFITS):
-        weights = _least_squares(rows, wanted / scale, kinds * weight * trusted) * scale
-        mean, *square = (rows[0] @ weights).T
-        off = np.abs(mean.real + sum(np.sqrt(item).real for item in square) - growth)
-        usual = 4.0 * np.median(off) + 0.05
-        trusted = 1.0 / (1.0 + (off / usual) ** 2)
-    return weights
-
-
-def _least_squares(rows: FloatArray, wanted: ComplexArray,
-                   weights: FloatArray) -> ComplexArray:
-    """Return x (T, n) of least weighted |rows x - wanted|; rows (7, P, T), wanted (7, P, n)."""
-    left = (rows * weights[..., None]).reshape(-1, rows.shape[-1])
-    right = (wanted * weights[..., None]).reshape(-1, wanted.shape[-1])
-    normal = left.T @ left
-    normal[np.diag_indices_from(normal)] += _RIDGE * normal.diagonal().max()
-    return np.asarray(cho_solve(cho_factor(normal), left.T @ right))
+    return PolynomialBasis(exponents, plain.scales, readonly(low - flat), readonly(high + flat))
 
 
 def _with_error(found: GrowthEmulator, inputs: FloatArray, workers: int,
@@ -245,7 +267,7 @@ def _with_error(found: GrowthEmulator, inputs: FloatArray, workers: int,
     off = []
     for _, part in run_jobs(growth_differences, jobs, workers):
         off.append(part)
-        progress(len(off))
+        progress(1)
     all_off = np.concatenate(off) if off else np.empty(0)
     found.error = EmulatorError(
         float(np.sqrt(np.mean(all_off**2))) if all_off.size else math.nan,

@@ -14,8 +14,9 @@
 
 """The file of a growth emulator: one .npz of plain arrays and a JSON header, and where it is."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
+import math
 from pathlib import Path
 from typing import Any
 
@@ -40,14 +41,15 @@ from squeal_core.risk.growth_emulator import (
 )
 from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.polynomial_basis import PolynomialBasis
+from squeal_core.risk.small_matrices import CommonMatrix
 from squeal_core.surrogate.table_file import model_hash
 
 FORMAT = 'squeal_ros growth emulator'
-SCHEMA = 1
+SCHEMA = 2
 SUFFIX = '.growth.npz'
 _MOST_DEGREE = 20
-_KINDS = {'weights': '<f4', 'exponents': '<i4', 'scales': '<f8', 'low': '<f8', 'high': '<f8',
-          'domain_low': '<f8', 'domain_high': '<f8'}
+_KINDS = {'weights': '<f4', 'common_weights': '<f4', 'exponents': '<i4', 'scales': '<f8',
+          'low': '<f8', 'high': '<f8', 'domain_low': '<f8', 'domain_high': '<f8'}
 KIND = ArchiveKind(
     noun='growth emulator', contents='emulator', format=FORMAT, schemas=range(SCHEMA, SCHEMA + 1),
     error=TableFileError,
@@ -76,13 +78,18 @@ def write_emulator(path: str | Path, emulator: GrowthEmulator, model: BrakeModel
     from squeal_core import __version__  # the package itself imports all packages
 
     basis, domain = emulator.basis, emulator.domain
-    arrays = {'weights': emulator.weights, 'exponents': basis.exponents, 'scales': basis.scales,
-              'low': basis.low, 'high': basis.high, 'domain_low': domain.low,
-              'domain_high': domain.high}
+    common = np.concatenate([np.empty((len(basis.exponents), 0)), *(
+        matrix.weights for matrix in emulator.common)], axis=1)
+    arrays = {'weights': emulator.weights, 'common_weights': common,
+              'exponents': basis.exponents, 'scales': basis.scales, 'low': basis.low,
+              'high': basis.high, 'domain_low': domain.low, 'domain_high': domain.high}
     header: Header = {
         'schema': SCHEMA, 'version': __version__, 'model': model_hash(model),
         'inputs': list(INPUTS), 'steepest': domain.steepest, 'error': asdict(emulator.error),
-        'families': [asdict(family) for family in emulator.families]}
+        'families': [asdict(family) for family in emulator.families],
+        'common': [{'piece': matrix.piece, 'families': matrix.families.tolist(),
+                    'modes': math.isqrt(matrix.weights.shape[1] // 2)}
+                   for matrix in emulator.common]}
     write_archive(path, KIND, header, {name: np.asarray(array, _KINDS[name])
                                        for name, array in arrays.items()}, overwrite=overwrite)
 
@@ -116,7 +123,7 @@ def read_emulator_header(path: str | Path) -> dict[str, Any]:
     """Return the header of an emulator file, checked against its contents, and its domain."""
     header, arrays = _read(path)
     return {**header, 'low': arrays['domain_low'].tolist(), 'high': arrays['domain_high'].tolist(),
-            'terms': len(arrays['weights'])}
+            'terms': len(arrays['exponents']), 'pieces': len(arrays['weights'])}
 
 
 def is_emulator(path: str | Path) -> bool:
@@ -156,10 +163,12 @@ def _read(path: str | Path) -> tuple[Header, Arrays]:
 
 def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
     """Refuse arrays that do not fit each other before they are read."""
-    terms = shapes['weights'][:1]
-    if (len(shapes['weights']) != 2 or shapes['exponents'] != (*terms, 6)
-            or shapes['scales'] != (3,) or any(
-                shapes[name] != (6,) for name in ('low', 'high', 'domain_low', 'domain_high'))):
+    pieces, terms = shapes['weights'][:1], shapes['weights'][1:2]
+    if (len(shapes['weights']) != 3 or not all(pieces) or shapes['exponents'] != (*terms, 6)
+            or len(shapes['common_weights']) != 2 or shapes['common_weights'][:1] != terms
+            or shapes['scales'] != (3,)
+            or any(shapes[name] != (*pieces, 6) for name in ('low', 'high'))
+            or any(shapes[name] != (6,) for name in ('domain_low', 'domain_high'))):
         raise SquealError(f'weights: shape {shapes["weights"]}, exponents: {shapes["exponents"]}')
 
 
@@ -171,8 +180,10 @@ def _emulator(header: Mapping[str, Any], arrays: Mapping[str, Any],
     exponents, scales = arrays['exponents'], arrays['scales']
     sizes = [len(item.numbers) for item in families]
     if sizes != sorted(sizes) or not {*sizes} <= {1, 2} or list(header['inputs']) != list(
-            INPUTS) or arrays['weights'].shape[1] != 2 * sum(sizes) or not sizes:
+            INPUTS) or not sizes or arrays['weights'].shape[2] != 2 * sum(
+                size**2 for size in sizes):
         raise ValueError('the families do not fit the weights')
+    common = tuple(_common(header['common'], arrays, sizes))
     if not exponents.size or exponents.min() < 0 or exponents.max() > _MOST_DEGREE:
         raise ValueError(f'degrees {exponents.min(initial=0)} to {exponents.max(initial=0)}')
     if not all(np.isfinite(array).all() for array in arrays.values()) or not (
@@ -184,4 +195,24 @@ def _emulator(header: Mapping[str, Any], arrays: Mapping[str, Any],
                        float(header['steepest'])),
         PolynomialBasis(readonly(exponents, np.intp), readonly(scales), readonly(arrays['low']),
                         readonly(arrays['high'])),
-        arrays['weights'].astype(float), EmulatorError(**header['error']))
+        arrays['weights'].astype(float), common, EmulatorError(**header['error']))
+
+
+def _common(items: Any, arrays: Mapping[str, Any], sizes: Sequence[int]
+            ) -> Iterator[CommonMatrix]:
+    """Yield the common matrices of families of these sizes."""
+    weights, start = arrays['common_weights'].astype(float), 0
+    for item in items:
+        piece, modes = int(item['piece']), int(item['modes'])
+        places = [*map(int, item['families'])]
+        if not (0 <= piece < len(arrays['weights']) and places == sorted({*places})
+                and 0 <= min(places) <= max(places) < len(sizes)
+                and sum(sizes[place] for place in places) <= modes):
+            raise ValueError(f'families {places} of {modes} modes in piece {piece}')
+        end = start + 2 * modes * modes
+        if end > weights.shape[1]:
+            break
+        yield CommonMatrix(piece, readonly(places, np.intp), readonly(weights[:, start:end]))
+        start = end
+    if start != weights.shape[1]:
+        raise ValueError('the common matrices do not fit their weights')

@@ -14,17 +14,20 @@
 
 """Families of modes that couple, single ones or pairs, by the shapes of modes without friction."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse.csgraph import connected_components
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
 
 _STEP = 0.025  # of ln k_c between reference shapes
 _NEAR = 0.03  # relative distance of eigenvalues within which mixed shapes mean coupling
 _COUPLED = 0.03  # mean squared projection from which on modes are of one family
+_MIXED = 0.005  # likewise, of one cluster
+_LARGEST_CLUSTER = 12  # modes; its small matrices are kept at all points
 
 
 @dataclass(frozen=True)
@@ -105,9 +108,9 @@ def _followed(model: BrakeModel, stiffnesses: FloatArray) -> Iterator[FloatArray
         before = shapes
 
 
-def coupled(eigenvalues: ComplexArray, projections: FloatArray) -> list[IndexArray]:
+def mixing(eigenvalues: ComplexArray, projections: FloatArray) -> FloatArray:
     """
-    Return the places of the modes of each family: single modes, and pairs that couple most.
+    Return how much modes mix while their eigenvalues are near, (N, N), symmetric.
 
     Parameters
     ----------
@@ -120,10 +123,29 @@ def coupled(eigenvalues: ComplexArray, projections: FloatArray) -> list[IndexArr
     apart = np.abs(eigenvalues[:, :, None] - eigenvalues[:, None, :])
     near = apart < _NEAR * np.abs(eigenvalues)[:, :, None]
     mixed = np.where(near, projections, 0.0).mean(axis=0)
-    mixed = np.triu(np.maximum(mixed, mixed.T), 1)
+    return np.asarray(np.maximum(mixed, mixed.T))
+
+
+def coupled(mixed: FloatArray) -> list[IndexArray]:
+    """Return the places of the modes of each family: single modes, and pairs that mix most."""
+    mixed = np.triu(mixed, 1)
     free, found = np.ones(len(mixed), bool), []
     for i, j in np.argwhere(mixed > _COUPLED)[np.argsort(-mixed[mixed > _COUPLED])]:
         if free[i] and free[j]:
             free[[i, j]] = False
             found.append(np.array([i, j]))
     return sorted([*found, *np.flatnonzero(free)[:, None]], key=lambda places: int(places[0]))
+
+
+def clusters(mixed: FloatArray, families: Iterable[IndexArray]) -> list[IndexArray]:
+    """Return the places of modes that mix at all, directly or by others; families stay whole."""
+    bound = np.zeros_like(mixed, bool)
+    for places in families:
+        bound[np.ix_(places, places)] = True
+    threshold = _MIXED
+    while True:
+        _, labels = connected_components(bound | (mixed > threshold), directed=False)
+        found = [np.flatnonzero(labels == label) for label in range(labels.max() + 1)]
+        if max(map(len, found)) <= _LARGEST_CLUSTER or threshold > 1.0:
+            return found
+        threshold *= 1.5

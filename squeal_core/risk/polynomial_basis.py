@@ -42,8 +42,9 @@ class PolynomialBasis:
     scales : (3,) array
         Of Omega [rad/s], p0 mu / Omega [Pa s], p0 mu_v [Pa s/m]; coordinates are asinh(value /
         scale) of these, then k_c, mu and the damping scale as they are.
-    low, high : (6,) arrays
-        Coordinates at which the polynomials' variable is -1 and 1.
+    low, high : (W, 6) arrays
+        Coordinates at which the polynomials' variable is -1 and 1, in each piece of contact
+        stiffness, in rising order.
 
     """
 
@@ -57,8 +58,13 @@ class PolynomialBasis:
         found, slopes = coefficients.copy(), np.ones_like(coefficients)
         found[:, :3] = np.arcsinh(coefficients[:, :3] / self.scales)
         slopes[:, :3] = 1.0 / np.hypot(coefficients[:, :3], self.scales)
-        half = 0.5 * (self.high - self.low)
-        return (found - self.low) / half - 1.0, slopes / half
+        piece = self.pieces(coefficients)
+        low, half = self.low[piece], 0.5 * (self.high - self.low)[piece]
+        return (found - low) / half - 1.0, slopes / half
+
+    def pieces(self, coefficients: FloatArray) -> IndexArray:
+        """Return the pieces of contact stiffness that coefficients (P, 6) are in."""
+        return np.searchsorted(self.low[1:, 3], coefficients[:, 3])
 
     def factors(self, variables: FloatArray, operation: FloatArray, brake: FloatArray,
                 kind: DTypeLike = float) -> tuple[RealArray, ...]:

@@ -20,7 +20,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from squeal_core import BrakeModel
-from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import TableFileError
 from squeal_core.common.resources import config_folder
 from squeal_core.risk.emulator_builder import build_growth_emulator, scattered_inputs
@@ -35,13 +34,12 @@ from squeal_core.risk.emulator_file import (
 from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.surrogate.table_file import find_table
 from support.archives import parts, rewrite
-from support.engine_models import random_model
+from support.engine_models import crossing_model
 
 
 @pytest.fixture(scope='module')
 def emulator() -> GrowthEmulator:
-    return build_growth_emulator(random_model(3, 3, friction_law=FrictionLaw()), solutions=60,
-                                 hold_out=8)
+    return build_growth_emulator(crossing_model(), solutions=400, hold_out=8)
 
 
 @pytest.fixture
@@ -82,6 +80,9 @@ def test_emulators_of_other_models_and_damaged_ones_are_refused(
     assert 'was altered' in refusal(path, model)
     refused = {
         'families do not fit': ({'families': header['families'][1:]}, {}),
+        'families [7] of 3 modes': (
+            {'common': [{'piece': 0, 'families': [7], 'modes': 3}]}, {}),
+        'common matrices do not fit': ({'common': []}, {}),
         'degrees': ({}, {'exponents': arrays['exponents'] - 1}),
         'not finite': ({}, {'weights': np.nan * arrays['weights']}),
         'scales that are not positive': ({}, {'scales': 0.0 * arrays['scales']}),

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core import BrakeModel, OperatingPoint
+from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.arrays import FloatArray
 
 STIFFNESS = 0.35e11
@@ -43,6 +44,22 @@ def random_model(size: int, seed: int = 0, **changes: Any) -> BrakeModel:
         'friction_couple': 1e-2 * tangent.T @ normal,
         'radial_dissipation': 1e-2 * radial.T @ radial,
         'negative_slope': 1e-2 * tangent.T @ tangent, **changes})
+
+
+def crossing_model() -> BrakeModel:
+    """Return a brake whose pad mode passes a doublet of the disc at the nominal k_c, 2.7 kHz."""
+    disc, pad = 2.0 * np.pi * np.array([2000.0, 2700.0, 2712.0]), 2.0 * np.pi * 2400.0
+    nominal = 3.5e10
+    carried = np.sqrt(((2.0 * np.pi * 2706.0) ** 2 - pad**2) / nominal)
+    normal = carried * np.array([0.12, 1.0, 0.15, 0.1])  # the pad's mode is the second one
+    radial = np.array([0.04, 0.08, -0.05, 0.06])
+    turned = np.triu(np.full((4, 4), 0.8), 1)
+    return BrakeModel(
+        angular_frequencies=np.insert(disc, 1, pad), damping_ratios=0.002,
+        gyroscopic=turned - turned.T, contact_stiffness=np.outer(normal, normal),
+        friction_couple=np.outer(carried * np.array([0.3, 0.6, -0.2, 0.25]), normal),
+        radial_dissipation=np.outer(radial, radial), negative_slope=np.outer(radial, radial),
+        nominal_contact_stiffness=nominal, friction_law=FrictionLaw())
 
 
 def dense_model(seed: int, size: int = 4) -> BrakeModel:
