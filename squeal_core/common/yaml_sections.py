@@ -80,6 +80,13 @@ class YamlSection:
         return YamlSection(self._path, self._error_of, self._lines,
                            (*self._keys, key), self.content.get(key))
 
+    def sections(self, key: str) -> list['YamlSection']:
+        """Return the mappings in the list at a key, or the one that stands there alone."""
+        self._used.add(key)
+        value = self.content.get(key)
+        return [YamlSection(self._path, self._error_of, self._lines, (*self._keys, key), one)
+                for one in (value if isinstance(value, list) else [value])]
+
     def text(self, key: str, default: str | None = '', choices: tuple[str, ...] = ()) -> str:
         """Return a text; numbers are texts, too, as in `column: 3` and `unit: 1`."""
         self._used.add(key)

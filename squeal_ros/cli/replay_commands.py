@@ -33,7 +33,7 @@ from squeal_ros.cli.console import plain, ProgressBar, report_progress, time_lef
 from squeal_ros.recordings.batch_progress import BatchProgress
 from squeal_ros.recordings.batch_report import BatchReport
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import find_recordings
+from squeal_ros.recordings.recording import check_kind, find_recordings, source_kind
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_batch import (
     BatchRecording,
@@ -44,7 +44,6 @@ from squeal_ros.recordings.replay_batch import (
     ReplayTask,
     run_batch,
 )
-from squeal_ros.recordings.signal_settings import settings_with_signals
 from squeal_ros.recordings.signals_file import read_signals
 from squeal_ros.recordings.time_range import TimeRange
 
@@ -61,7 +60,10 @@ def replay(options: argparse.Namespace) -> int:
         import squeal_core.monitor.parquet_table  # noqa: F401 - says now which extra is missing
     task = _task(options)
     recordings = find_recordings(options.recordings)
-    report_progress(pressure_references(task.settings))
+    _check_signals(task, recordings)
+    for words in dict.fromkeys(pressure_references(task.of(path).settings)
+                               for path in recordings):
+        report_progress(words)
     if Path(options.output).suffix == '.mcap':
         return _into_one_bag(options, task, recordings)
     return _into_folders(options, task, recordings)
@@ -74,18 +76,26 @@ def _task(options: argparse.Namespace) -> ReplayTask:
     if options.rate is not None:
         settings = replace(settings, rate=positive('--rate', options.rate))
     signals = read_signals(options.signals) if options.signals else None
-    if signals is not None:
-        settings = settings_with_signals(settings, signals)
     return ReplayTask(
         settings=settings, types=options.types, namespace=options.namespace, signals=signals,
         span=TimeRange.read(options.begin, options.end), overwrite=options.force,
         tables=_TABLES[options.table])
 
 
+def _check_signals(task: ReplayTask, recordings: Sequence[Path]) -> None:
+    """Refuse signals that no recording has; of bags they may say nothing."""
+    bags = [path for path in recordings if source_kind(path) == 'topic']
+    if task.signals is None or not bags or task.signals.of('topic') is not None:
+        return
+    if len(bags) == len(recordings):
+        check_kind(bags[0], task.signals)
+    report_progress(f'{task.signals.path} names no topics: bags are read as the settings say')
+
+
 def _into_one_bag(options: argparse.Namespace, task: ReplayTask,
                   recordings: Sequence[Path]) -> int:
     """Write the bag of outputs of one recording where -o says, and the other files beside it."""
-    output = Path(options.output)
+    output, task = Path(options.output), task.of(recordings[0])
     if len(recordings) > 1:
         raise SquealError(f'-o: {output} is one bag, and there are {len(recordings)} recordings; '
                           'give the name of a folder')

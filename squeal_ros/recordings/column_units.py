@@ -22,6 +22,7 @@ from squeal_core.common.measured_units import find_unit
 from squeal_ros.recordings.signals_file import SignalSource
 
 _BRACKETED = re.compile(r'[\[({<]([^\[\](){}<>]*)[\])}>]\s*$')
+_ELEMENT = re.compile(r'\[[^\[\]]*\]$')  # of a list
 # ends of names that are units and nothing else, after `_` or a blank
 _ENDINGS = re.compile(
     r'[_ ](bar|mbar|hpa|kpa|mpa|pa|psi|rpm|rad_s|rads|rev_s|km_h|kmh|kph|mph|m_s|deg_?[cf]|'
@@ -50,7 +51,7 @@ def unit_in_name(name: str) -> str:
 def unit_of_field(message_type: str, path: str) -> str:
     """Return the unit that a message type states of a field, or the name of the field; else ''."""
     stated = _OF_TYPES.get((message_type, path.partition('[')[0]), '')
-    named = '' if stated or path.endswith(']') else unit_in_name(path)
+    named = '' if stated else unit_in_name(_ELEMENT.sub('', path))
     return stated or (named if find_unit(named) else '')
 
 

@@ -60,9 +60,6 @@ class MdfRecording:
     def __init__(self, path: Path, settings: MonitorSettings, signals: Signals) -> None:
         self.path, self._signals = path, signals
         self.positions = Positions()
-        if signals.clock.columns or signals.clock.unit:
-            raise MdfError(f'{signals.path}, clock', 'names a column or a unit, and the channels '
-                           f'of {path} have times of their own', 'leave both out')
         with MdfFile(path) as file:
             self._channels = [_chosen(source, file) for source in signals.sources]
             start, zone_known = file.start
@@ -72,6 +69,9 @@ class MdfRecording:
         self._about = [*chain.from_iterable(
             contradiction(source, channel.name, channel.unit) for source, channel in zip(
                 signals.sources, self._channels, strict=True))]
+        if signals.clock.columns or signals.clock.unit:
+            self._about.append(f"the clock's column and unit in {signals.path} are of tables of "
+                               'text; channels have times of their own')
         self._start = self._begin(start, zone_known)
         earliest = self._start * 1e-9 + first
         if earliest < 0.0:  # ROS has no time before zero

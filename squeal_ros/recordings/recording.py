@@ -27,7 +27,7 @@ from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions
-from squeal_ros.recordings.signals_file import ClockSpec, Signals
+from squeal_ros.recordings.signals_file import ClockSpec, Kind, Signals
 
 Samples = list[tuple[str, Signal, Sample | MissingValue]]
 """Brake, signal and sample of all that a message or a row holds."""
@@ -112,7 +112,8 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     """
     path = Path(path)
     kind = kind_of_path(path)
-    _check_kind(path, kind, signals)
+    check_kind(path, signals)
+    signals = signals and signals.of(source_kind(path))
     if kind == 'csv':
         from squeal_ros.recordings.csv_recording import CsvRecording
 
@@ -138,17 +139,23 @@ def kind_of_path(path: Path) -> str:
     return 'csv' if name.endswith(_TEXTS) else 'mdf'
 
 
-def _check_kind(path: Path, kind: str, signals: Signals | None) -> None:
+def source_kind(path: Path) -> Kind:
+    """Return whether the inputs of a recording are columns (channels) or topics."""
+    return 'topic' if kind_of_path(path) == 'bag' else 'column'
+
+
+def check_kind(path: Path, signals: Signals | None) -> None:
     """Refuse a table without signals, and signals of the other kind."""
-    of_columns = kind != 'bag'
-    if of_columns and (signals is None or signals.sources[0].kind != 'column'):
+    of_columns = source_kind(path) == 'column'
+    own = signals and signals.of(source_kind(path))
+    if of_columns and own is None:
         what = 'the signals name topics' if signals else 'nothing says which column is which input'
         raise RecordingError(path, f'is a table of columns, and {what}', 'run `squeal signals '
                              f'{path} -o SIGNALS.yaml`, check it, and give --signals SIGNALS.yaml')
-    if signals and not of_columns and signals.sources[0].kind == 'column':
+    if signals and not own:
         raise RecordingError(path, f'is a bag, and {signals.path} names columns',
                              'name topics and fields; `squeal signals` proposes them')
-    if signals and not of_columns and signals.clock != ClockSpec():
+    if signals and own and not of_columns and own.clock != ClockSpec():
         raise RecordingError(f'{signals.path}, clock', f'names more than a stamp, and {path} is a '
                              'bag', 'its times are those of recording and of headers')
 

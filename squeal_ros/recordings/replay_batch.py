@@ -16,7 +16,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any
@@ -32,11 +32,12 @@ from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_ros.recordings.batch_progress import BatchProgress
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.recording import open_recording, source_kind
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_outputs import Outputs, recording_name
 from squeal_ros.recordings.replay_report import ReplayReport
-from squeal_ros.recordings.signals_file import Signals
+from squeal_ros.recordings.signal_settings import settings_with_signals
+from squeal_ros.recordings.signals_file import Kind, KINDS, Signals
 from squeal_ros.recordings.time_range import OutOfRangeError, RecordingInRange, TimeRange
 
 
@@ -48,7 +49,7 @@ class ReplayTask:
     Parameters
     ----------
     settings : MonitorSettings
-        With signals, those of `settings_with_signals`.
+        Without the signals, which take the place of their brakes.
     types, namespace, signals
         As of `open_recording`.
     span : TimeRange, optional
@@ -67,6 +68,17 @@ class ReplayTask:
     span: TimeRange | None = None
     overwrite: bool = False
     tables: tuple[TableFormat, ...] = ('csv',)
+
+    @cached_property
+    def _tasks(self) -> 'dict[Kind, ReplayTask]':
+        """Tasks of recordings with columns, and with topics."""
+        return {kind: replace(self, signals=own, settings=settings_with_signals(
+            self.settings, own) if own else self.settings)
+            for kind in KINDS for own in [self.signals and self.signals.of(kind)]}
+
+    def of(self, path: Path) -> 'ReplayTask':
+        """Return the task with the signals that a recording has, and their settings."""
+        return self._tasks[source_kind(path)] if self.signals else self
 
     @cached_property
     def sources(self) -> dict[str, Any]:
@@ -241,6 +253,7 @@ def replay_one(task: ReplayTask, progress: BatchProgress, one: BatchRecording, p
         show()
         return progress.stopping
 
+    task = task.of(one.path)
     try:
         replay = task.replay(one.path, stopping)
         with OutputFiles(overwrite=task.overwrite) as files:

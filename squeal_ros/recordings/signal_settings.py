@@ -38,7 +38,7 @@ def settings_with_signals(settings: MonitorSettings, signals: Signals) -> Monito
     settings : MonitorSettings
         All but brakes and inputs is theirs.
     signals : Signals
-        As `read_signals` returns it.
+        As `Signals.of` returns it: of columns or of topics.
 
     Raises
     ------

@@ -18,9 +18,9 @@ The file of `--signals`: which column or topic field is which input of which bra
 docs/recordings.md is its manual; `squeal signals` writes one.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -45,6 +45,7 @@ _MOST_ROWS = 100_000  # before the first row of values
 _MOST_GROUPS = 1_000_000
 
 Kind: TypeAlias = Literal['column', 'topic']
+KINDS: tuple[Kind, ...] = ('column', 'topic')
 
 
 class SignalsError(LocatedError):
@@ -143,6 +144,13 @@ class Signals:
     clock: ClockSpec
     table: TableSpec
 
+    def of(self, kind: Kind) -> 'Signals | None':
+        """Return what it says of recordings with columns, or with topics; None: nothing."""
+        own = tuple(source for source in self.sources if source.kind == kind)
+        of_tables = kind == 'topic' and len(own) < len(self.sources)
+        return replace(self, sources=own, clock=ClockSpec() if of_tables else self.clock
+                       ) if own else None
+
 
 def read_signals(path: str | Path) -> Signals:
     """
@@ -171,24 +179,32 @@ def read_signals(path: str | Path) -> Signals:
         sources += _inputs(brakes.section(brake), brake, radius, stamp)
     found = Signals(path, tuple(sources), _clock(clock), _table(top.section('table')))
     top.finish()
-    if len(kinds := {source.kind for source in sources}) > 1:
-        raise brakes.error('', f'names {" and ".join(sorted(kinds))} inputs',
-                           'write a file for the tables, and another for the bags')
     return found
 
 
-def _inputs(brake: YamlSection, name: str, radius: float, stamp: str) -> Iterator[SignalSource]:
+def _inputs(brake: YamlSection, name: str, radius: float, stamp: str) -> list[SignalSource]:
     radius = brake.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS)
-    for signal in SIGNALS:
-        if signal in brake.content:
-            yield _source(brake.section(signal), name, signal, radius, stamp)
+    found = [_source(entry, name, signal, radius, stamp)
+             for signal in SIGNALS if signal in brake.content for entry in brake.sections(signal)]
     brake.finish(SIGNALS)
+    kinds = {source.kind for source in found} or {'column'}
+    for kind in sorted(kinds):
+        _check_inputs(brake, [source.signal for source in found if source.kind == kind],
+                      f' as {kind}' if len(kinds) > 1 else '')
+    return found
+
+
+def _check_inputs(brake: YamlSection, signals: Sequence[Signal], kind: str) -> None:
+    """Refuse a brake that lacks an input in recordings of a kind, or has one twice."""
     for signal in ('rotor_speed', 'pressure'):
-        if signal not in brake.content:
-            raise brake.error(signal, 'is missing', 'say where it is')
-    if not {'friction', 'temperature'} & set(brake.content):
-        raise brake.error('friction', 'is missing, and so is temperature',
+        if signal not in signals:
+            raise brake.error(signal, f'is missing{kind}', 'say where it is')
+    if not {'friction', 'temperature'} & set(signals):
+        raise brake.error('friction', f'is missing{kind}, and so is temperature',
                           "give one of them; by the temperature, friction is the model's")
+    if doubled := [signal for signal in signals if signals.count(signal) > 1]:
+        raise brake.error(doubled[0], f'is named {signals.count(doubled[0])} times{kind}',
+                          'give one column for tables, and one topic for bags')
 
 
 def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,

@@ -47,6 +47,7 @@ from support.bags import (  # noqa: E402, I100
     storage_file,
     write_bag,
 )
+from support.tables import document, signals_file, stop_text  # noqa: E402
 
 FIX = 'sensor_msgs/msg/NavSatFix'
 
@@ -213,3 +214,32 @@ def test_names_of_results(tmp_path: Path) -> None:
     names = [one.name for one in plan_batch(paths, tmp_path)]
     assert names[:4] == ['a_x_drive', 'b_x_drive', 'a_mcap', 'A_csv']
     assert len({name.casefold() for name in names}) == 7
+
+
+def test_tables_and_bags_with_one_file_of_signals(
+        tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Inputs with a column and a topic each; of bags a file of columns alone says nothing."""
+    (tmp_path / 'week').mkdir()
+    write_bag(tmp_path / 'week' / 'drive', braking(1.0))
+    (tmp_path / 'week' / 'stop.csv').write_text(stop_text())
+    columns = document()
+    topics = {'rotor_speed': {'topic': 'joint_states', 'unit': 'rad/s', 'field':
+                              'velocity[name=fl_wheel_joint]'},
+              'pressure': {'topic': 'fl/brake_pressure', 'unit': 'Pa'},
+              'friction': {'topic': 'fl/friction', 'unit': '-'}}
+    both = document(clock={**columns['clock'], 'stamp': 'header'})
+    both['brakes'] = {'fl': {signal: [one, topics[signal]] if signal in topics else one
+                             for signal, one in columns['brakes']['fl'].items()}, 'fr': topics}
+    both = json.loads(json.dumps(both))  # YAML without aliases
+    settings_file(tmp_path / 'config.yaml')
+    for name, content, brakes in (('both', both, {'fl', 'fr'}), ('columns', columns, {'fl'})):
+        signals = signals_file(tmp_path / f'{name}.yaml', content)
+        assert main([*command(tmp_path / 'week', '--signals', str(signals), '--jobs', '1'),
+                     '--force']) == 0
+        drive_result, stop_result = map(ReplayResult.load, find_results([tmp_path / 'out']))
+        assert set(drive_result.summary['report']['brakes']) == brakes
+        assert set(stop_result.summary['report']['brakes']) == {'fl'}
+        assert stop_result.summary['settings'] != drive_result.summary['settings']
+    assert 'columns.yaml names no topics: bags are read as the' in capsys.readouterr().err
+    assert main(['replay', str(tmp_path / 'week' / 'drive'), '-o', str(tmp_path / 'one'),
+                 '--signals', str(signals)]) == 2
