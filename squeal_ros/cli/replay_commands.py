@@ -33,7 +33,7 @@ from squeal_ros.cli.console import plain, ProgressBar, report_progress, time_lef
 from squeal_ros.recordings.batch_progress import BatchProgress
 from squeal_ros.recordings.batch_report import BatchReport
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import check_kind, find_recordings, source_kind
+from squeal_ros.recordings.recording import find_recordings, RecordingError, source_kind
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_batch import (
     BatchRecording,
@@ -44,7 +44,7 @@ from squeal_ros.recordings.replay_batch import (
     ReplayTask,
     run_batch,
 )
-from squeal_ros.recordings.signals_file import read_signals
+from squeal_ros.recordings.signals_file import read_signals, Signals
 from squeal_ros.recordings.time_range import TimeRange
 
 _MEGABYTE = 1e6
@@ -60,7 +60,7 @@ def replay(options: argparse.Namespace) -> int:
         import squeal_core.monitor.parquet_table  # noqa: F401 - says now which extra is missing
     task = _task(options)
     recordings = find_recordings(options.recordings)
-    _check_signals(task, recordings)
+    _check_signals(task.signals, recordings)
     for words in dict.fromkeys(pressure_references(task.of(path).settings)
                                for path in recordings):
         report_progress(words)
@@ -82,14 +82,12 @@ def _task(options: argparse.Namespace) -> ReplayTask:
         tables=_TABLES[options.table])
 
 
-def _check_signals(task: ReplayTask, recordings: Sequence[Path]) -> None:
-    """Refuse signals that no recording has; of bags they may say nothing."""
-    bags = [path for path in recordings if source_kind(path) == 'topic']
-    if task.signals is None or not bags or task.signals.of('topic') is not None:
-        return
-    if len(bags) == len(recordings):
-        check_kind(bags[0], task.signals)
-    report_progress(f'{task.signals.path} names no topics: bags are read as the settings say')
+def _check_signals(signals: Signals | None, recordings: Sequence[Path]) -> None:
+    """Refuse signals of columns where no recording has any."""
+    if signals and not signals.of('topic') and not any(
+            source_kind(path) == 'column' for path in recordings):
+        raise RecordingError(recordings[0], f'is a bag, and {signals.path} names columns',
+                             'name topics and fields; `squeal signals` proposes them')
 
 
 def _into_one_bag(options: argparse.Namespace, task: ReplayTask,

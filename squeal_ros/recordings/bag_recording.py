@@ -41,15 +41,18 @@ class BagRecording:
         Where the settings' relative topics are in the bag.
     signals : Signals, optional
         That the settings are changed by.
+    about : sequence of str
+        What else is to be said of it.
 
     """
 
     def __init__(self, bag: Bag, settings: MonitorSettings, namespace: str = '/',
-                 signals: Signals | None = None) -> None:
+                 signals: Signals | None = None, about: Sequence[str] = ()) -> None:
         self._bag = bag
-        self._about = [note for source in (signals.sources if signals else ()) for note in
-                       contradiction(source, f'{source.name} {source.field}',
-                                     unit_of_field(source.type, source.field))]
+        self._about = [*about, *(
+            note for source in (signals.sources if signals else ()) for note in contradiction(
+                source, f'{source.name} {source.field}',
+                unit_of_field(source.type, source.field)))]
         self._found = InputFindings(settings, namespace)
         self._reader = SampleReader(bag, settings, self._found, namespace)
         self.positions = Positions()

@@ -112,8 +112,8 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     """
     path = Path(path)
     kind = kind_of_path(path)
-    check_kind(path, signals)
-    signals = signals and signals.of(source_kind(path))
+    given, signals = signals, signals and signals.of(source_kind(path))
+    _check_kind(path, given, signals)
     if kind == 'csv':
         from squeal_ros.recordings.csv_recording import CsvRecording
 
@@ -128,7 +128,9 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     from squeal_ros.recordings.bag_recording import BagRecording
     from squeal_ros.recordings.message_definitions import MessageDefinitions
 
-    return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace, signals)
+    about = [f'{given.path} names columns alone: inputs are read as the settings say'] if (
+        given and not signals) else []
+    return BagRecording(Bag(path, MessageDefinitions(types)), settings, namespace, signals, about)
 
 
 def kind_of_path(path: Path) -> str:
@@ -144,19 +146,15 @@ def source_kind(path: Path) -> Kind:
     return 'topic' if kind_of_path(path) == 'bag' else 'column'
 
 
-def check_kind(path: Path, signals: Signals | None) -> None:
-    """Refuse a table without signals, and signals of the other kind."""
+def _check_kind(path: Path, given: Signals | None, own: Signals | None) -> None:
+    """Refuse a table without signals of its own, and a clock for a bag."""
     of_columns = source_kind(path) == 'column'
-    own = signals and signals.of(source_kind(path))
     if of_columns and own is None:
-        what = 'the signals name topics' if signals else 'nothing says which column is which input'
+        what = 'the signals name topics' if given else 'nothing says which column is which input'
         raise RecordingError(path, f'is a table of columns, and {what}', 'run `squeal signals '
                              f'{path} -o SIGNALS.yaml`, check it, and give --signals SIGNALS.yaml')
-    if signals and not own:
-        raise RecordingError(path, f'is a bag, and {signals.path} names columns',
-                             'name topics and fields; `squeal signals` proposes them')
-    if signals and own and not of_columns and own.clock != ClockSpec():
-        raise RecordingError(f'{signals.path}, clock', f'names more than a stamp, and {path} is a '
+    if own and not of_columns and own.clock != ClockSpec():
+        raise RecordingError(f'{own.path}, clock', f'names more than a stamp, and {path} is a '
                              'bag', 'its times are those of recording and of headers')
 
 

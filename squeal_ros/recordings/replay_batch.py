@@ -72,8 +72,8 @@ class ReplayTask:
     @cached_property
     def _tasks(self) -> 'dict[Kind, ReplayTask]':
         """Tasks of recordings with columns, and with topics."""
-        return {kind: replace(self, signals=own, settings=settings_with_signals(
-            self.settings, own) if own else self.settings)
+        return {kind: replace(self, settings=settings_with_signals(self.settings, own)) if (
+            own) else self
             for kind in KINDS for own in [self.signals and self.signals.of(kind)]}
 
     def of(self, path: Path) -> 'ReplayTask':
