@@ -30,6 +30,7 @@ from squeal_core.sound.tone_sources import (
     is_in_music,
     is_of_clipping,
     is_of_comb,
+    is_of_lower_tones,
     multiple_of,
     SpeedAt,
     Timing,
@@ -144,8 +145,8 @@ def _rule(tone: Tone, index: '_TimeIndex', record: ChannelRecord, settings: List
         return 'duration'
     if record.clipped[tone.frame].mean() > 0.5 and is_of_clipping(tone, others):
         return 'clipping'
-    if any(multiple_of(tone, other) and other.peak_level > tone.peak_level - 10.0
-           for other in others if other.mean_frequency < settings.band[0]):
+    if is_of_lower_tones(tone, [other for other in others
+                                if other.mean_frequency < settings.band[0]]):
         return 'below the band'
     if speed is not None and follows_speed(tone, record.time(tone.frame), speed):
         return 'wheel speed'

@@ -47,6 +47,7 @@ RULES = {
 _SLOPE, _CORRELATION, _LEAST_CHANGE = (0.7, 1.3), 0.9, 0.05
 _GLIDE = 1.25
 _MULTIPLE, _MOST_MULTIPLE = 0.005, 12  # tolerance; of a fundamental
+_NOTE = 0.2  # of the windows of a partial, in which one of its fundamentals is there
 _SHARED = 0.7  # of the windows of a partial in which its fundamental is there
 _PARTIALS, _COMB, _FUNDAMENTALS = 5, 0.03, (100.0, 1250.0)
 _WEAKER = 10.0  # dB
@@ -76,13 +77,41 @@ def common(one: Tone, other: Tone) -> tuple[IndexArray, IndexArray] | None:
 
 def multiple_of(tone: Tone, other: Tone) -> int:
     """Return of which number a tone is the multiple of a lower one, throughout; 0: of none."""
-    shared = common(tone, other) if other.mean_frequency < 0.7 * tone.mean_frequency else None
-    if shared is None:
-        return 0
-    ratio = tone.frequency[shared[0]] / other.frequency[shared[1]]
+    number, windows = _as_multiple(tone, other)
+    return number if windows.size >= _SHARED * tone.frame.size else 0
+
+
+def _as_multiple(tone: Tone, other: Tone) -> tuple[int, IndexArray]:
+    """Return of which number a tone is the multiple while both are there, and its windows then."""
+    none = np.zeros(0, dtype=np.intp)
+    if other.first > tone.last or other.last < tone.first or (
+            other.mean_frequency >= 0.7 * tone.mean_frequency):
+        return 0, none
+    _, mine, its = np.intersect1d(tone.frame, other.frame, assume_unique=True,
+                                  return_indices=True)
+    if not mine.size:
+        return 0, none
+    ratio = tone.frequency[mine] / other.frequency[its]
     number = round(float(np.median(ratio)))
     near = np.abs(ratio / max(number, 1) - 1.0) < _MULTIPLE
-    return number if 2 <= number <= _MOST_MULTIPLE and near.mean() > _SHARED else 0
+    fits = 2 <= number <= _MOST_MULTIPLE and near.mean() > _SHARED
+    return (number, mine) if fits else (0, none)
+
+
+def is_of_lower_tones(tone: Tone, lower: Sequence[Tone]) -> bool:
+    """
+    Return whether a tone is a multiple of a lower one, throughout, that is not much weaker.
+
+    They may be a few, one after the other: partials of the notes of a tune that coincide are one
+    tone.
+    """
+    is_multiple = np.zeros(tone.frame.size, dtype=bool)
+    for other in lower:
+        if other.peak_level > tone.peak_level - _WEAKER:
+            _, windows = _as_multiple(tone, other)
+            if windows.size >= _NOTE * tone.frame.size:
+                is_multiple[windows] = True
+    return bool(is_multiple.mean() >= _SHARED)
 
 
 def follows_speed(tone: Tone, times: FloatArray, speed: SpeedAt) -> bool:

@@ -34,6 +34,7 @@ from squeal_core.monitor.settings import InputSettings, MonitorSettings
 from squeal_ros.node.field_paths import FieldPath
 from squeal_ros.recordings.field_hints import hint, in_words
 
+_OFTEN = 0.1  # of the stamps
 _MOST_IDS = 64  # different ones that are kept; more of them are a counter
 _YEAR = 365.25 * 86400.0  # s
 _ID_FIELDS = ('id', 'can_id', 'arbitration_id', 'pgn', 'identifier', 'wheel_id', 'sensor_id')
@@ -72,13 +73,18 @@ class _Evidence:
     of_others: int = 0  # of these, about something else
     reason: str = ''
     hint: str = ''
-    nearest: int | None = None  # smallest distance of a stamp from the time of recording [ns]
+    limit: float = math.inf  # distance of a stamp from the time of recording that is too far [ns]
+    nearest: int | None = None  # smallest such distance [ns]
+    furthest: int = 0  # [ns]
+    far: int = 0  # stamps beyond the limit
 
     def take(self, offsets: Sequence[int]) -> None:
         """Take note of samples, whose stamps are so long after their receipt [ns]."""
         self.messages += len(offsets)
         before = [] if self.nearest is None else [self.nearest]
         self.nearest = min((*before, *offsets), key=abs)
+        self.furthest = max((self.furthest, *offsets), key=abs)
+        self.far += sum(abs(offset) > self.limit for offset in offsets)
 
 
 @dataclass
@@ -103,7 +109,8 @@ class InputFindings:
         for brake in self.settings.brakes:
             for signal, source in brake.inputs.items():
                 self._seen[brake.name, signal] = _Evidence(
-                    source, absolute(source.topic, self.namespace), FieldPath.parse(source.field))
+                    source, absolute(source.topic, self.namespace), FieldPath.parse(source.field),
+                    limit=1e9 * max(source.max_age, self.settings.stamp_tolerance))
 
     @property
     def wanted(self) -> dict[str, str]:
@@ -186,14 +193,22 @@ class InputFindings:
         if unreadable:
             yield (f'{unreadable} of {seen.messages} messages on {topic} do not hold the '
                    f'value ({seen.reason})', seen.hint or 'correct the field')
-        limit = max(source.max_age, self.settings.stamp_tolerance)
-        if seen.nearest is not None and abs(seen.nearest) * 1e-9 > limit:
-            side = 'behind' if seen.nearest < 0 else 'ahead of'
-            yield (f'the stamps on {topic} are {_duration(abs(seen.nearest) * 1e-9)} or more '
-                   f'{side} the times of recording, so they are of another clock',
-                   'set its stamp: receipt')
+        yield from self._clock(seen)
         if not any(kind == 'lookup' for kind, _, _ in seen.path.steps):
             yield from self._mixed(topic)
+
+    def _clock(self, seen: _Evidence) -> Iterator[tuple[str, str]]:
+        if seen.nearest is not None and abs(seen.nearest) > seen.limit:
+            side = 'behind' if seen.nearest < 0 else 'ahead of'
+            yield (f'the stamps on {seen.topic} are {_duration(abs(seen.nearest) * 1e-9)} or more '
+                   f'{side} the times of recording, so they are of another clock',
+                   'set its stamp: receipt')
+        elif seen.far > _OFTEN * seen.messages:
+            side = 'behind' if seen.furthest < 0 else 'ahead of'
+            yield (f'{seen.far} of {seen.messages} stamps on {seen.topic} are up to '
+                   f'{_duration(abs(seen.furthest) * 1e-9)} {side} the times of recording, so '
+                   'one of the two clocks was set, or they are of another',
+                   'set its stamp: receipt, if the times of recording are right')
 
     def _mixed(self, topic: str) -> Iterator[tuple[str, str]]:
         ids = self._ids.get(topic, Counter())

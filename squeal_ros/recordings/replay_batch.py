@@ -225,7 +225,8 @@ def run_batch(task: ReplayTask, batch: Sequence[BatchRecording], progress: Batch
         Of no arguments, called now and then to show the progress.
 
     """
-    task.sources  # noqa: B018 - what is wrong for all is said once, and hashed once
+    for one in batch:
+        task.of(one.path).sources  # noqa: B018 - what is wrong is said once, and hashed once
     if workers < 2 or len(batch) < 2:
         for place, one in enumerate(batch):
             if not progress.stopping:

@@ -188,6 +188,16 @@ def test_the_remedy_of_another_clock_helps(run: Run) -> None:
     assert (code, '\nassessed 100 % of the' in out) == (0, True)
 
 
+def test_a_clock_that_was_set_on_the_way_is_said(run: Run) -> None:
+    entries = braking()
+    for entry in entries[len(entries) // 2:]:
+        if hasattr(entry.message, 'header'):
+            entry.message.header.stamp.sec -= 3600
+    code, out, _ = run(entries)
+    assert code == 0
+    assert 'so one of the two clocks was set' in out, out
+
+
 def test_a_misspelt_brake_beside_good_ones(run: Run, tmp_path: Path) -> None:
     """One brake that was never assessed is exit code 1, whatever the others are."""
     (tmp_path / 'two.yaml').write_text('/**: {ros__parameters: {brakes: [fl, fll]}}')

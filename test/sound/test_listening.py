@@ -117,6 +117,19 @@ def test_other_sources_are_rejected_by_their_rules_and_the_squeal_among_them_sta
     assert {tone.rule for tone in tones} == {'', 'wheel speed'}
 
 
+def test_partials_that_notes_of_a_slow_tune_have_in_common_are_no_squeal(tmp_path: Path) -> None:
+    """G5 and C6 share 3.14 kHz, which is one tone over both; a squeal beside them is another."""
+    time = np.arange(16_000 * 4) / 16_000
+    ground = sound_of(np.random.default_rng(5), 16_000, 4.0, [Squeal(1.0, 3.0, 3050.0, 10.0)],
+                      noise=0.003)
+    tune_of_two = sum((time // 2.0 == place) * 0.05 / n * np.sin(2.0 * np.pi * n * pitch * time)
+                      for place, pitch in enumerate((784.0, 1046.5)) for n in range(1, 6))
+    tones = heard(tmp_path, ground + tune_of_two, 16_000)
+    assert [round(event.frequency_hz, -1) for event in events(tones)] == [3050.0]
+    assert any(abs(tone.frequency_hz - 3138.0) < 5.0 and tone.end - tone.start > 3.0
+               for tone in tones)
+
+
 def test_a_squeal_with_many_harmonics_is_no_horn(tmp_path: Path) -> None:
     squeal = Squeal(1.0, 2.0, 2000.0, 20.0, harmonics=(0.6, 0.5, 0.4, 0.3, 0.3))
     (event,) = heard(tmp_path, sound_of(np.random.default_rng(6), RATE, 3.0, [squeal]))
