@@ -130,8 +130,9 @@ class BatchReport:
             peaks = [brake.peak_risk for brake in summary.brakes.values()
                      if not math.isnan(brake.peak_risk)]
             risk = f', risk up to {max(peaks):.2f}' if peaks else ''
-            events = f'{len(one.report.events)} squeal events' if one.report.events_known else (
-                'squeal events not known')
+            number = len(one.report.events)
+            events = (f'{number} squeal event{"s" * (number != 1)}' if one.report.events_known
+                      else 'squeal events not known')
             alarms = [each.alarm for each in one.applications]
             yield (f'{one.name:{width}}  {_duration(one.span)}; {known}{risk}; {events}; '
                    f'{alarms.count(True)} of {len(alarms)} brake applications with an alarm')

@@ -113,7 +113,8 @@ class RowTimes:
         for what, words in _WORDS.items():
             if (count := self._seen.get(what)) is not None:
                 yield words.format(n=count.number, row=count.first, s=f'{count.most * 1e-9:.6g}',
-                                   rows='row' if count.number == 1 else 'rows')
+                                   rows='row' if count.number == 1 else 'rows',
+                                   times='once' if count.number == 1 else f'{count.number} times')
 
 
 _WORDS = {
@@ -122,7 +123,7 @@ _WORDS = {
                 'value counts',
     'late': '{n} {rows} with a time before that of the row before, by up to {s} s, the first in '
             'line {row}: taken at their times',
-    'back': 'the time goes back {n} times, by up to {s} s, first in line {row}: what came before '
+    'back': 'the time goes back {times}, by up to {s} s, first in line {row}: what came before '
             'is forgotten there, as when a clock is set back',
-    'midnight': 'the time of day begins anew {n} times, first in line {row}: taken as the next '
+    'midnight': 'the time of day begins anew {times}, first in line {row}: taken as the next '
                 'day'}

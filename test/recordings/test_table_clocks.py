@@ -81,7 +81,7 @@ def test_date_and_time_in_columns_of_their_own(tmp_path: Path) -> None:
     ('1 2 2 3', [1, 2, 2, 3], '1 row with the time of the row before, the first in line 4'),
     ('1 2 x  3', [1, 2, 3], '2 rows without a time that can be read, the first in line 4'),
     ('1 2 1,5 3', [1, 2, 1.5, 3], '1 row with a time before that of the row before, by up to 0.5'),
-    ('9 10 1 2', [9, 10, 1, 2], 'the time goes back 1 times, by up to 9 s, first in line 4'),
+    ('9 10 1 2', [9, 10, 1, 2], 'the time goes back once, by up to 9 s, first in line 4'),
     ('-1,5 0 1', [0.5, 2, 3], '2 s are added to all of them'),
     ('0 1 1e99', [1e-9, 1], '1 row without a time that can be read, the first in line 4')])
 def test_times_out_of_order_are_taken_and_said(cells: str, expected: list[float], said: str,
@@ -94,7 +94,7 @@ def test_times_out_of_order_are_taken_and_said(cells: str, expected: list[float]
 def test_midnight(tmp_path: Path) -> None:
     found, notes = times(tmp_path, ['23:59:59', '00:00:01', '00:00:02'], {'unit': 'clock'})
     assert found == [86399.0, 86401.0, 86402.0]
-    assert 'begins anew 1 times, first in line 3: taken as the next day' in notes
+    assert 'begins anew once, first in line 3: taken as the next day' in notes
 
 
 def test_recorded_times_rise_but_where_the_clock_is_set_back(tmp_path: Path) -> None:
