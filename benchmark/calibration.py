@@ -48,8 +48,8 @@ from checking import said
 import numpy as np
 
 from squeal_core import BrakeModel
-from squeal_core.calibration.calibrate import calibrate
 from squeal_core.calibration.applications import Observation
+from squeal_core.calibration.calibrate import calibrate
 from squeal_core.calibration.scores import (
     calibration_curve,
     calibration_error,

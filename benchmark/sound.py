@@ -53,7 +53,7 @@ Sound = tuple[FloatArray, list[Squeal]]
 def _hear(sound: FloatArray, folder: Path) -> tuple[list[HeardTone], float]:
     path = write_wav(folder / 'sound.wav', RATE, sound)
     begun = time.process_time()
-    tones = listen(SoundFile.open(path), ListeningSettings()).tones()
+    tones = listen(SoundFile.load(path), ListeningSettings()).tones()
     return tones or [], time.process_time() - begun
 
 

@@ -129,7 +129,7 @@ class Assessment:
 
     @property
     def worst_mode_number(self) -> int:
-        """Number of the least stable oscillating mode in the squeal band; 0: not known."""
+        """Return the number of the least stable flutter mode in the band; 0: not known."""
         worst = self.stability.worst if self.stability else None
         return worst.index if worst else 0
 

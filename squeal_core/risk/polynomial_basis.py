@@ -80,6 +80,7 @@ class PolynomialBasis:
         brake : (D, 2, P) array
             Changes of the variables `BRAKE` in D directions.
         kind : dtype
+            Of the result.
 
         Returns
         -------

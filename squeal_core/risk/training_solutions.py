@@ -136,8 +136,11 @@ def solve_points(model: BrakeModel, reference: ReferenceModes, inputs: FloatArra
     Parameters
     ----------
     model : BrakeModel
+        The model that is solved.
     reference : ReferenceModes
+        Its modes at mu = 0, by which the solutions' modes are known.
     inputs : (P, 6) array
+        As of `point_at`, one row a point.
     clusters : sequence of arrays
         Places of modes by number.
     stiffness : float, optional

@@ -45,7 +45,7 @@ class LevelScale:
 
     @property
     def offset_db(self) -> float:
-        """What to add to 10 lg of a mean square of samples [dB]."""
+        """Return what to add to 10 lg of a mean square of samples [dB]."""
         if self.quantity == 'full scale':
             return 20.0 * math.log10(math.sqrt(2.0))  # a sine at full scale has 0 dB
         return 20.0 * math.log10(self.at_full_scale / (

@@ -32,7 +32,7 @@ def _soundfile(path: object, named: str) -> Any:
         if not named:
             raise SoundError(path, 'is no WAV or FLAC file', 'give a sound file') from None
         raise SoundError(path, f'is a {named} file, which needs soundfile',
-                         "pip install 'squeal_ros[sound]', or convert it to WAV") from None
+                         "pip install -e '.[sound]' in the checkout, or convert it") from None
     return soundfile
 
 

@@ -53,7 +53,7 @@ class SoundClock:
 
     @property
     def shift(self) -> float:
-        """What is added to times of the sound [s]: nothing where the offset is not known."""
+        """Return what is added to times of the sound [s]: 0 where the offset is not known."""
         return 0.0 if math.isnan(self.offset) else self.offset
 
 

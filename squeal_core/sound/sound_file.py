@@ -67,7 +67,7 @@ class SoundFile:
         return self.frames / self.rate
 
     @classmethod
-    def open(cls, path: str | Path) -> 'SoundFile':
+    def load(cls, path: str | Path) -> 'SoundFile':
         """
         Read the header of a file; what it is is told from its first bytes, not its name.
 

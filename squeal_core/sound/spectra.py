@@ -88,7 +88,7 @@ class SpectrumAnalyser:
         self._neighbours = Neighbourhood(count)
 
     def spectra(self, samples: NDArray[np.float32]) -> Spectra:
-        """Return the spectra (F, K) of the windows that end with these samples."""
+        """Return spectra of shape (F, K), of the windows that end with these samples."""
         from scipy.fft import rfft
         whole = np.concatenate([self._rest, samples])
         frames = max(0, (whole.size - self.length) // self.hop + 1)
@@ -155,7 +155,7 @@ class Neighbourhood:
                        for sign in (-1, 1)]
 
     def levels(self, level: Spectra) -> Spectra:
-        """Return the levels (F, K) of the neighbourhoods of lines (F, K) [dB]."""
+        """Return the level of the neighbourhood of each line, of shape (F, K) [dB]."""
         median = np.empty((len(level), len(self._windows)), dtype=np.float32)
         for i, window in enumerate(self._windows):
             middle = (window.stop - window.start) // 2
@@ -183,5 +183,3 @@ def a_weighting(frequency: FloatArray) -> FloatArray:
         (square + 20.598997 ** 2) * (square + 12194.217 ** 2)
         * np.sqrt((square + 107.65265 ** 2) * (square + 737.86223 ** 2))))
     return np.asarray(20.0 * np.log10(np.maximum(gain, 1e-12)) + 2.0)
-
-

@@ -61,11 +61,11 @@ class _Match:
 
     kind: str
     best: _Candidate
-    next: _Candidate | None
+    second: _Candidate | None
 
     @property
     def margin(self) -> float:
-        other = 1.0 if self.next is None else self.next.unexplained
+        other = 1.0 if self.second is None else self.second.unexplained
         return 0.5 * self.best.independent * math.log(
             max(other, 1e-9) / max(self.best.unexplained, 1e-9))
 
@@ -76,7 +76,7 @@ class _Match:
 
     def __str__(self) -> str:
         parts = [f'{one.offset:.1f} s ({1.0 - one.unexplained:.0%} explained)'
-                 for one in (self.best, self.next) if one is not None]
+                 for one in (self.best, self.second) if one is not None]
         return f'by {self.kind} {" or ".join(parts)}'
 
 
@@ -110,8 +110,8 @@ def synchronise(records: Sequence[ChannelRecord], drive: RecordedDrive) -> Sound
         return SoundClock('sync', note=f'not known: {" but ".join(map(str, good))}; give --start',
                           is_ambiguous=True)
     offset = match.best.offset
-    other = '' if match.next is None else \
-        f'; the next best, {match.next.offset:.1f} s, {1.0 - match.next.unexplained:.0%}'
+    other = '' if match.second is None else \
+        f'; the next best, {match.second.offset:.1f} s, {1.0 - match.second.unexplained:.0%}'
     return SoundClock('sync', offset, deviation, (
         f'the sound starts at {offset:.3f} s of the recording, standard deviation {deviation:.3f} '
         f's, by {match.kind}: {1.0 - match.best.unexplained:.0%} of its changes explained{other}'))

@@ -56,7 +56,7 @@ def heard_events(options: argparse.Namespace, places: Collection[str]) -> Listen
 
 def _listened(path: str) -> Listening:
     """Listen to a sound as `squeal listen` does by default."""
-    sound = SoundFile.open(path)
+    sound = SoundFile.load(path)
     record = listen(sound, ListeningSettings())
     measured = MeasuredSqueal(record, record.tones(), clock_of_file(sound))
     if measured.events is None:

@@ -38,7 +38,7 @@ _GOOD, _NOT_KNOWN = 0, 1
 def listen(options: argparse.Namespace) -> int:
     """Find squeal in a sound, write table and JSON."""
     settings = _settings(options)
-    sound = SoundFile.open(options.sound)
+    sound = SoundFile.load(options.sound)
     channels = _channels(sound, options.channel)
     brakes = _brakes(options.brakes, sound, channels)
     clock = clock_of_stamp(options.start) if options.start else clock_of_file(sound)

@@ -38,7 +38,6 @@ _TIME = 1  # kind of a master, besides angle, distance and index
 _FIRST_TIME = 1e8  # s, of 1973; an earlier start is none
 
 
-
 def _close_quietly(file: Any) -> None:
     with suppress(Exception):  # one that could not be opened would print a traceback
         file.close()

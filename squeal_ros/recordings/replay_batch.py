@@ -216,7 +216,9 @@ def run_batch(task: ReplayTask, batch: Sequence[BatchRecording], progress: Batch
     Parameters
     ----------
     task : ReplayTask
+        What is done with each.
     batch : sequence of BatchRecording
+        The recordings, in this order.
     progress : BatchProgress
         Of these recordings.
     workers : int

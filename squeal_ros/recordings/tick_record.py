@@ -59,8 +59,7 @@ class TickRecord(NamedTuple):
 
 class Recorder:
     """
-    Makes the records of a drive, tick after tick; counts the ticks, finds the
-    events and the brake applications.
+    Makes the records of a drive; counts the ticks, finds events and brake applications.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
-import numpy as np  # noqa: E402
+import numpy as np  # noqa: E402, I100
 from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_ros.recordings.recording import (  # noqa: E402
     find_recordings,

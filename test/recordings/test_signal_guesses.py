@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
-import numpy as np  # noqa: E402
+import numpy as np  # noqa: E402, I100
 from squeal_core.common.errors import SquealError  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.recordings.contents import Entry  # noqa: E402
@@ -29,7 +29,7 @@ from squeal_ros.recordings.signal_guesses import propose  # noqa: E402
 from squeal_ros.recordings.signal_settings import settings_with_signals  # noqa: E402
 from squeal_ros.recordings.signals_file import read_signals  # noqa: E402
 from support.bags import braking, JOINTS, make, reports, write_bag  # noqa: E402, I100
-from support.bags import Entry as Message
+from support.bags import Entry as Message  # noqa: E402
 from support.tables import default_settings, stop_text  # noqa: E402
 
 

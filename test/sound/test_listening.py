@@ -41,7 +41,7 @@ def heard(tmp_path: Path, sound: FloatArray, rate: int = RATE, kind: str = 'i2',
           speed: SpeedAt | None = None) -> list[HeardTone]:
     """Return events and rejected tones."""
     path = write_wav(tmp_path / 'sound.wav', rate, sound, kind)
-    tones = listen(SoundFile.open(path), settings or ListeningSettings()).tones(
+    tones = listen(SoundFile.load(path), settings or ListeningSettings()).tones(
         brakes=brakes, speed=speed)
     assert tones is not None
     return tones
@@ -166,7 +166,7 @@ def test_of_a_dead_microphone_nothing_is_known(sound: FloatArray, words: str,
                                                tmp_path: Path) -> None:
     kind = 'f4' if np.isnan(sound).any() else 'i2'
     path = write_wav(tmp_path / 'sound.wav', RATE, sound, kind)
-    record = listen(SoundFile.open(path), ListeningSettings())
+    record = listen(SoundFile.load(path), ListeningSettings())
     assert record.tones() is None
     assert words in record.unknown[0]
 
@@ -176,7 +176,7 @@ def test_dropouts_numbers_that_are_none_and_an_offset_cost_only_their_time(tmp_p
     sound[3 * RATE:4 * RATE] = 0.0
     sound[5 * RATE] = np.inf
     path = write_wav(tmp_path / 'sound.wav', RATE, sound, 'f4')
-    record = listen(SoundFile.open(path), ListeningSettings())
+    record = listen(SoundFile.load(path), ListeningSettings())
     assert record.heard_share == pytest.approx(1.0 - 1.0 / 6.0, abs=0.05)
     assert [round(tone.frequency_hz) for tone in record.tones() or ()] == [3000]
 

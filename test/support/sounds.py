@@ -133,6 +133,7 @@ def write_wav(path: Path, rate: int, samples: FloatArray, kind: str = 'i2', *,
     Parameters
     ----------
     path : path
+        Of the file.
     rate : int
         [Hz]
     samples : array
