@@ -188,7 +188,8 @@ def fuzz(folder: Path, cases: Any, count: int) -> None:
             path.write_bytes(mutant)
             failed += [f'{name} {number}, {arguments[0]}: {text}' for arguments in commands(path)
                        if (text := wrong(arguments, folder, codes))]
-        assert codes.count(2) > 0.2 * count, f'{name}: hardly one is refused'
+        least = 0.02 if name == 'bag' else 0.2  # of a bag what is whole is read
+        assert codes.count(2) > least * count, f'{name}: hardly one is refused'
     assert failed == [], '\n'.join(failed)
 
 
