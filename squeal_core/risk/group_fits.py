@@ -29,11 +29,11 @@ from squeal_core.risk.emulator_audit import LARGE, MATTERS
 from squeal_core.risk.mode_families import mixing
 from squeal_core.risk.training_solutions import part_of, SubspaceMatrix, TrainingSolutions
 
-_ENOUGH = 0.8  # 1/s; fourth-power mean error of growth rates up to which families stay apart
+_ENOUGH = 1.6  # 1/s; fourth-power mean error of growth rates up to which families stay apart
 _SLOPE_WEIGHT = 0.3  # of an equation for a slope beside one for a value
 _SOFT = 15.0  # 1/s below what matters at which an equation counts half
 _OUTLYING = 3.0  # 1/s; what modes numbered the other way round are off by is more
-_LEAST = 0.03  # weight of an equation, however fast the modes decay
+_LEAST = 0.3  # weight of an equation, however fast the modes decay
 _RIDGE = 1e-11  # of the largest diagonal entry
 _REFITS = 3
 _BETTER = 0.8  # of the error, for which a common matrix is worth its cost

@@ -33,6 +33,7 @@ from squeal_ros.recordings.recording import Recording
 # a longer silence of all inputs is assessed for its first part only: they are stale by then
 _LONGEST_SILENCE = 10_000_000_000
 _BLOCK = 256  # ticks that are evaluated at once
+_LAST = (2**31 - 60) * 1_000_000_000  # ns; the seconds of a time of ROS are 32 bits
 
 
 class Replay:
@@ -67,7 +68,7 @@ class Replay:
         self.recording, self._block = recording, block
         self.stopping: Callable[[], bool] = lambda: False
         self.partial = False
-        self.start = self.end = self.read = 0
+        self.start = self.end = self.read = self._beyond = 0
         self.quality = InputQuality(settings)
 
     @property
@@ -78,7 +79,9 @@ class Replay:
     @property
     def notes(self) -> list[str]:
         """Return what else is to be known of recording and settings, as far as it was read."""
-        return [*self.recording.notes, *risk_warnings(self._risk, self.settings)]
+        beyond = [f'{self._beyond} messages recorded before 1970 or after January 2038, which a '
+                  'time of ROS cannot hold, are left out'] if self._beyond else []
+        return [*self.recording.notes, *beyond, *risk_warnings(self._risk, self.settings)]
 
     @property
     def unknown_risk(self) -> str:
@@ -121,6 +124,9 @@ class Replay:
     def _prepared(self, inputs: VehicleInputs) -> Iterator[PreparedTick]:
         period, tick = self.settings.period, 0
         for time, samples in self.recording.samples():
+            if not 0 <= time < _LAST:
+                self._beyond += 1
+                continue
             first = -(-time // period)
             if tick == 0:
                 tick, self.start = first, time

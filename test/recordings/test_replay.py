@@ -177,6 +177,16 @@ def test_damaged_bag_is_one_clear_error_and_leaves_nothing(
     assert {p.name for p in tmp_path.iterdir()} <= {'in.mcap'}
 
 
+def test_times_that_ros_cannot_hold_are_left_out_and_said(
+        tmp_path: Path, settings: MonitorSettings, kang: BrakeModel) -> None:
+    entries = float_messages(2.0)
+    whole = replay_of(write_floats(tmp_path / 'in.mcap', entries), settings, kang)
+    late = replay_of(write_floats(tmp_path / 'late.mcap', [
+        *entries, ('/speed', 2**31 * SECOND, 20.0)]), settings, kang)
+    assert [tick[0].time for tick in late] == [tick[0].time for tick in whole]
+    assert '1 messages recorded before 1970 or after' in ' '.join(late.notes)
+
+
 def test_bag_without_the_topics_names_them(tmp_path: Path, settings: MonitorSettings,
                                            kang: BrakeModel) -> None:
     bag = write_floats(tmp_path / 'in.mcap', [('/other', SECOND, 1.0)])
