@@ -19,7 +19,9 @@ from pathlib import Path
 import re
 from typing import Any
 
+import numpy as np
 import pytest
+from squeal_core.view.report.drives import read_drives
 from squeal_core.view.report.markup import element, table
 from squeal_core.view.report.page import report_page
 from squeal_core.view.report.runs import load_runs
@@ -149,6 +151,21 @@ def test_a_chosen_stretch(tmp_path: Path, drive: Path) -> None:
                  if figure['id'].startswith('timeline')]
     assert len(timelines) == 1
     assert timelines[0]['layout']['xaxis']['range'] == pytest.approx([30.0, 45.5])
+
+
+@each('seconds', [0.1, 30.0])
+def test_the_timeline_holds_the_tick_after_the_last_message(tmp_path: Path,
+                                                            seconds: float) -> None:
+    folder = SyntheticDrive(seconds, brakes=('left',)).write(tmp_path / f'{seconds}')
+    summary = json.loads((folder / 'summary.json').read_text())
+    last = summary['recording']['end_s'] - 0.1  # of the ticks
+    summary['recording'] |= {'start_s': summary['recording']['start_s'] - 0.03,
+                             'end_s': last - 0.03}
+    (folder / 'summary.json').write_text(json.dumps(summary))
+    (drive,), _ = read_drives(load_runs([folder]), None, lambda done, total: None)
+    envelope = drive.stretches[0].envelope
+    assert np.isfinite(envelope.brakes['left'].high['rotor_speed_rad_s']).sum() == round(
+        10.0 * seconds)
 
 
 def test_measured_squeal(tmp_path: Path, drive: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -132,10 +132,12 @@ def _prepared(run: Run, place: int, stretch: Stretch | None, drive_map: Operatin
 
 def _named(run: Run, result: ReplayResult, title: str, ends: Stretch) -> NamedStretch:
     rate = float(result.summary['rate_hz'])
-    start = math.floor(ends[0] * rate + 1e-6) / rate  # ticks fall on multiples of the period
+    # ticks fall on multiples of the period, the last one on or after the last message
+    start = math.floor(ends[0] * rate + 1e-6) / rate
+    end = math.ceil(ends[1] * rate - 1e-6) / rate
     return NamedStretch(
         f'{title}: {result.name}', f'{run.name}, {result.name}, from {clock(ends[0])} to '
-        f'{clock(ends[1])}', StretchEnvelope(start, ends[1], rate, start_of(result)))
+        f'{clock(ends[1])}', StretchEnvelope(start, end, rate, start_of(result)))
 
 
 def _path(run: Run, worst: Located | None) -> tuple[ApplicationPath, str]:
