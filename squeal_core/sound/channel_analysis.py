@@ -51,6 +51,8 @@ class ChannelRecord:
         Largest level of a second [dB].
     is_moving : bool
         Whether samples move by more than their steps.
+    unusable : int
+        Samples that are no numbers, infinite or as good as that.
 
     """
 
@@ -62,6 +64,7 @@ class ChannelRecord:
     clipped: NDArray[np.bool_]
     loudest: float
     is_moving: bool
+    unusable: int = 0
 
     __repr__ = repr_with_shapes
 
@@ -114,6 +117,7 @@ class ChannelAnalysis:
         gain[self.spectra.frequencies < 50.0] = -200.0
         self._gain, self._offset = (10.0 ** (0.1 * gain)).astype(np.float32), scale.offset_db
         self._frames, self._moving, self._loudest = 0, 0.0, -np.inf
+        self._unusable = 0
         self._tones: list[Tone] = []
         self._background: list[FloatArray] = []
         self._bad: list[NDArray[np.bool_]] = []
@@ -140,18 +144,19 @@ class ChannelAnalysis:
     def _condition(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
         """Note what is wrong in each hop, and return finite samples."""
         hop = self.spectra.hop
-        whole = samples[:samples.size // hop * hop].reshape(-1, hop)
-        finite = np.abs(whole) < 1e15  # squares of larger ones overflow; NaN is not either
-        bad = np.asarray(~finite.all(axis=1))
-        if bad.any():
-            samples = np.where(np.abs(samples) < 1e15, samples, np.float32(0.0))
-            whole = samples[:whole.size].reshape(-1, hop)
+        usable = np.abs(samples) < 1e15  # squares of larger ones overflow; NaN is not either
+        size = samples.size // hop * hop
+        bad = np.asarray(~usable[:size].reshape(-1, hop).all(axis=1))
+        if not usable.all():
+            self._unusable += int((~usable).sum())
+            samples = np.where(usable, samples, np.float32(0.0))
+        whole = samples[:size].reshape(-1, hop)
         if len(whole):
             self._moving = max(self._moving, float(whole.std(axis=1).max()))
         self._bad.append(bad)
         self._flat.append(np.asarray(np.ptp(whole, axis=1) == 0.0))
         self._clipped.append(_clipped(whole, max(_FULL, 1.5 * self._step)))
-        return samples if np.isfinite(samples).all() else np.nan_to_num(samples)
+        return samples
 
     def finish(self) -> ChannelRecord:
         """Return what was found."""
@@ -166,7 +171,7 @@ class ChannelAnalysis:
         return ChannelRecord(
             step, 0.5 * OVERLAP * step, self._tones + self._tracker.finish(), background, heard,
             _windows(clipped, self._frames), self._loudest,
-            self._moving >= _ALIVE * self._step)
+            self._moving >= _ALIVE * self._step, self._unusable)
 
 
 def _windows(hops: NDArray[np.bool_], count: int, *, every: bool = False) -> NDArray[np.bool_]:

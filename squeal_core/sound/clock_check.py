@@ -81,6 +81,10 @@ def _notes(one: Listening, recordings: Mapping[str, Ends]) -> Iterator[str]:
     if one.span is None:
         yield (f'{one.path}: nothing says when somebody listened, so the whole of the recordings '
                'is taken as listened to')
+    elif one.not_heard:
+        lost = sum(end - start for start, end in one.not_heard)
+        yield (f'{one.path}: {lost:.2f} s of the sound were not heard; silence of brake '
+               'applications that reach into them is not known')
     elif one.heard_share < 1.0:
         yield (f'{one.path}: the microphone was alive for {one.heard_share:.1%} of the sound; '
                'silence in the rest counts as silence')

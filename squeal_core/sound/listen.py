@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from squeal_core.common.ranges import Ends
 from squeal_core.sound.channel_analysis import ChannelAnalysis, ChannelRecord
 from squeal_core.sound.listening_settings import ListeningSettings
 from squeal_core.sound.sound_errors import SoundError
@@ -27,6 +28,7 @@ from squeal_core.sound.squeal_detection import heard_tones, HeardTone, one_of_ch
 from squeal_core.sound.tone_sources import SpeedAt
 
 _HOPS = 256  # in a block: 5.5 s
+_MOST_STRETCHES = 1_000  # that are told apart, of those in which nothing was heard
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,33 @@ class SoundRecord:
     def heard_share(self) -> float:
         """Fraction of the sound in which a microphone was alive."""
         return max((float(record.heard.mean()) for record in self.heard), default=0.0)
+
+    @property
+    def notes(self) -> list[str]:
+        """Return what is wrong with the file and its samples."""
+        return [*self.sound.notes, *(
+            f'channel {i + 1}: {one.unusable} sample{"s are" if one.unusable > 1 else " is"} no '
+            'usable number (NaN, infinite or above 1e15); what is around counts as not heard'
+            for i, one in self.channels.items() if one.unusable)]
+
+    @property
+    def not_heard(self) -> list[Ends]:
+        """
+        Return stretches from the first sample on [s] in which no microphone was alive.
+
+        Of more than 1000, the nearest ones are taken together with what is between them.
+        """
+        if not self.heard:
+            return [(0.0, self.sound.duration)]
+        one = self.heard[0]
+        alive = np.any([record.heard for record in self.heard], axis=0)
+        steps = np.diff(np.concatenate([[1], alive.astype(int), [1]]))
+        start = one.time(np.flatnonzero(steps == -1) - 0.5)
+        end = one.time(np.flatnonzero(steps == 1) - 0.5)
+        gaps = np.argsort(end[:-1] - start[1:])[:_MOST_STRETCHES - 1]  # the widest
+        parted = np.sort(gaps)
+        return list(zip([*start[:1].tolist(), *start[parted + 1].tolist()],
+                        [*end[parted].tolist(), *end[-1:].tolist()], strict=True))
 
     def tones(self, *, brakes: Sequence[str] = (), speed: SpeedAt | None = None
               ) -> list[HeardTone] | None:

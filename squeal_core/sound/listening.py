@@ -56,6 +56,8 @@ class Listening:
         Standard deviation of the clock [s]; zero where it is not known.
     is_timed : bool
         Whether times are known to be on a clock; else they may count from the start of a sound.
+    not_heard : tuple of (2,) floats
+        Stretches in which no microphone was alive [s].
 
     """
 
@@ -67,11 +69,13 @@ class Listening:
     heard_share: float = 1.0
     clock_error: float = 0.0
     is_timed: bool = True
+    not_heard: tuple[Ends, ...] = ()
 
     def covers(self, recording: str, start: float, end: float) -> bool:
         """Tell whether somebody listened to all of a stretch [s] of a recording."""
         return self.recording in ('', recording) and (
-            self.span is None or self.span[0] <= start and end <= self.span[1])
+            self.span is None or self.span[0] <= start and end <= self.span[1]
+        ) and not any(first < end and start < last for first, last in self.not_heard)
 
     def hears(self, frequency_hz: float) -> bool:
         """Tell whether a pitch could be heard; one that is not known could."""
@@ -124,7 +128,8 @@ def _with_sound(path: Path, events: tuple[MeasuredEvent, ...],
     return Listening(
         path, events, (start, start + float(found['sound']['duration_s'])),
         str(found.get('recording') or ''), (low, high), float(found['heard_share']),
-        0.0 if error is None or math.isnan(error) else float(error), offset is not None)
+        0.0 if error is None or math.isnan(error) else float(error), offset is not None,
+        tuple((float(first), float(last)) for first, last in found.get('not_heard_s') or ()))
 
 
 def listening_of(measured: MeasuredSqueal) -> Listening:
@@ -138,7 +143,9 @@ def listening_of(measured: MeasuredSqueal) -> Listening:
         for i, tone in enumerate(measured.events or (), 1))
     return Listening(sound.path, events, (shift, shift + sound.duration), measured.recording,
                      measured.record.band, measured.record.heard_share,
-                     0.0 if math.isnan(error) else error, not math.isnan(measured.clock.offset))
+                     0.0 if math.isnan(error) else error, not math.isnan(measured.clock.offset),
+                     tuple((first + shift, last + shift)
+                           for first, last in measured.record.not_heard))
 
 
 def read_listenings(paths: str | Path | Sequence[str | Path],

@@ -78,6 +78,8 @@ class MeasuredSqueal:
                       'duration_s': sound.duration},
             'heard_share': record.heard_share,
             'heard_s': max((one.heard_time for one in record.heard), default=0.0),
+            'not_heard_s': [[start + self.clock.shift, end + self.clock.shift]
+                            for start, end in record.not_heard],
             'clipped_share': {str(i + 1): float(one.clipped.mean()) if one.clipped.size else 0.0
                               for i, one in record.channels.items()},
             'not_known': {str(i + 1): why for i, why in record.unknown.items()},
@@ -91,7 +93,7 @@ class MeasuredSqueal:
             'at_full_scale': settings.scale.at_full_scale if settings.scale.quantity
             != 'full scale' else None,
             'shortest_s': settings.shortest,
-            'notes': list(sound.notes),
+            'notes': record.notes,
             'events': None if self.events is None else [self._tone(tone) for tone in self.events],
             'rejected': [{**self._tone(tone), 'rule': tone.rule} for tone in self.rejected],
             'rules': self.rules()}

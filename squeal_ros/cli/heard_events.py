@@ -62,7 +62,7 @@ def _listened(path: str) -> Listening:
     if measured.events is None:
         why = '; '.join(dict.fromkeys(record.unknown.values()))
         raise SquealError(f'{path}: nothing is known of its squeal ({why}); give another sound')
-    for note in sound.notes:
+    for note in record.notes:
         warn(f'{path}: {note}')
     report_progress(f'{path}: {len(measured.events)} squeal events in {sound.duration:.1f} s; '
                     f'{measured.clock.note}')

@@ -55,7 +55,7 @@ def listen(options: argparse.Namespace) -> int:
     tones = record.tones(brakes=brakes, speed=_speed(by_speed or drive, clock, options))
     measured = MeasuredSqueal(record, tones, clock,
                               drive.name if drive and not clock.is_ambiguous else '')
-    for note in sound.notes:
+    for note in record.notes:
         warn(f'{sound.path}: {note}')
     written = files.write(measured)
     if options.json:
@@ -118,7 +118,7 @@ def _print(measured: MeasuredSqueal, seconds: float) -> None:
         print('squeal: not known; nothing was heard of the whole sound')
         return
     settings, (low, high) = record.settings, record.band
-    print(f'heard {record.heard_share:.0%} of it, {low:g} to {high:.0f} Hz'
+    print(f'heard {math.floor(1e3 * record.heard_share) / 10:g}% of it, {low:g} to {high:.0f} Hz'
           + (f' (half the rate limits it; asked for was {settings.band[1]:g} Hz)'
              if high < settings.band[1] else ''))
     print(f'clock: {measured.clock.note}')

@@ -164,6 +164,12 @@ def test_silence_is_only_where_somebody_listened(tmp_path: Path) -> None:
         'hit', 'correct silence', 'false alarm', 'not known']
     assert found.matches.applications[-1].why == 'nobody listened to the whole of it'
     assert not found.notes
+    # nor where the microphone was dead for a part of it; what was heard beside that was heard
+    found = compared(drive, tmp_path, '11,2000,front_left', span=(0.0, 200.0),
+                     not_heard_s=[[BEGIN + 12.0, BEGIN + 51.0], [BEGIN + 93.5, BEGIN + 129.9]])
+    assert [one for *_, one in outcomes(found)] == [
+        'hit', 'not known', 'false alarm', 'correct silence']
+    assert '75.40 s of the sound were not heard' in found.notes[0]
     # a pitch that the sound cannot hold was not heard to be absent
     found = compared(drive, tmp_path, '11,1600,front_left', span=(0.0, 100.0),
                      band_hz=[1250, 1900])

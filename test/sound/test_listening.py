@@ -25,7 +25,10 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.simulation.microphone import Microphone
 from squeal_core.simulation.simulation_files import FULL_SCALE
 from squeal_core.sound.listen import listen
+from squeal_core.sound.listening import listening_of, read_listening
 from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
+from squeal_core.sound.measured_files import MeasuredFiles, MeasuredSqueal
+from squeal_core.sound.sound_clock import SoundClock
 from squeal_core.sound.sound_file import SoundFile
 from squeal_core.sound.spectra import a_weighting
 from squeal_core.sound.squeal_detection import HeardTone
@@ -175,9 +178,21 @@ def test_dropouts_numbers_that_are_none_and_an_offset_cost_only_their_time(tmp_p
     sound = 0.4 + sound_of(np.random.default_rng(10), RATE, 6.0, [Squeal(1.0, 2.0, 3000.0, 10.0)])
     sound[3 * RATE:4 * RATE] = 0.0
     sound[5 * RATE] = np.inf
+    sound[-1] = np.nan  # beyond the last whole hop
     path = write_wav(tmp_path / 'sound.wav', RATE, sound, 'f4')
     record = listen(SoundFile.load(path), ListeningSettings())
     assert record.heard_share == pytest.approx(1.0 - 1.0 / 6.0, abs=0.05)
+    assert record.not_heard == [pytest.approx((3.0, 4.0), abs=0.05),
+                                pytest.approx((5.0, 5.0), abs=0.08)]
+    assert record.not_heard[1][0] < 5.0 < record.not_heard[1][1]
+    assert len(record.notes) == 1
+    assert 'channel 1: 2 samples are no usable number' in record.notes[0]
+    measured = MeasuredSqueal(record, record.tones(), SoundClock('start', 100.0))
+    MeasuredFiles(tmp_path / 'measured.csv').write(measured)
+    read = read_listening(tmp_path / 'measured.csv', ())
+    assert read.not_heard == listening_of(measured).not_heard
+    assert [read.covers('', start, start + 0.5) for start in (102.0, 102.8, 103.5, 104.0)] == [
+        True, False, False, True]
     assert [round(tone.frequency_hz) for tone in record.tones() or ()] == [3000]
 
 
