@@ -141,6 +141,14 @@ def test_a_sound_in_place_of_events(folder: Path, capsys: pytest.CaptureFixture[
     assert main(['listen', str(tmp_path / 'stops.wav'), '-o', str(tmp_path / 'measured.csv')]) == 0
     capsys.readouterr()
     assert run_sound('measured.csv')['observations'] == seen
+    about = json.loads((tmp_path / 'measured.json').read_text())
+    (tmp_path / 'measured.json').write_text(json.dumps(about | {'clock': 'sync'}))
+    assert main(['calibrate', str(folder / 'drive'), '--sound', str(tmp_path / 'measured.csv'),
+                 '--config', str(folder / 'monitor.yaml'), '-o', str(tmp_path / 'out.yaml')]) == 2
+    error = capsys.readouterr().err
+    assert 'is on no clock' in error
+    assert len(error.splitlines()) == 1
+    assert not (tmp_path / 'out.yaml').exists()
 
 
 def test_few_events_stay_near_the_prior(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@
 
 """The page of `squeal report`: order, what is not known, escapes, figures as plotly has them."""
 
+import base64
 import json
 from pathlib import Path
 import re
@@ -42,6 +43,10 @@ def figures_of(page: str) -> list[dict[str, Any]]:
     found = re.search(r'<script type="application/json" id="figures">(.*?)</script>', page)
     assert found
     return list(json.loads(found[1]))
+
+
+def unpacked(array: dict[str, str]) -> Any:
+    return np.frombuffer(base64.b64decode(array['bdata']), array['dtype'])
 
 
 @pytest.fixture(scope='module')
@@ -188,8 +193,26 @@ def test_measured_squeal(tmp_path: Path, drive: Path, capsys: pytest.CaptureFixt
     assert {'calibration-0', 'pitch-0'} <= set(figures)
     assert [trace['name'] for trace in figures['occurrence-pressure']['data']] == [
         'predicted', 'measured']
+    heard = figures['frequency-time']['data'][-1]
+    assert (heard['name'], len(heard['text'])) == ('measured', len(applications) - 1)
+    start = load_runs([drive])[0].results[0].summary['recording']['start_s']
+    assert unpacked(heard['x']) == pytest.approx(
+        [one.start_s + 2.5 - start for one in applications[1:]])
     for figure in figures.values():
         graphs.Figure(figure['data'], figure['layout'])
+
+
+def test_measured_squeal_on_no_clock_is_refused(
+        tmp_path: Path, drive: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    measured, output = tmp_path / 'measured.csv', tmp_path / 'page.html'
+    measured.write_text('time_s,frequency_hz\n2.5,2000\n')
+    measured.with_suffix('.json').write_text(json.dumps(
+        {'offset_s': None, 'clock': 'sync', 'clock_note': 'two places'}))
+    assert main(['report', str(drive), '-o', str(output), '--sound', str(measured)]) == 2
+    error = capsys.readouterr().err
+    assert 'not found (two places)' in error
+    assert error.count('\n') == 1
+    assert not output.exists()
 
 
 def test_inputs_of_several_recordings_are_summed(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from squeal_core.sound.matching import MatchedApplication
 from squeal_core.view.report.application_shares import classes, exceedance, Shares, shares
 from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, points, style, Trace
 from squeal_core.view.report.markup import label
-from squeal_core.view.report.runs import Run
+from squeal_core.view.report.runs import end_of, Located, Run, start_of
 
 DECIBELS = 20.0 / math.log(10.0)  # of a neper
 KELVIN = 273.15
@@ -164,14 +164,18 @@ def _peaks(run: Run, place: int) -> Iterator[Trace]:
                                  '<extra></extra>'}
 
 
-def frequencies_over_time(runs: Sequence[Run]) -> Figure:
-    """Return the frequencies of all events over the recorded time."""
+def frequencies_over_time(runs: Sequence[Run],
+                          comparisons: Sequence[Comparison] = ()) -> Figure:
+    """Return the frequencies of all events over the recorded time, and of measured ones."""
     about: dict[str, Any] = {'name': 'frequency-time', 'title': 'Frequency over time',
                              'wide': True}
-    if all(run.nothing_known for run in runs):
-        return Figure(**about, unknown=NOT_KNOWN)
-    if not any(run.events for run in runs):
-        return Figure(**about, unknown='No squeal event is predicted while the risk was known.')
+    none = (NOT_KNOWN if all(run.nothing_known for run in runs) else
+            '' if any(run.events for run in runs) else
+            'No squeal event is predicted while the risk was known.')
+    measured = [_measured_marks(run, found, len(runs) > 1, place) for place, (run, found)
+                in enumerate(zip(runs, comparisons, strict=False))]
+    if none and not any(measured):
+        return Figure(**about, unknown=none)
     traces = []
     for place, run in enumerate(runs):
         brakes = run.brakes if len(runs) == 1 else ['']
@@ -179,9 +183,11 @@ def frequencies_over_time(runs: Sequence[Run]) -> Figure:
             own = [at for at in run.events if brake in ('', at.record.brake)]
             if own:
                 traces.append(_event_marks(run, own, label(brake or run.name), place + number))
+    traces += filter(None, measured)
     longest = max(run.offsets[-1] for run in runs)
     return Figure(**about, caption=(
-        'Every predicted squeal event, at its start. Size: its largest risk.' + (
+        (none or 'Every predicted squeal event, at its start. Size: its largest risk.')
+        + (' Stars: every measured one of known pitch.' if any(measured) else '') + (
             ' Recordings are drawn one after the other.' if longest else '')),
         traces=traces, layout={
             'xaxis': {'title': {'text': 'recorded time  s'}, 'rangemode': 'tozero'},
@@ -205,6 +211,26 @@ def _event_marks(run: Run, events: Sequence[Any], name: str, place: int) -> Trac
                    'size': packed([5.0 + 9.0 * (one.peak_risk if one.peak_risk > 0 else 0.0)
                                    for one in records])},
         'hovertemplate': '%{y:.2f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
+
+
+def _measured_marks(run: Run, found: Comparison, is_named: bool, place: int) -> Trace | None:
+    """Return the measured events of a run that have a pitch; None: there is none."""
+    at = [Located(i, event) for i, result in enumerate(run.results) for event in (
+        *(event for one in found.matches.applications if one.braking.recording == result.name
+          for event in one.events),
+        *(event for event in found.matches.unmatched if event.recording in ('', result.name)
+          and start_of(result) <= event.time <= end_of(result)))
+          if math.isfinite(event.frequency_hz)]
+    if not at:
+        return None
+    return {
+        **points(len(at)), 'name': f'{label(run.name)}, measured' if is_named else 'measured',
+        'x': packed([run.elapsed(one, one.record.time) for one in at], 'f8'),
+        'y': packed([one.record.frequency_hz / 1e3 for one in at]),
+        'text': [label(one.record.place or 'brake not known') for one in at],
+        'marker': {'color': style(place).colour if is_named else GREY, 'symbol': 'star-open',
+                   'size': 11},
+        'hovertemplate': 'measured %{y:.2f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
 
 
 def worst_levels(runs: Sequence[Run]) -> Figure:

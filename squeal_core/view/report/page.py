@@ -109,8 +109,8 @@ def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
              *_measured(page, runs, comparisons))
     page.add('charts', '3 Charts', page.draw(
         *(charts.occurrence(runs, condition, comparisons) for condition in charts.CONDITIONS),
-        charts.main_peaks(runs), charts.worst_levels(runs), charts.frequencies_over_time(runs),
-        friction_chart(runs, boundary)))
+        charts.main_peaks(runs), charts.worst_levels(runs),
+        charts.frequencies_over_time(runs, comparisons), friction_chart(runs, boundary)))
     page.add('timeline', '4 Timeline', page.draw(*(
         figure for drive in drives for figure in _timelines(drive))))
     page.add('map', '5 Operating map', page.draw(*(
