@@ -50,7 +50,7 @@ _BAG_SUFFIXES = ('.yaml', '.mcap', '.db3')
 _RESULT_SUFFIXES = ('.mcap', '.csv', '.parquet', '.json')
 
 __all__ = ['check_target', 'make_folder', 'Output', 'output_file', 'OutputError', 'OutputFiles',
-           'PARTIAL']
+           'named_as', 'PARTIAL']
 
 
 def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = False,
@@ -116,6 +116,15 @@ def output_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
     """Give the temporary path of one output file, which is renamed when the context ends well."""
     with OutputFiles(overwrite=overwrite) as files:
         yield files.add(path).partial
+
+
+@contextmanager
+def named_as(path: str | Path) -> Iterator[None]:
+    """Name the output that was asked for where one of the files of which it is made fails."""
+    try:
+        yield
+    except OutputError as error:
+        raise OutputError(path, error.what, error.remedy) from None
 
 
 class OutputFiles:

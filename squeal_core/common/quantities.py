@@ -77,6 +77,8 @@ class QuantityReader:
     _used: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
+        if self.content is None:
+            raise BrakeDescriptionError(self.where, 'is empty', 'write keys and values')
         if not isinstance(self.content, Mapping):
             raise BrakeDescriptionError(
                 self.where, f'is {short_repr(self.content)}', 'write a mapping of keys and values')
@@ -104,7 +106,8 @@ class QuantityReader:
         found = self.content.get(key)
         if not isinstance(found, list) or not found:
             raise BrakeDescriptionError(
-                self.path(key), f'is {short_repr(found)}', 'write a list of mappings')
+                self.path(key), 'is missing' if found is None else f'is {short_repr(found)}',
+                'write a list of mappings')
         return [QuantityReader(self.path(f'{key}[{i}]'), one, self.sources, self.warn)
                 for i, one in enumerate(found)]
 

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from squeal_core.common.errors import counted
 from squeal_core.monitor.event_places import event_places
 from squeal_core.sound.brakings import Predictions
 from squeal_core.sound.clock_check import check_clocks, time_in_words
@@ -124,8 +125,8 @@ class Comparison:
         unknown = Counter(one.why for one in matches.applications if one.outcome == 'not known')
         return [
             *(f'note: {text}' for text in self.notes),
-            f'{_counted(sum(counts.values()), "brake application")} ({self._of_what()}) in '
-            f'{_counted(len(self.recordings), "recording")}; not known: {counts["not known"]}'
+            f'{counted(sum(counts.values()), "brake application")} ({self._of_what()}) in '
+            f'{counted(len(self.recordings), "recording")}; not known: {counts["not known"]}'
             + ''.join(f'; {number}: {why}' for why, number in unknown.most_common()),
             ', '.join(f'{number} {_plural(outcome, number)}' for outcome, number in counts.items()
                       if outcome != 'not known'),
@@ -254,10 +255,6 @@ def _in_words(one: MatchedApplication) -> str:
     if not math.isnan(one.lead_time):
         parts.append(f'alarm {one.lead_time:+.2f} s ahead')
     return ', '.join(parts)
-
-
-def _counted(number: int, what: str) -> str:
-    return f'{number} {what}{"" if number == 1 else "s"}'
 
 
 def _plural(outcome: str, number: int) -> str:

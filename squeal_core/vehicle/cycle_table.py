@@ -33,12 +33,20 @@ Refuse = Callable[[int, str, str], SquealError]
 
 
 @dataclass(frozen=True)
-class _Column:
+class Column:
     """Where a quantity is: number, name as in the file, and what its unit is in SI units."""
 
     number: int
     name: str
     factor: float
+
+    def own(self, value: float) -> float:
+        """Return a number in SI units as the file has it."""
+        return float(f'{value / self.factor:.12g}')
+
+    def said(self, value: float) -> str:
+        """Return name and value of a number in SI units, as the file has them."""
+        return f'{self.name} = {self.own(value)}'
 
 
 class CycleTable:
@@ -85,7 +93,7 @@ class CycleTable:
         return max(number, 1), ''
 
     def _column(self, names: list[str], usual: str, quantities: tuple[str, ...],
-                units: dict[str, float]) -> _Column:
+                units: dict[str, float]) -> Column:
         known = {f'{quantity}_{unit}': factor for quantity in quantities
                  for unit, factor in units.items()}
         plain = [re.sub('[^a-z0-9]+', '_', name.casefold()).strip('_') for name in names]
@@ -98,9 +106,9 @@ class CycleTable:
         if len(found) > 1:
             raise self._refuse(self._before, f'{names[found[1]]!r} says again what '
                                f'{names[found[0]]!r} says', 'keep one of the columns')
-        return _Column(found[0], names[found[0]], known[plain[found[0]]])
+        return Column(found[0], names[found[0]], known[plain[found[0]]])
 
-    def _number(self, line: int, cells: list[str], column: _Column) -> float:
+    def _number(self, line: int, cells: list[str], column: Column) -> float:
         text = cells[column.number].strip() if column.number < len(cells) else ''
         try:
             return column.factor * float(

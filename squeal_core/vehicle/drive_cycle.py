@@ -24,14 +24,14 @@ from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import SquealError
 from squeal_core.common.ranges import Warn, warn_implausible
 from squeal_core.common.resources import names
-from squeal_core.vehicle.cycle_table import CycleTable, SPEED, TIME
+from squeal_core.vehicle.cycle_table import Column, CycleTable, SPEED, TIME
 
 MAX_BYTES = 20_000_000
 MAX_ROWS = 500_000
 MAX_LINE = 10_000  # characters
 MAX_SPEED, MAX_DURATION = 340.0, 1e6  # m/s, s
 _USUAL_SPEED, _USUAL_CHANGE = 100.0, 12.0  # m/s, m/s^2
-_COLUMNS = (TIME, SPEED)
+_COLUMNS = Column(0, TIME, 1.0), Column(1, SPEED, 1.0)
 
 
 class DriveCycleError(SquealError):
@@ -163,7 +163,7 @@ def read_drive_cycle(path: str | Path, *, warn: Warn = warn_implausible) -> Driv
     except (OSError, ValueError, csv.Error) as error:
         raise _file_error(path, f'cannot be read ({error})', '') from None
     time, speed = np.array([row[1:] for row in rows], dtype=np.float64).reshape(-1, 2).T
-    fault = _first_fault(time, speed)
+    fault = _first_fault(time, speed, (table.time, table.speed))
     if fault is not None:
         line = f', line {rows[fault[0]][0]}' if fault[0] < len(rows) else ''
         raise DriveCycleError(f'{path}{line}: {fault[1]}')
@@ -188,11 +188,12 @@ def _check_road_vehicle(path: Path, time: FloatArray, speed: FloatArray, warn: W
 
 
 def _file_error(path: object, what: str, _: str) -> DriveCycleError:
-    return DriveCycleError(f'{path}: {what}; give a table of {",".join(_COLUMNS)}, or a shipped '
+    return DriveCycleError(f'{path}: {what}; give a table of {TIME},{SPEED}, or a shipped '
                            f'cycle: {", ".join(names("drive_cycles", ".csv"))}')
 
 
-def _first_fault(time: FloatArray, speed: FloatArray) -> tuple[int, str] | None:
+def _first_fault(time: FloatArray, speed: FloatArray, columns: tuple[Column, Column] = _COLUMNS
+                 ) -> tuple[int, str] | None:
     """Return index and description of the first impossible sample, or None."""
     if len(time) < 2:
         return len(time), f'{len(time)} rows of data; give at least two'
@@ -202,10 +203,10 @@ def _first_fault(time: FloatArray, speed: FloatArray) -> tuple[int, str] | None:
     if wrong.size == 0:
         return None
     i = int(wrong[0])
-    for name, value in zip(_COLUMNS, (time[i], speed[i]), strict=True):
+    for column, value in zip(columns, (time[i], speed[i]), strict=True):
         if not np.isfinite(value):
-            return i, f'{name} = {value} is not finite; remove the line, gaps are interpolated'
+            return i, f'{column.said(value)} is not finite; remove the line, gaps are interpolated'
     if speed[i] < 0.0:
-        return i, f'speed_m_s = {speed[i]} is negative; give the magnitude of the speed'
-    return i, (f'time_s = {time[i]} does not come after {time[i - 1]}; '
+        return i, f'{columns[1].said(speed[i])} is negative; give the magnitude of the speed'
+    return i, (f'{columns[0].said(time[i])} does not come after {columns[0].own(time[i - 1])}; '
                'sort the lines by time and remove repeated ones')

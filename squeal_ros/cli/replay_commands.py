@@ -16,7 +16,7 @@
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ import time
 
 from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
-from squeal_core.common.output import make_folder, OutputError
+from squeal_core.common.output import make_folder, named_as, OutputError
 from squeal_core.monitor.result_files import ResultPaths, TableFormat
 from squeal_core.monitor.settings import load_settings, MonitorSettings, pressure_references
 from squeal_ros import interrupts
@@ -100,7 +100,7 @@ def _into_one_bag(options: argparse.Namespace, task: ReplayTask,
     one = BatchRecording(output.stem, recordings[0], output)
     outputs = task.outputs(ResultPaths.beside(output))
     outputs.check((one.path, *_read(options, task.settings)))
-    with _shown([one]) as (progress, show):
+    with named_as(output), _shown([one]) as (progress, show):
         def stopping(run: Replay) -> bool:
             progress.set_part(0, run.read / max(run.messages, 1))
             show()
@@ -128,10 +128,16 @@ def _into_folders(options: argparse.Namespace, task: ReplayTask,
     results = Path(options.output)
     if any(results.resolve() == path.resolve() for path in recordings):
         raise OutputError(results, 'is what this command reads', 'give another folder')
-    batch = plan_batch(recordings, make_folder(results))
-    check_batch(batch, overwrite=options.force)
-    with _shown(batch) as (progress, show):
-        outcomes = list(run_batch(task, batch, progress, options.jobs, show))
+    there = results.exists()
+    try:
+        batch = plan_batch(recordings, make_folder(results))
+        check_batch(batch, overwrite=options.force)
+        with _shown(batch) as (progress, show):
+            outcomes = list(run_batch(task, batch, progress, options.jobs, show))
+    finally:
+        if not there:
+            with suppress(OSError):  # it holds results
+                results.rmdir()
     outcomes.sort(key=lambda outcome: outcome.name)
     report = BatchReport(outcomes, len(batch))
     if len(batch) == 1 and not report.usable and outcomes:

@@ -21,6 +21,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from squeal_core.common.errors import counted
 from squeal_core.common.output import OutputFiles
 from squeal_ros.cli.arguments import check_output
 from squeal_ros.cli.console import plain, report_progress
@@ -62,8 +63,9 @@ def _verdict(contents: Contents, proposal: Proposal, usable: bool) -> Iterator[s
     if not contents.clock and contents.kind == 'csv':
         yield 'no column looks like the clock: write clock: {column: ..., unit: ...}'
     if usable:
-        yield (f'proposed: {len(proposal.brakes)} brakes ({", ".join(proposal.brakes)}), '
-               f'{guessed} inputs with guesses to be checked')
+        brakes = counted(len(proposal.brakes), 'brake')
+        yield (f'proposed: {brakes} ({", ".join(proposal.brakes)}), '
+               f'{counted(guessed, "input")} with guesses to be checked')
     else:
         yield 'no brake has all inputs: complete the file by what is listed'
 

@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 import math
 from typing import Any
 
+from squeal_core.common.errors import counted
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_ros.recordings.replay_batch import ReplayOutcome
 from squeal_ros.recordings.replay_report import percent
@@ -115,10 +116,19 @@ class BatchReport:
             assert one.report is not None
             if one.partial:
                 yield f'partial: {one.name}, its first {one.span:.0f} s'
-            if not one.report.good:
+        yield from _shortened([*self._reasons()])
+
+    def _reasons(self) -> Iterator[str]:
+        """Yield of each recording of which the risk is not all known why, and the remedy."""
+        for one in self._replayed:
+            assert one.report is not None
+            summary = one.report.summary
+            why = [one.report.why_not_all] if one.report.why_not_all else []
+            if summary.never_known:
                 yield '; '.join([
-                    f'never known: {one.name}: {", ".join(one.report.summary.never_known)}',
-                    *map(str.strip, one.report.top_reason)])
+                    f'never known: {one.name}: {", ".join(summary.never_known)}', *why])
+            elif summary.risk_share < 1.0 and why:
+                yield '; '.join([f'known in part: {one.name}', *why])
 
     def _recordings(self) -> Iterator[str]:
         width = max((len(one.name) for one in self._replayed), default=0)
@@ -130,8 +140,7 @@ class BatchReport:
             peaks = [brake.peak_risk for brake in summary.brakes.values()
                      if not math.isnan(brake.peak_risk)]
             risk = f', risk up to {max(peaks):.2f}' if peaks else ''
-            number = len(one.report.events)
-            events = (f'{number} squeal event{"s" * (number != 1)}' if one.report.events_known
+            events = (counted(len(one.report.events), 'squeal event') if one.report.events_known
                       else 'squeal events not known')
             alarms = [each.alarm for each in one.applications]
             yield (f'{one.name:{width}}  {_duration(one.span)}; {known}{risk}; {events}; '
@@ -142,7 +151,7 @@ class BatchReport:
             return
         total = self._totals()
         unknown = total['applications_not_known']
-        yield (f'total: {_duration(total["span_s"])}; {total["events"]} squeal events; '
+        yield (f'total: {_duration(total["span_s"])}; {counted(total["events"], "squeal event")}; '
                f'{total["applications_with_alarm"]} of {total["applications"]} brake applications '
                f'with an alarm{f", {unknown} not known" if unknown else ""}')
 

@@ -33,6 +33,7 @@ _DATES = {
     'dmy': r'(?P<day>\d{1,2})[-./](?P<month>\d{1,2})[-./](?P<year>\d{4}|\d\d)',
     'mdy': r'(?P<month>\d{1,2})[-./](?P<day>\d{1,2})[-./](?P<year>\d{4}|\d\d)'}
 _DATES['iso'] = _DATES['ymd']
+_ZONED = re.compile(r':\d\d.*(?:Z|UTC|[+-]\d\d:?\d\d)')  # a time of day and its zone
 _EXCEL_DAY = 25569  # of 1970-01-01
 
 TimeReader = Callable[[str], int | None]
@@ -106,6 +107,11 @@ def time_reader(clock: ClockSpec, unit: str, number: Callable[[str], float | Non
     if unit == 'clock':
         return _clock_reader(origin)
     return _date_reader(unit, zone)
+
+
+def has_zone(cell: str) -> bool:
+    """Return whether a time states its zone."""
+    return _ZONED.search(cell) is not None
 
 
 def zone_of(name: str, where: object) -> tzinfo:

@@ -97,7 +97,7 @@ class _Survey:
         """Read all rows."""
         layout = self._layout
         for line, text in enumerate(lines_of(self._path, layout.encoding), 1):
-            if line >= layout.first_row and text.strip(' \t\r\n\0'):
+            if line >= layout.first_row and text.strip():
                 self._take(line, layout.split(text))
 
     def _take(self, line: int, cells: Sequence[str]) -> None:

@@ -24,7 +24,13 @@ from typing import NamedTuple
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import short_repr
 from squeal_core.common.measured_units import find_unit
-from squeal_ros.recordings.csv_spelling import CsvError, encoding_of, likeness, marks_of
+from squeal_ros.recordings.csv_spelling import (
+    CsvError,
+    encoding_of,
+    is_missing,
+    likeness,
+    marks_of,
+)
 from squeal_ros.recordings.signals_file import TableSpec
 
 MAX_BYTES = 1_000_000_000_000  # rows are read one by one
@@ -144,6 +150,8 @@ def read_layout(path: Path, spec: TableSpec) -> CsvLayout:
     if not start.columns:
         raise _no_table(path, lines, delimiter if spec.delimiter else '')
     rows = tables[delimiter]
+    if not spec.first_row:
+        start = start._replace(row=_first_values(rows, start, spec))
     names, units = _headings(rows, start, spec)
     values = [row for row in rows[start.row:] if any(cell.strip() for cell in row)]
     decimal, thousands = marks_of(values, spec)
@@ -194,6 +202,22 @@ def _start(rows: Sequence[list[str]], delimiter: str, spec: TableSpec) -> _Start
     return _Start(round(quality, 2), columns, first)
 
 
+def _first_values(rows: Sequence[list[str]], start: _Start, spec: TableSpec) -> int:
+    """Return the first row of values, from 0: one whose values are mostly missing may be it."""
+    first = start.row
+    for at in range(start.row - 1, max(spec.header_row or 0, spec.unit_row or 0) - 1, -1):
+        row = rows[at]
+        filled = sum(bool(cell.strip()) for cell in row)
+        values = sum(cell.strip() == '-' or _is_value(cell) for cell in row)
+        below_heading = at > 0 and len(rows[at - 1]) == start.columns and not any(
+            map(_is_value, rows[at - 1]))
+        if len(row) != start.columns or _is_unit_row(row) or 2 * values < filled or (
+                values < filled and not below_heading):
+            break
+        first = at if filled else first
+    return first
+
+
 def _headings(rows: Sequence[list[str]], start: _Start, spec: TableSpec
               ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names and the units of the columns."""
@@ -208,8 +232,7 @@ def _headings(rows: Sequence[list[str]], start: _Start, spec: TableSpec
     if spec.unit_row:
         units = rows[spec.unit_row - 1] if spec.unit_row <= len(rows) else []
     elif spec.unit_row is None and len(above) > 1:
-        ranked = sorted(above[1:], key=_unit_share)
-        units = ranked[-1] if _unit_share(ranked[-1]) >= 0.5 else []
+        units = max(filter(_is_unit_row, above[:0:-1]), key=_unit_share, default=[])
     if spec.header_row:
         names = rows[spec.header_row - 1] if spec.header_row <= len(rows) else []
     elif spec.header_row is None and above:
@@ -234,6 +257,25 @@ def _unit_share(row: Sequence[str]) -> float:
     cells = [cell.strip() for cell in row if cell.strip()]
     return sum(find_unit(cell) is not None or cell[:1] + cell[-1:] in ('[]', '()')
                for cell in cells) / max(len(cells), 1)
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """
+    Return whether cells are units.
+
+    One at least is no mere dash or 1, which values may be, too; a text for a missing value may be
+    among them only where most are units.
+    """
+    cells = [cell.strip() for cell in row if cell.strip()]
+    known = sum(unit is not None and unit.name != '-' for unit in map(find_unit, cells))
+    bracketed = any(cell[:1] + cell[-1:] in ('[]', '()') for cell in cells)
+    return _unit_share(row) >= 0.5 and bool(known or bracketed) and (
+        2 * known > len(cells) or not any(map(_is_value, cells)))
+
+
+def _is_value(cell: str) -> bool:
+    """Return whether a cell is a number, or says that one is missing."""
+    return is_missing(cell) or likeness(cell) == 1.0 and find_unit(cell) is None
 
 
 def _no_table(path: Path, lines: Sequence[str], delimiter: str) -> CsvError:

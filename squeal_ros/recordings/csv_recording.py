@@ -15,6 +15,7 @@
 """A table of text, CSV or TSV, as a recording: columns are the inputs, rows the messages."""
 
 from collections.abc import Iterator, Sequence
+from datetime import datetime
 from itertools import chain
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from squeal_core.common.errors import did_you_mean, short_repr
 from squeal_core.common.measured_units import find_unit
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.column_units import contradiction, unit_in_name
-from squeal_ros.recordings.csv_cells import number_reader, time_reader
+from squeal_ros.recordings.csv_cells import has_zone, number_reader, time_reader
 from squeal_ros.recordings.csv_layout import CsvLayout, lines_of, read_layout
 from squeal_ros.recordings.csv_spelling import CsvError
 from squeal_ros.recordings.findings import Finding
@@ -71,7 +72,8 @@ class CsvRecording:
         self._time = time_reader(signals.clock, unit, self._number, f'{signals.path}, clock')
         self._times = RowTimes(round(signals.clock.offset * 1e9), unit == 'clock')
         self._odd_rows = {'short': [0, 0], 'long': [0, 0]}  # how many, and the first line
-        self._about = [*self._contradictions(unit), *self._zone_note(unit)]
+        self._may_be_local, self._local = self._takes_local_times(unit), False
+        self._about = [*self._contradictions(unit)]
 
     def _place(self, name: str, where: str) -> int:
         place = self.layout.place(name)
@@ -106,10 +108,11 @@ class CsvRecording:
                 yield (f'clock: the column {short_repr(layout.names[place])} states {stated}, '
                        f'and {self._signals.path} {unit}, which is taken')
 
-    def _zone_note(self, unit: str) -> Iterator[str]:
+    def _takes_local_times(self, unit: str) -> bool:
+        """Return whether times without a zone would be taken as UTC."""
         clock = self._signals.clock
-        if unit not in TIME_UNITS and not clock.timezone and (unit != 'clock' or clock.start):
-            yield 'times without a zone are taken as UTC; clock.timezone says another'
+        own_start = isinstance(clock.start, datetime) and not clock.start.tzinfo
+        return unit not in TIME_UNITS and not clock.timezone and (unit != 'clock' or own_start)
 
     @property
     def messages(self) -> int:
@@ -122,13 +125,16 @@ class CsvRecording:
     @property
     def notes(self) -> list[str]:
         """Return what is to be known of the table, as far as it was read."""
-        return [*self._about, *self._times.notes(), *self._row_notes(),
+        local = ['times without a zone are taken as UTC; clock.timezone says another']
+        return [*self._about, *(local if self._local else []), *self._times.notes(),
+                *self._row_notes(),
                 *chain.from_iterable(column.notes() for column in self._columns)]
 
     def _row_notes(self) -> Iterator[str]:
         for what, (count, first) in self._odd_rows.items():
             if count:
-                yield (f'{count} rows have {"fewer" if what == "short" else "more"} cells than '
+                rows = 'row has' if count == 1 else 'rows have'
+                yield (f'{count} {rows} {"fewer" if what == "short" else "more"} cells than '
                        f'the {len(self.layout.names)} columns, the first in line {first}: '
                        'left out')
 
@@ -153,10 +159,12 @@ class CsvRecording:
         """
         taken = False
         for line, cells in self._rows():
-            stated = self._time(' '.join(cells[place].strip() for place in self._clock))
-            time = self._times.take(line, stated)
+            text = ' '.join(cells[place].strip() for place in self._clock)
+            time = self._times.take(line, self._time(text))
             if time is None:
                 continue
+            if self._may_be_local and not self._local:
+                self._local = not has_zone(text)
             taken = True
             found = []
             for column, place in zip(self._columns, self._places, strict=True):
@@ -175,7 +183,7 @@ class CsvRecording:
         layout, width = self.layout, len(self.layout.names)
         least = max(self._clock) + 1 if layout.short_rows else width
         for line, text in enumerate(lines_of(self.path, layout.encoding), 1):
-            if line < layout.first_row or not text.strip(' \t\r\n\0'):
+            if line < layout.first_row or not text.strip():
                 continue
             cells = layout.split(text)
             too_long = len(cells) > width and any(map(str.strip, cells[width:]))

@@ -31,6 +31,11 @@ _DATE_TIME = re.compile(
     r'\d+:\d\d(:\d\d)?([.,]\d+)?(\s*[apAP]\.?[mM]\.?)?')
 _GROUPED = re.compile(r"\d{1,3}(([.,'’ \u00a0\u202f])\d{3})(\2\d{3})*(?!\d)")
 _MARKS = '.,'
+# in lower case, what instruments and spreadsheets write where a value is missing
+MISSING_WORDS = frozenset((
+    'nan', 'n/a', '#n/a', '#nv', 'na', 'n.a.', 'null', 'nil', '#null!', 'err', 'error', 'fehler',
+    '#value!', '#wert!', '#div/0!', '#ref!', '#num!', '#bezug!', '#zahl!', '--', '---', '----',
+    '?', '???', 'inf', '-inf', '+inf', 'invalid', 'missing', 'overflow', 'ovl', 'ovr'))
 
 
 class CsvError(LocatedError):
@@ -64,6 +69,11 @@ def likeness(cell: str) -> float:
     if _NUMBER.fullmatch(cell):
         return 0.5 if ' ' in cell else 1.0  # rather two numbers than one with thousands
     return float(bool(_DATE_TIME.fullmatch(cell)))
+
+
+def is_missing(cell: str) -> bool:
+    """Return whether a cell says that a value is missing."""
+    return cell.strip().casefold() in MISSING_WORDS
 
 
 def marks_of(rows: Sequence[Sequence[str]], spec: TableSpec) -> tuple[str, str]:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal_core.common.errors import in_one_line, SquealError
-from squeal_core.common.output import check_target, OutputError, OutputFiles
+from squeal_core.common.output import check_target, named_as, OutputError, OutputFiles
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.drive_applications import ApplicationRecord
@@ -259,7 +259,7 @@ def replay_one(task: ReplayTask, progress: BatchProgress, one: BatchRecording, p
     task = task.of(one.path)
     try:
         replay = task.replay(one.path, stopping)
-        with OutputFiles(overwrite=task.overwrite) as files:
+        with named_as(one.output), OutputFiles(overwrite=task.overwrite) as files:
             folder = files.add(one.output, folder=True).partial
             outputs = task.outputs(ResultPaths.in_folder(folder))
             write_replay(replay, outputs, parallel=parallel)

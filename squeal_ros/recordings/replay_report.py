@@ -20,6 +20,7 @@ from dataclasses import asdict
 import math
 from typing import Any
 
+from squeal_core.common.errors import counted
 from squeal_core.monitor.drive_summary import BrakeSummary, DriveSummary, Reason, worst_reason
 from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_ros.recordings.findings import Finding
@@ -136,20 +137,26 @@ class ReplayReport:
         if worst is None:
             return []
         reason, brake = worst
-        return [f'top reason, {reason.ticks} ticks of {brake.name}, first at '
+        return [f'top reason, {counted(reason.ticks, "tick")} of {brake.name}, first at '
                 f'{reason.since:.1f} s: {reason.text}',
                 f'  remedy: {self.remedy(reason, brake)}']
 
+    @property
+    def why_not_all(self) -> str:
+        """Return why the squeal risk is not known of all the braking, and the remedy."""
+        return '; '.join(map(str.strip, self.top_reason)) or '; '.join(
+            f'finding: {finding}' for finding in self._of_risk[:1])
+
     def event_lines(self) -> list[str]:
         """Return the events in words, line by line; where nothing was assessed, that."""
-        ticks = f'{self.summary.ticks} ticks'
+        ticks = counted(self.summary.ticks, 'tick')
         if not self.events_known:
             what = 'squeal risk known' if self.summary.assessed_time else 'braking assessed'
             return [f'{ticks}, squeal events: not known ({what} at none)']
         while_known = ' while the squeal risk was known' if self.summary.risk_share < 1.0 else ''
         count = len(self.events)
         more = count - _MOST_LINES
-        return [f'{ticks}, {count} squeal event{"s" * (count != 1)}{while_known}',
+        return [f'{ticks}, {counted(count, "squeal event")}{while_known}',
                 *(f'  {e.brake}, {e.start_s:.1f} to {e.end_s:.1f} s: risk up to '
                   f'{e.peak_risk:.2f}, {e.frequency_hz:.0f} Hz, growth '
                   f'{e.growth_rate_1_s:+.1f} 1/s'
@@ -160,7 +167,7 @@ class ReplayReport:
         """Yield for how much of the braking the squeal risk is known, and was assessed."""
         summary = self.summary
         if math.isnan(summary.share):
-            yield f'no braking in {summary.ticks} ticks, so nothing to assess'
+            yield f'no braking in {counted(summary.ticks, "tick")}, so nothing to assess'
             return
         every = ' of all brakes' if len(summary.brakes) > 1 else ''
         never, partly = summary.never_known, summary.incomplete_share

@@ -19,7 +19,7 @@ import json
 import math
 from typing import Any
 
-from squeal_core.common.errors import printable
+from squeal_core.common.errors import counted, printable
 from squeal_ros.recordings.contents import Contents, Entry
 from squeal_ros.recordings.signal_guesses import Guess, Proposal, USUAL_RADIUS
 
@@ -31,7 +31,7 @@ def listing(contents: Contents) -> Iterator[str]:
     span = ''
     if not math.isnan(contents.start_s):
         span = (f', {contents.end_s - contents.start_s:.6g} s from {contents.start_s:.6f}')
-    yield f'{contents.path}: {contents.kind}, {len(contents.entries)} fields{span}'
+    yield f'{contents.path}: {contents.kind}, {counted(len(contents.entries), "field")}{span}'
     yield from contents.notes
     for entry in contents.entries[:_MOST_LISTED]:
         yield _line(entry)
@@ -40,16 +40,17 @@ def listing(contents: Contents) -> Iterator[str]:
 
 
 def _line(entry: Entry) -> str:
-    parts = [entry.type if entry.type != 'number' else '', entry.unit and f'[{entry.unit}]',
-             f'{entry.count} values']
+    unit = entry.unit.strip('[] ')
+    parts = [entry.type if entry.type != 'number' else '', unit and f'[{unit}]',
+             counted(entry.count, 'value')]
     if not math.isnan(entry.rate_hz):
         parts.append(f'{entry.rate_hz:.4g} Hz')
     if not math.isnan(entry.minimum):
         parts.append(f'{entry.minimum:.6g} to {entry.maximum:.6g}')
     if entry.gaps:
-        parts.append(f'{entry.gaps} gaps, the longest {entry.longest_gap_s:.3g} s')
-    parts += [f'{count} {what}' for count, what in (
-        (entry.missing, 'empty'), (entry.texts, 'texts')) if count]
+        parts.append(f'{counted(entry.gaps, "gap")}, the longest {entry.longest_gap_s:.3g} s')
+    parts += [f'{entry.missing} empty'] if entry.missing else []
+    parts += [counted(entry.texts, 'text')] if entry.texts else []
     group = f' (group {entry.group})' if entry.group is not None else ''
     return f'  {printable(entry.label)}{group}: {", ".join(filter(None, parts))}'
 

@@ -23,7 +23,9 @@ from typing import Any
 import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.vehicle_monitor import MissingValue
+from squeal_ros.recordings.csv_layout import read_layout
 from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.signals_file import TableSpec
 from support.tables import default_settings, document, DYNO, opened, stop, stop_text, values
 
 SI = {'rotor_speed': lambda row: row[1] * 0.10471975511965977,
@@ -153,9 +155,23 @@ def test_damaged_rows_are_left_out_and_said(tmp_path: Path) -> None:
     recording = opened(write(tmp_path, '\r\n'.join(lines)))
     assert len(values(recording)['friction']) == 46
     said = ' '.join(recording.notes)
-    assert '1 rows have fewer cells than the 5 columns, the first in line 11: left out' in said
-    assert '1 rows have more cells than the 5 columns, the first in line 21: left out' in said
+    assert '2 rows have fewer cells than the 5 columns, the first in line 11: left out' in said
+    assert '1 row has more cells than the 5 columns, the first in line 21: left out' in said
     assert '1 row without a time that can be read, the first in line 41: left out' in said
+
+
+@pytest.mark.parametrize(('above', 'first', 'names', 'units'), [
+    ('t_s,p_bar,mu,temp_C\nErr,,#N/A,---', 2, 't_s', ''),
+    ('t_s,p_bar,mu,temp_C\n0,Err,,ok', 2, 't_s', ''),
+    ('t_s,p_bar,mu,temp_C\n-,-,-,-', 2, 't_s', ''),
+    ('t,p,mu,T\ns,bar,n/a,°C\nErr,,,', 3, 't', 's'),
+    ('t,p,mu,T\n[s],[bar],[-],[°C]', 3, 't', '[s]'),
+    ('t,-,2,T', 2, 't', '')])
+def test_a_row_of_missing_values_is_no_row_of_units(
+        above: str, first: int, names: str, units: str, tmp_path: Path) -> None:
+    rows = ''.join(f'{t},1.5,.4,20\n' for t in range(3))
+    layout = read_layout(write(tmp_path, f'{above}\n{rows}'), TableSpec())
+    assert (layout.first_row, layout.names[0], layout.units[0]) == (first, names, units)
 
 
 def test_one_row_and_a_trailing_delimiter(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@
 
 """`squeal replay` over many recordings: results, bad ones among them, ranges, interrupts."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -122,6 +123,34 @@ def test_a_damaged_recording_is_named_and_does_not_keep_the_others(
     found = json.loads(capsys.readouterr().out)
     assert (found['recordings_replayed'], found['recordings_outside']) == (0, 2)
     assert len(find_results([week.parent / 'out'])) == 2  # they stay
+
+
+def test_why_a_risk_is_known_in_part_and_on_a_full_disk_what_was_asked_for(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str]) -> None:
+    kept = [one for one in braking(3.0) if not (
+        one.topic.endswith('pressure') and 1.5 < (one.time - START) / SECOND < 2.3)]
+    write_bag(tmp_path / 'week' / 'holes', kept)
+    write_bag(tmp_path / 'week' / 'whole', braking(1.0))
+    settings_file(tmp_path / 'config.yaml')
+    assert main(command(tmp_path / 'week', '--jobs', '1')) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines()
+               if line.startswith('known in part: ')]
+    assert line.startswith('known in part: holes; top reason, ')
+    assert '; remedy: ' in line
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    monkeypatch.setattr('squeal_ros.recordings.replay_outputs.write_records', full)
+    for name in ('new', 'new.mcap'):
+        out = tmp_path / name
+        assert main(['replay', str(tmp_path / 'week' / 'whole'), '-o', str(out),
+                     *command(tmp_path / 'week')[4:], '--jobs', '1']) == 2
+        err = capsys.readouterr().err
+        assert f'{out}{"/whole" * (name == "new")}: cannot be written (No space left' in err
+        assert PARTIAL not in err
+        assert not out.exists()
 
 
 def test_a_range_of_time(week: Path, capsys: pytest.CaptureFixture[str]) -> None:

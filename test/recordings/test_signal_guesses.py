@@ -117,6 +117,16 @@ def test_a_table_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> 
     assert 'run `squeal signals' in capfd.readouterr().err
 
 
+def test_one_is_singular_and_units_have_one_pair_of_brackets(
+        tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / 'stop.csv'
+    path.write_text('t,n,p,mu\n[s],[rpm],[bar],[-]\n0,9,1,.4\n1,9,1,.4\n')
+    assert main(['signals', str(path)]) == 0
+    said = capfd.readouterr().out
+    assert 't: time, [s], 2 values' in said
+    assert 'proposed: 1 brake (brake)' in said
+
+
 def test_a_bag_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     joints = [Message(one.topic, one.type, one.time, make(
         JOINTS, header=one.message.header, name=['steering', 'front_left_wheel'],

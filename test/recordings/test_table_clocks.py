@@ -66,7 +66,8 @@ def test_units_and_formats(cell: str, clock: dict[str, Any], time: float | None,
     assert found == [pytest.approx(time, abs=2e-5 if clock['unit'] == 'excel' else 3e-7)]
     local = clock['unit'] in ('iso', 'dmy', 'mdy') and not ('timezone' in clock or '+' in cell
                                                             or 'Z' in cell)
-    assert ('taken as UTC' in notes) >= local
+    assert ('taken as UTC' in notes) == (
+        local or clock['unit'] == 'excel' and 'timezone' not in clock)
 
 
 def test_date_and_time_in_columns_of_their_own(tmp_path: Path) -> None:

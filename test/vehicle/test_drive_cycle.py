@@ -149,6 +149,8 @@ def test_tables_of_other_locales_and_units(tmp_path: Path, header: str, rows: st
     ('time_s,speed_m_s\n0,0\n1,fast\n', ['line 3', "speed_m_s = 'fast'", 'decimal number']),
     ('time_s,speed_m_s\n0,0\n1\n', ['line 3', "speed_m_s = ''", 'remove the line']),
     ('time_s,speed_m_s\n0,0\n\n1,nan\n', ['line 4', 'speed_m_s = nan', 'remove the line']),
+    ('time_s;speed_km_h\n0;0\n1;nan\n', ['line 3', 'speed_km_h = nan is not finite']),
+    ('time_s,v_kph\n0,0\n1,-10\n', ['line 3', 'v_kph = -10.0 is negative']),
     ('time_s,speed_m_s\n0,0\ninf,1\n', ['line 3', 'time_s = inf', 'remove the line']),
     ('time_s,speed_m_s\n0,0\n1,-0.5\n', ['line 3', 'speed_m_s = -0.5', 'magnitude']),
     ('time_s,speed_m_s\n0,0\n2,1\n2,1\n', ['line 4', 'time_s = 2.0', 'after 2.0', 'sort']),

@@ -166,6 +166,17 @@ def test_errors_name_the_key(tmp_path: Path, change: dict[str, Any], text: str) 
     assert text in str(caught.value)
 
 
+@pytest.mark.parametrize(('text', 'said'), [
+    ('# nothing yet\n', 's.yaml: is empty; write keys and values'),
+    ('source: bench\n', 's.yaml.modules: is missing; write a list')])
+def test_an_empty_schedule(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / 's.yaml'
+    path.write_text(text)
+    with pytest.raises(ScheduleError) as caught:
+        read_schedule(path)
+    assert said in str(caught.value)
+
+
 def test_unusual_values_are_doubted(tmp_path: Path) -> None:
     path = tmp_path / 's.yaml'
     path.write_text(yaml.safe_dump({'modules': [{**MODULE, 'pressure_bar': 200}]}))
