@@ -71,7 +71,8 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     assert compared >= same > 0
     folder = tmp_path / 'demo_output'
     assert {p.name for p in folder.iterdir()} == {
-        'inputs.mcap', 'live.csv', 'outputs.mcap', 'outputs.csv', 'drive.png'}
+        'inputs.mcap', 'live.csv', 'drive.png', 'outputs.mcap', 'outputs.csv',
+        'outputs.events.csv', 'outputs.applications.csv', 'outputs.summary.json'}
     assert (folder / 'drive.png').read_bytes().startswith(b'\x89PNG')
     assert 'Squeal events' in output
     assert 'of the braking time' in output.partition('Squeal events')[0]
