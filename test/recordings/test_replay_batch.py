@@ -15,6 +15,7 @@
 """`squeal replay` over many recordings: results, bad ones among them, ranges, interrupts."""
 
 import errno
+from contextlib import suppress
 import json
 import os
 from pathlib import Path
@@ -221,9 +222,13 @@ def test_worker_processes_are_stopped(number: signal.Signals, week: Path) -> Non
         stdout=subprocess.PIPE, text=True, start_new_session=True)
     assert process.stdout is not None
     with process.stdout:
-        while sum(path.stat().st_size > 0 for path in out.glob(f'*{PARTIAL}/table.csv*')) < 2:
+        writing = 0
+        while writing < 2:
             assert process.poll() is None
             time.sleep(0.01)
+            with suppress(FileNotFoundError):  # a folder may be renamed while it is looked into
+                writing = sum(path.stat().st_size > 0
+                              for path in out.glob(f'*{PARTIAL}/table.csv*'))
         process.send_signal(number)
         said = process.stdout.read()
     assert process.wait() == (130 if number == signal.SIGTERM else -number)
