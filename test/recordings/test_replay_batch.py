@@ -14,8 +14,8 @@
 
 """`squeal replay` over many recordings: results, bad ones among them, ranges, interrupts."""
 
-import errno
 from contextlib import suppress
+import errno
 import json
 import os
 from pathlib import Path
