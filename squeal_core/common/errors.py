@@ -44,11 +44,6 @@ def in_one_line(text: object, most: int | None = None) -> str:
     return ' '.join(str(text).split())[:most]
 
 
-def counted(number: int, what: str) -> str:
-    """Return a number of things in words, as '1 tick' or '2 ticks'."""
-    return f'{number} {what}{"s" * (number != 1)}'
-
-
 def nearest_word(wrong: Any, known: Iterable[str]) -> str:
     """Return the known word nearest to a wrong one, in either case; '' where none is near."""
     folded = {word.casefold(): word for word in reversed(list(dict.fromkeys(known)))}

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.common.errors import counted
+from squeal_core.common.wording import counted
 from squeal_core.monitor.event_places import event_places
 from squeal_core.sound.brakings import Predictions
 from squeal_core.sound.clock_check import check_clocks, time_in_words

@@ -23,6 +23,7 @@ import math
 from pathlib import Path
 from typing import Any, IO
 
+from squeal_core.common.json_values import plain
 from squeal_core.common.output import check_target, OutputFiles
 from squeal_core.sound.listen import SoundRecord
 from squeal_core.sound.sound_clock import SoundClock
@@ -85,8 +86,8 @@ class MeasuredSqueal:
             'not_known': {str(i + 1): why for i, why in record.unknown.items()},
             'recording': self.recording,
             'clock': self.clock.source,
-            'offset_s': _number(self.clock.offset),
-            'offset_uncertainty_s': _number(self.clock.uncertainty),
+            'offset_s': plain(self.clock.offset),
+            'offset_uncertainty_s': plain(self.clock.uncertainty),
             'clock_note': self.clock.note,
             'band_hz': list(record.band), 'prominence_db': settings.prominence,
             'threshold': settings.threshold, 'level_unit': settings.scale.unit,
@@ -111,8 +112,8 @@ class MeasuredSqueal:
                 'frequency_start_hz': tone.frequency_start_hz,
                 'frequency_end_hz': tone.frequency_end_hz, 'level': tone.level_db,
                 'prominence_db': tone.prominence_db,
-                'tone_to_noise_db': _number(tone.tone_to_noise_db),
-                'prominence_ratio_db': _number(tone.prominence_ratio_db),
+                'tone_to_noise_db': plain(tone.tone_to_noise_db),
+                'prominence_ratio_db': plain(tone.prominence_ratio_db),
                 'harmonics': list(tone.harmonics), 'channel': tone.channel + 1,
                 'clipped': tone.is_clipped, 'brake': tone.brake or None}
 
@@ -180,11 +181,7 @@ class MeasuredFiles:
         return [self.table, self.about] if known else [self.about]
 
 
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def clock_time(seconds: float) -> str:
+def moment_in_words(seconds: float) -> str:
     """Return a time in words: of day where it is one of a clock, else in seconds."""
     if seconds < 1e8:
         return f'{seconds:.3f} s'

@@ -23,7 +23,7 @@ from squeal_core.common.checks import check_number
 from squeal_core.common.errors import SquealError
 from squeal_core.sound.listen import listen as run_listening
 from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
-from squeal_core.sound.measured_files import clock_time, MeasuredFiles, MeasuredSqueal
+from squeal_core.sound.measured_files import MeasuredFiles, MeasuredSqueal, moment_in_words
 from squeal_core.sound.recorded_drive import read_drive, RecordedDrive
 from squeal_core.sound.sound_clock import clock_of_file, clock_of_stamp, SoundClock
 from squeal_core.sound.sound_file import SoundFile
@@ -136,7 +136,7 @@ def _print(measured: MeasuredSqueal, seconds: float) -> None:
 
 def _line(measured: MeasuredSqueal, tone: HeardTone) -> str:
     shift, scale = measured.clock.shift, measured.record.settings.scale
-    parts = [f'{clock_time(tone.start + shift)}, {tone.end - tone.start:.2f} s: '
+    parts = [f'{moment_in_words(tone.start + shift)}, {tone.end - tone.start:.2f} s: '
              f'{tone.frequency_hz:.0f} Hz',
              f'{tone.level_db:.0f} {scale.unit}', f'{tone.prominence_db:.0f} dB prominent']
     if abs(tone.frequency_end_hz / tone.frequency_start_hz - 1.0) > 0.01:

@@ -21,8 +21,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from squeal_core.common.errors import counted
 from squeal_core.common.output import OutputFiles
+from squeal_core.common.wording import counted
 from squeal_ros.cli.arguments import check_output
 from squeal_ros.cli.console import plain, report_progress
 from squeal_ros.recordings.contents import Contents

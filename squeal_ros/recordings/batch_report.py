@@ -18,10 +18,9 @@ from collections.abc import Iterator, Sequence
 import math
 from typing import Any
 
-from squeal_core.common.errors import counted
+from squeal_core.common.wording import counted, percent_down
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_ros.recordings.replay_batch import ReplayOutcome
-from squeal_ros.recordings.replay_report import percent
 
 _MOST_LINES = 40
 
@@ -102,8 +101,9 @@ class BatchReport:
         """Yield for how much of the braking the risk is known, and of what it is not."""
         count = f'{len(self._replayed)} of {self._count} recordings'
         if self._braking:
-            yield (f'squeal risk known for {percent(self._known / self._braking)} of the braking '
-                   f'time ({self._known:.1f} of {self._braking:.1f} s of all brakes) in {count}')
+            share = percent_down(self._known / self._braking)
+            yield (f'squeal risk known for {share} of the braking time '
+                   f'({self._known:.1f} of {self._braking:.1f} s of all brakes) in {count}')
         else:
             yield f'no braking in {count}, so nothing to assess'
         yield from _shortened([f'not replayed: {one.error}' for one in self._failed])
@@ -136,7 +136,8 @@ class BatchReport:
             assert one.report is not None
             summary = one.report.summary
             known = 'no braking' if math.isnan(summary.risk_share) else (
-                f'risk known for {percent(summary.risk_share)} of {summary.braking_time:.1f} s')
+                f'risk known for {percent_down(summary.risk_share)} of '
+                f'{summary.braking_time:.1f} s')
             peaks = [brake.peak_risk for brake in summary.brakes.values()
                      if not math.isnan(brake.peak_risk)]
             risk = f', risk up to {max(peaks):.2f}' if peaks else ''

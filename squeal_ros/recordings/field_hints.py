@@ -18,6 +18,7 @@
 from typing import Any
 
 from squeal_core.common.errors import nearest_word
+from squeal_core.common.wording import listed
 from squeal_ros.node.field_paths import FieldPath
 
 _MOST_NAMES = 12  # listed of what there is
@@ -68,6 +69,4 @@ def _fields(value: Any) -> list[str]:
 
 def in_words(names: Any) -> str:
     """Return names in a line, the first of them where there are many."""
-    every = list(names)
-    more = f' and {len(every) - _MOST_NAMES} more' if len(every) > _MOST_NAMES else ''
-    return ', '.join(every[:_MOST_NAMES]) + more
+    return listed(names, _MOST_NAMES)

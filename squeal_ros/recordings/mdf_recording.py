@@ -23,6 +23,7 @@ from operator import itemgetter
 from pathlib import Path
 
 from squeal_core.common.errors import did_you_mean, short_repr
+from squeal_core.common.wording import listed
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.column_units import contradiction
 from squeal_ros.recordings.csv_cells import start_time, zone_of
@@ -161,11 +162,9 @@ def _chosen(source: SignalSource, file: MdfFile) -> Channel:
     named = [channel for channel in file.channels if channel.name == source.name]
     if not named:
         names = list(dict.fromkeys(channel.name for channel in file.channels))
-        listed = ', '.join(map(short_repr, names[:_MOST_NAMES]))
         raise MdfError(source.where, f'{file.path} has no channel {short_repr(source.name)}'
-                       f'{did_you_mean(source.name, names)}', f'its channels are {listed}' + (
-                           f' and {len(names) - _MOST_NAMES} more' if len(names) > _MOST_NAMES
-                           else ''))
+                       f'{did_you_mean(source.name, names)}',
+                       f'its channels are {listed(map(short_repr, names), _MOST_NAMES)}')
     groups = ', '.join(str(channel.group) for channel in named)
     chosen = [channel for channel in named if source.group in (None, channel.group)]
     if len(chosen) != 1:

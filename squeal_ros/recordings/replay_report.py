@@ -20,7 +20,7 @@ from dataclasses import asdict
 import math
 from typing import Any
 
-from squeal_core.common.errors import counted
+from squeal_core.common.wording import counted, percent_down
 from squeal_core.monitor.drive_summary import BrakeSummary, DriveSummary, Reason, worst_reason
 from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_ros.recordings.findings import Finding
@@ -171,13 +171,13 @@ class ReplayReport:
             return
         every = ' of all brakes' if len(summary.brakes) > 1 else ''
         never, partly = summary.never_known, summary.incomplete_share
-        yield (f'squeal risk known for {percent(summary.risk_share)} of the braking time '
+        yield (f'squeal risk known for {percent_down(summary.risk_share)} of the braking time '
                f'({summary.known_time:.1f} of {summary.braking_time:.1f} s{every})'
-               + (f', {percent(partly)} in brake applications seen in part only'
+               + (f', {percent_down(partly)} in brake applications seen in part only'
                   if partly else '')
                + (f'; never known: {", ".join(never)}' if never else ''))
         never = summary.never_assessed
-        yield (f'assessed {percent(summary.share)} of the braking time '
+        yield (f'assessed {percent_down(summary.share)} of the braking time '
                f'({summary.assessed_time:.1f} of {summary.braking_time:.1f} s{every})'
                + (f'; never assessed: {", ".join(never)}' if never else ''))
 
@@ -219,14 +219,9 @@ def _risk_finding(why: str, brakes: Sequence[BrakeSummary]) -> Finding:
 
 def _brake_line(brake: BrakeSummary) -> str:
     share = 'no braking' if math.isnan(brake.share) else (
-        f'{percent(brake.share):>6} of {brake.braking * brake.period:.1f} s')
+        f'{percent_down(brake.share):>6} of {brake.braking * brake.period:.1f} s')
     states = ', '.join(f'{count} {state}' for state, count in brake.states.most_common())
     risk = ('; squeal risk not known' if brake.never_known else '') if math.isnan(
         brake.mean_risk) else (
         f'; squeal risk {brake.mean_risk:.2f} on average, up to {brake.peak_risk:.2f}')
     return f'{share}{risk}; ticks: {states}'
-
-
-def percent(share: float) -> str:
-    """Return a share in %, never rounded up to all."""
-    return f'{math.floor(share * 1000.0) / 10.0:g} %'

@@ -19,7 +19,8 @@ import json
 import math
 from typing import Any
 
-from squeal_core.common.errors import counted, printable
+from squeal_core.common.errors import printable
+from squeal_core.common.wording import counted
 from squeal_ros.recordings.contents import Contents, Entry
 from squeal_ros.recordings.signal_guesses import Guess, Proposal, USUAL_RADIUS
 

@@ -17,6 +17,7 @@
 from datetime import datetime, UTC
 import math
 
+from squeal_core.common import wording
 from squeal_core.view.report.runs import DATED
 
 DASH = '–'
@@ -32,7 +33,7 @@ def percent(share: float) -> str:
 
 def percent_down(share: float) -> str:
     """Return a share in %, never rounded up to all."""
-    return f'{math.floor(1000.0 * share) / 10.0:g} %' if math.isfinite(share) else DASH
+    return wording.percent_down(share) if math.isfinite(share) else DASH
 
 
 def duration(seconds: float) -> str:
