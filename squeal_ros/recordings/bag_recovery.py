@@ -35,15 +35,15 @@ from zlib import crc32
 
 try:
     from rosbags.interfaces import Connection, MessageDefinition, MessageDefinitionFormat
-    from rosbags.rosbag1.reader import Header, read_uint32, RecordType
+    from rosbags.rosbag1.reader import read_uint32, RecordType
     from rosbags.rosbag2.storage_mcap import get_msgdef, Schema
     from rosbags.typesys.msg import normalize_msgtype
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 
 from squeal_ros.recordings.bag_bounds import MAX_CHUNK, ODD_ENTRIES, unpack_lz4, unpack_zstd
+from squeal_ros.recordings.ros1_bags import read_header, unpack_bz2
 from squeal_ros.recordings.ros1_bags import SUFFIX as ROS1
-from squeal_ros.recordings.ros1_bags import unpack_bz2
 
 
 def _as_it_is(data: bytes, size: int) -> bytes:
@@ -58,7 +58,6 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 3, 4, 5, 6, 15
 _FEW_ROWS_LOST = 20_000  # after so many in a row that cannot be read, none is looked for
 _MOST_TOPICS = 10_000
 _STEP, _MOST_STEPS = 100_000, 200  # instructions of sqlite, and so many times them for a row
-_LONGEST_HEADER = 10_000_000  # bytes; that of a connection holds a message definition
 _time = itemgetter(1)
 
 Stored = tuple[int, int, bytes]
@@ -188,7 +187,7 @@ class RecoveredStorage:
             return
         while (at := file.tell()) < end:
             try:
-                header = _header(file)
+                header = read_header(file)
                 size = read_uint32(file)
                 data = file.read(min(size, end - at, MAX_CHUNK))
                 if header.get_uint8('op') == RecordType.CHUNK:
@@ -204,7 +203,7 @@ class RecoveredStorage:
         file = io.BytesIO(data)
         while file.tell() < len(data):
             try:
-                header = _header(file)
+                header = read_header(file)
                 body = file.read(size := read_uint32(file))
             except Exception:  # the chunk is cut off here
                 return
@@ -214,7 +213,7 @@ class RecoveredStorage:
             if kind == RecordType.MSGDATA:
                 yield header.get_uint32('conn'), header.get_time('time'), body
             elif kind == RecordType.CONNECTION:
-                about = _header(io.BytesIO(struct.pack('<I', size) + body))
+                about = read_header(io.BytesIO(struct.pack('<I', size) + body))
                 self._add(header.get_uint32('conn'), header.get_string('topic'),
                           normalize_msgtype(about.get_string('type')), MessageDefinition(
                               MessageDefinitionFormat.MSG, about.get_string('message_definition')))
@@ -281,15 +280,6 @@ class RecoveredStorage:
             return {}
         return {kind: (encoding, text) for kind, encoding, text in rows
                 if encoding in ('ros2msg', 'ros2idl') and isinstance(text, str)}
-
-
-def _header(file: BinaryIO) -> Header:
-    """Return the header of a record of ROS 1, of a size that one has."""
-    size = struct.unpack('<I', file.read(4))[0]
-    if size > _LONGEST_HEADER:
-        raise ValueError(f'a header of {size} bytes')
-    file.seek(-4, io.SEEK_CUR)
-    return Header.read(file)
 
 
 def _texts(data: bytes, count: int) -> list[str]:

@@ -16,7 +16,10 @@
 
 from bz2 import BZ2Decompressor
 from collections.abc import Iterator
+import io
 from pathlib import Path
+import struct
+from typing import BinaryIO
 
 try:
     from rosbags.interfaces import Connection
@@ -28,6 +31,7 @@ except ImportError as error:
 from squeal_ros.recordings.bag_bounds import MAX_CHUNK, unpack_lz4
 
 SUFFIX = '.bag'
+_LONGEST_HEADER = 10_000_000  # bytes; that of a connection holds a message definition
 
 
 def unpack_bz2(data: bytes, size: int = MAX_CHUNK) -> bytes:
@@ -44,6 +48,15 @@ def _bounded(name: str, data: bytes) -> bytes:
 
 rosbag1.decompressors.update(bz2=lambda data: _bounded('bz2', data),
                              lz4=lambda data: _bounded('lz4', data))
+
+
+def read_header(file: BinaryIO) -> rosbag1.Header:
+    """Return the header of a record of ROS 1, of a size that one has."""
+    size = struct.unpack('<I', file.read(4))[0]
+    if size > _LONGEST_HEADER:
+        raise ValueError(f'a header of {size} bytes')
+    file.seek(-4, io.SEEK_CUR)
+    return rosbag1.Header.read(file)
 
 
 class Ros1Storage(Reader):  # type: ignore[misc]
