@@ -22,7 +22,8 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 from squeal_core.common.errors import short_repr
 from squeal_core.common.measured_units import UNITS
-from squeal_ros.recordings.signals_file import ClockSpec, SignalsError
+from squeal_ros.recordings.signals_file import SignalsError
+from squeal_ros.recordings.table_spec import ClockSpec
 
 MISSING = frozenset(('', 'nan', '-nan', '+nan'))  # in lower case: cells without a value
 _SPACES, _APOSTROPHES = '\u00a0\u202f\u2009 ', "'’"

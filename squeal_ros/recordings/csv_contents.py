@@ -29,7 +29,7 @@ from squeal_ros.recordings.csv_cells import number_reader, time_reader
 from squeal_ros.recordings.csv_layout import CsvLayout, lines_of, read_layout
 from squeal_ros.recordings.name_words import plain_words
 from squeal_ros.recordings.row_times import RowTimes
-from squeal_ros.recordings.signals_file import ClockSpec, TableSpec, TIME_UNITS
+from squeal_ros.recordings.table_spec import ClockSpec, TableSpec, TIME_UNITS
 
 _HEAD_ROWS = 500  # by which the clock is told
 _TIME_WORDS = frozenset((

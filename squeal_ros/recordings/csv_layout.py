@@ -31,7 +31,7 @@ from squeal_ros.recordings.csv_spelling import (
     likeness,
     marks_of,
 )
-from squeal_ros.recordings.signals_file import TableSpec
+from squeal_ros.recordings.table_spec import TableSpec
 
 MAX_BYTES = 1_000_000_000_000  # rows are read one by one
 MAX_LINE = 1_000_000  # characters

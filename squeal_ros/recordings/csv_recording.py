@@ -21,6 +21,7 @@ from pathlib import Path
 
 from squeal_core.common.errors import did_you_mean, short_repr
 from squeal_core.common.measured_units import find_unit
+from squeal_core.common.wording import listed
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.column_units import contradiction, unit_in_name
 from squeal_ros.recordings.csv_cells import has_zone, number_reader, time_reader
@@ -31,7 +32,8 @@ from squeal_ros.recordings.input_column import InputColumn, without_values
 from squeal_ros.recordings.positions import Positions
 from squeal_ros.recordings.recording import Samples
 from squeal_ros.recordings.row_times import RowTimes
-from squeal_ros.recordings.signals_file import Signals, TIME_UNITS
+from squeal_ros.recordings.signals_file import Signals
+from squeal_ros.recordings.table_spec import TIME_UNITS
 
 _MOST_NAMES = 30  # of columns, in an error
 
@@ -196,7 +198,4 @@ class CsvRecording:
 
 
 def _columns_in_words(layout: CsvLayout) -> str:
-    names = ', '.join(map(short_repr, layout.names[:_MOST_NAMES]))
-    more = f' and {len(layout.names) - _MOST_NAMES} more' if len(
-        layout.names) > _MOST_NAMES else ''
-    return f'its columns are {names}{more}'
+    return f'its columns are {listed(map(short_repr, layout.names), _MOST_NAMES)}'

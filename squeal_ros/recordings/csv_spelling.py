@@ -21,7 +21,7 @@ from pathlib import Path
 import re
 
 from squeal_core.common.errors import LocatedError
-from squeal_ros.recordings.signals_file import TableSpec
+from squeal_ros.recordings.table_spec import TableSpec
 
 _BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
          (codecs.BOM_UTF16_BE, 'utf-16'))

@@ -27,7 +27,8 @@ from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions
-from squeal_ros.recordings.signals_file import ClockSpec, Kind, Signals
+from squeal_ros.recordings.signals_file import Kind, Signals
+from squeal_ros.recordings.table_spec import ClockSpec
 
 Samples = list[tuple[str, Signal, Sample | MissingValue]]
 """Brake, signal and sample of all that a message or a row holds."""

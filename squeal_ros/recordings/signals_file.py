@@ -19,29 +19,24 @@ docs/recordings.md is its manual; `squeal signals` writes one.
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import date, datetime
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from squeal_core.common.errors import did_you_mean, LocatedError, short_repr
-from squeal_core.common.measured_units import find_unit, Unit, unit_remedy, UNITS
+from squeal_core.common.errors import LocatedError, short_repr
+from squeal_core.common.measured_units import find_unit, Unit, unit_remedy
 from squeal_core.common.yaml_sections import YamlSection
 from squeal_core.monitor.setting_specs import Signal, SIGNALS
 from squeal_core.monitor.settings import check_names
+from squeal_ros.recordings.table_spec import ClockSpec, read_clock, read_table, TableSpec
 
 QUANTITIES: Mapping[Signal, tuple[str, ...]] = {
     'rotor_speed': ('angular speed', 'speed'), 'pressure': ('pressure',), 'friction': ('ratio',),
     'temperature': ('temperature',)}
-TIME_UNITS = tuple(unit.name for unit in UNITS.values() if unit.quantity == 'time')
-TIME_FORMATS = ('iso', 'clock', 'dmy', 'mdy', 'ymd', 'excel')
 # settings of an input that the file may give, as config/monitor.yaml does
 PASSED_ON = ('max_age', 'minimum', 'maximum', 'stuck_after', 'movement', 'reference')
 _RADIUS = 'wheel_radius_m'
-_DELIMITERS = {'tab': '\t', 'space': ' ', 'comma': ',', 'semicolon': ';'}
 _LARGEST_RADIUS = 2.0  # m
-_MOST_ROWS = 100_000  # before the first row of values
 _MOST_GROUPS = 1_000_000
 
 Kind: TypeAlias = Literal['column', 'topic']
@@ -95,46 +90,6 @@ class SignalSource:
     passed_on: Mapping[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ClockSpec:
-    """
-    Where the times of a table are, and what they mean.
-
-    Parameters
-    ----------
-    columns : tuple of str
-        One, or two of which one holds the date; empty: a measurement's own times.
-    unit : str
-        One of TIME_UNITS or TIME_FORMATS; empty: as it is found.
-    start : datetime or float, optional
-        Instant at which the column reads zero, or day of clock times; a float is a Unix time [s].
-    timezone : str
-        Of local times.
-    offset : float
-        Added to all times [s].
-
-    """
-
-    columns: tuple[str, ...] = ()
-    unit: str = ''
-    start: datetime | float | None = None
-    timezone: str = ''
-    offset: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class TableSpec:
-    """How a table of text is written; None or empty: as it is found."""
-
-    delimiter: str = ''
-    decimal: str = ''
-    thousands: str | None = None
-    encoding: str = ''
-    header_row: int | None = None
-    unit_row: int | None = None
-    first_row: int | None = None
-
-
 @dataclass(frozen=True)
 class Signals:
     """What a file of signals says."""
@@ -177,7 +132,7 @@ def read_signals(path: str | Path) -> Signals:
     stamp = clock.text('stamp', choices=('header', 'receipt'))
     for brake in brakes.content:
         sources += _inputs(brakes.section(brake), brake, radius, stamp)
-    found = Signals(path, tuple(sources), _clock(clock), _table(top.section('table')))
+    found = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')))
     top.finish()
     return found
 
@@ -253,67 +208,3 @@ def _unit(entry: YamlSection, signal: Signal, radius: float) -> tuple[Unit, floa
         raise entry.error('unit', f'is {unit.name}, a speed of the vehicle or the wheel rim',
                           f'give {_RADIUS}, the rolling radius, to have the speed of the rotor')
     return unit, 1.0 / radius
-
-
-def _clock(section: YamlSection) -> ClockSpec:
-    columns = section.take('column') or section.take('channel') or []
-    if isinstance(columns, str | int):
-        columns = [columns]
-    if not (isinstance(columns, list) and len(columns) <= 2 and all(
-            isinstance(name, str | int) for name in columns)):
-        raise section.error('column', f'is {short_repr(columns)}',
-                            'name a column, or two: [date, time]')
-    units = (*TIME_UNITS, *TIME_FORMATS)
-    unit = section.text('unit')
-    if unit not in (*units, ''):
-        known = find_unit(unit)
-        if known is None or known.quantity != 'time':
-            raise section.error('unit', f'is {short_repr(unit)}', f'write one of '
-                                f'{", ".join(units)}{did_you_mean(unit, units)}')
-        unit = known.name
-    found = ClockSpec(
-        columns=tuple(map(str, columns)), unit=unit, start=_start(section),
-        timezone=section.text('timezone'), offset=section.number('offset', 0.0))
-    section.finish(('channel',))
-    return found
-
-
-def _start(section: YamlSection) -> datetime | float | None:
-    value = section.take('start')
-    if isinstance(value, str):
-        with suppress(ValueError):
-            return datetime.fromisoformat(value)
-    elif isinstance(value, datetime) or value is None:
-        return value
-    elif isinstance(value, date):
-        return datetime(value.year, value.month, value.day)
-    elif isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < 1e11:
-        return float(value)
-    raise section.error('start', f'is {short_repr(value)}',
-                        'write a date and time, as 2026-11-26T10:00:00+01:00, or Unix seconds')
-
-
-def _table(section: YamlSection) -> TableSpec:
-    delimiter = section.text('delimiter')
-    delimiter = _DELIMITERS.get(delimiter.strip().casefold(), delimiter)
-    if len(delimiter) > 1 or delimiter in '"\r\n' and delimiter:
-        raise section.error('delimiter', f'is {short_repr(delimiter)}',
-                            'write one character, tab or space')
-    encoding = section.text('encoding')
-    try:
-        ''.encode(encoding or 'utf-8')
-    except (LookupError, ValueError):
-        raise section.error('encoding', f'is {short_repr(encoding)}',
-                            'write utf-8, latin-1, cp1252 or utf-16') from None
-    thousands = section.text('thousands') if 'thousands' in section.content else None
-    found = TableSpec(
-        delimiter=delimiter, decimal=section.text('decimal', '', ('.', ',')), thousands=thousands,
-        encoding=encoding, header_row=section.count('header_row', _MOST_ROWS),
-        unit_row=section.count('unit_row', _MOST_ROWS),
-        first_row=section.count('first_row', _MOST_ROWS))
-    if thousands and (len(thousands) > 1 or thousands in (found.decimal, delimiter)
-                      or thousands.isdecimal()):
-        raise section.error('thousands', f'is {short_repr(thousands)}',
-                            'write another mark than those of decimals and columns')
-    section.finish()
-    return found
