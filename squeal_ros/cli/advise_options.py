@@ -23,7 +23,7 @@ DESCRIPTION = ('Print the pressures at which a brake is quiet, by full solutions
                'quiet pressure anywhere, or no risk in the map; 2: the input is bad.')
 
 
-def add_advise(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add_model(p)
     p.add_argument('--rotor-speed', type=float, nargs='+', default=[5.0, 10.0, 20.0, 40.0, 80.0],

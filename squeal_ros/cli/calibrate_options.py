@@ -27,7 +27,7 @@ DESCRIPTION = ('Fit the ensemble of brakes to measured squeal: recordings of bra
                'cannot be used.')
 
 
-def add_calibrate(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     p.add_argument('recordings', nargs='+', metavar='RECORDING',
                    help='rosbag2 folder, .mcap or .db3 file, as `squeal replay` reads')
     heard = p.add_mutually_exclusive_group(required=True)

@@ -23,7 +23,7 @@ DESCRIPTION = ('Play a drive cycle (CSV) or a schedule of brake applications (YA
                'and faster than real time, for `squeal replay`.')
 
 
-def add_drive(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     add_cycle(p)
     p.add_argument('--rate', type=float, default=10.0, metavar='HZ',
                    help='samples a second (default 10)')

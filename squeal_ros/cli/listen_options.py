@@ -24,7 +24,7 @@ DESCRIPTION = ('Find squeal in a sound, or in a scaled acceleration: tones 15 dB
                'of its clock, which is said; 2: the input cannot be used.')
 
 
-def add_listen(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     p.add_argument('sound', metavar='SOUND', help='WAV or FLAC')
     p.add_argument('-o', '--output', default='measured.csv', metavar='MEASURED.csv',
                    help='table of events; the JSON goes beside it (default measured.csv)')

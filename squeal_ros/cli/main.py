@@ -19,17 +19,27 @@ from squeal_ros import interrupts  # noqa: I100
 
 import argparse  # noqa: I100
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 import os
 import sys
+from types import ModuleType
+from typing import Any
 
 from squeal_core import __version__
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.stability.eigensolution import SQUEAL_BAND
-from squeal_ros.cli import advise_options, point_commands as commands, replay_options
-from squeal_ros.cli import signals_options
-from squeal_ros.cli.calibrate_options import add_calibrate
-from squeal_ros.cli.calibrate_options import DESCRIPTION as CALIBRATE
+from squeal_ros.cli import (
+    advise_options,
+    calibrate_options,
+    drive_options,
+    listen_options,
+    point_commands as commands,
+    replay_options,
+    report_options,
+    signals_options,
+    simulate_options,
+)
 from squeal_ros.cli.command_parser import (
     add_force,
     add_model,
@@ -41,13 +51,6 @@ from squeal_ros.cli.command_parser import (
     CommandParser,
     mode_numbers,
 )
-from squeal_ros.cli.drive_options import add_cycle, add_drive
-from squeal_ros.cli.drive_options import DESCRIPTION as DRIVE
-from squeal_ros.cli.listen_options import add_listen
-from squeal_ros.cli.listen_options import DESCRIPTION as LISTEN
-from squeal_ros.cli.report_options import add_report
-from squeal_ros.cli.report_options import DESCRIPTION as REPORT
-from squeal_ros.cli.simulate_options import add_simulate, DESCRIPTION
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
 
@@ -109,6 +112,7 @@ def parser() -> argparse.ArgumentParser:
         prog='squeal', description='Squeal stability of disc brakes: models, points, drives.')
     top.add_argument('--version', action='version', version=f'squeal_ros {__version__}')
     sub = top.add_subparsers(required=True, metavar='COMMAND')
+    command = partial(_add_command, sub)
     _build(sub.add_parser('build', help='a brake description -> a modal brake model'))
     _info(sub.add_parser('info', help='what a model file holds'))
     _modes(sub.add_parser('modes', help='complex modes at an operating point'))
@@ -116,43 +120,26 @@ def parser() -> argparse.ArgumentParser:
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
     _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
-    advised = sub.add_parser('advise', help='quiet pressures, and a map of the risk to export',
-                             description=advise_options.DESCRIPTION)
-    advised.set_defaults(run=_from_module('advise_commands', 'advise'))
-    advise_options.add_advise(advised)
-    simulated = sub.add_parser('simulate', help='squeal in the time domain: sound and events',
-                               description=DESCRIPTION)
-    simulated.set_defaults(run=_from_module('simulate_commands', 'simulate'))
-    add_simulate(simulated)
-    calibrated = sub.add_parser('calibrate', help='fit the ensemble of brakes to measured squeal',
-                                description=CALIBRATE)
-    calibrated.set_defaults(run=_from_module('calibrate_commands', 'calibrate'))
-    add_calibrate(calibrated)
-    heard = sub.add_parser('listen', help='squeal in a sound: events, level, prominence',
-                           description=LISTEN)
-    heard.set_defaults(run=_from_module('listen_commands', 'listen'))
-    add_listen(heard)
+    command('advise', 'quiet pressures, and a map of the risk to export', advise_options)
+    command('simulate', 'squeal in the time domain: sound and events', simulate_options)
+    command('calibrate', 'fit the ensemble of brakes to measured squeal', calibrate_options)
+    command('listen', 'squeal in a sound: events, level, prominence', listen_options)
     _verify(sub.add_parser('verify', help='rerun the paper: what is reproduced, what is not'))
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
-    replayed = sub.add_parser('replay', help='the monitor over one or many recordings',
-                              description=replay_options.DESCRIPTION)
-    replayed.set_defaults(run=_from_module('replay_commands', 'replay'))
-    replay_options.add_replay(replayed)
-    listed = sub.add_parser('signals', help='what a recording holds, and a file for --signals',
-                            description=signals_options.DESCRIPTION)
-    listed.set_defaults(run=_from_module('signals_commands', 'signals'))
-    signals_options.add_signals(listed)
-    driven = sub.add_parser('drive', help='play or record a drive cycle or a schedule',
-                            description=DRIVE)
-    driven.set_defaults(run=_from_module('drive_commands', 'drive'))
-    add_drive(driven)
-    reported = sub.add_parser('report', help='one page of what replays found',
-                              description=REPORT)
-    reported.set_defaults(run=_from_module('report_commands', 'report'))
-    add_report(reported)
+    command('replay', 'the monitor over one or many recordings', replay_options)
+    command('signals', 'what a recording holds, and a file for --signals', signals_options)
+    command('drive', 'play or record a drive cycle or a schedule', drive_options)
+    command('report', 'one page of what replays found', report_options)
     _demo(sub.add_parser('demo', help='node, player and replay of a drive, end to end'))
     return top
+
+
+def _add_command(sub: Any, name: str, about: str, options: ModuleType) -> None:
+    """Add a command of the module NAME_commands, with the options of NAME_options."""
+    p = sub.add_parser(name, help=about, description=options.DESCRIPTION)
+    p.set_defaults(run=_from_module(f'{name}_commands', name))
+    options.add_options(p)
 
 
 def _build(p: argparse.ArgumentParser) -> None:
@@ -276,7 +263,7 @@ def _policy(p: argparse.ArgumentParser) -> None:
 
 def _demo(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=commands.demo)
-    add_cycle(p)
+    drive_options.add_cycle(p)
     p.add_argument('--speed-up', type=float, default=8.0, metavar='X', help='default 8')
     p.add_argument('--rate', type=float, default=1.0, metavar='HZ',
                    help='assessments a second of the drive (default 1)')

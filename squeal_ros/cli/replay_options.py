@@ -27,7 +27,7 @@ DESCRIPTION = ('Run the monitor over recordings. Each gets a folder with the top
                'cannot be used; 130: interrupted, and what was done is written.')
 
 
-def add_replay(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     p.add_argument('recordings', nargs='+', metavar='RECORDING', help='rosbag2 folder, .mcap or '
                    '.db3 file, table; folders and patterns of these')
     p.add_argument('-o', '--output', default=OUTPUT, metavar='OUT', help='folder in which each '

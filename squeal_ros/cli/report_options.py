@@ -24,7 +24,7 @@ DESCRIPTION = ('Write one HTML page of what `squeal replay` wrote: what is known
                'so; 2: the input is bad.')
 
 
-def add_report(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     p.add_argument('results', nargs='+', metavar='OUT', help='folder that `squeal replay` wrote, '
                    'of one or many recordings, or a summary.json; several are compared')

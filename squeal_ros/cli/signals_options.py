@@ -24,7 +24,7 @@ DESCRIPTION = ('List what a recording holds (topics and fields, columns, channel
                'recording cannot be read.')
 
 
-def add_signals(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     p.add_argument('recording', metavar='RECORDING',
                    help='rosbag2 folder, .mcap, .db3, .bag, .mf4 or table of text')

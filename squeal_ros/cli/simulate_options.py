@@ -24,7 +24,7 @@ DESCRIPTION = ('Integrate the nonlinear contact of a brake over time, from noise
                'brake takes some 30 s.')
 
 
-def add_simulate(p: argparse.ArgumentParser) -> None:
+def add_options(p: argparse.ArgumentParser) -> None:
     add_model(p)
     p.add_argument('-o', '--output', required=True, metavar='FOLDER')
     add_force(p)
