@@ -77,8 +77,6 @@ class QuantityReader:
     _used: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        if self.content is None:
-            raise BrakeDescriptionError(self.where, 'is empty', 'write keys and values')
         if not isinstance(self.content, Mapping):
             raise BrakeDescriptionError(
                 self.where, f'is {short_repr(self.content)}', 'write a mapping of keys and values')

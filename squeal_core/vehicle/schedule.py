@@ -133,8 +133,11 @@ def read_schedule(path: str | Path, *, warn: Warn = warn_implausible) -> Schedul
 
     """
     path = Path(path)
+    content = read_yaml(path, ScheduleError)
+    if content is None:
+        raise ScheduleError(path.name, 'is empty', 'write keys and values')
     try:
-        whole = QuantityReader(path.name, read_yaml(path, ScheduleError), warn=warn)
+        whole = QuantityReader(path.name, content, warn=warn)
         source = whole.text('source', '')
         conditioning = _conditioning(whole.section('conditioning', required=False))
         modules = whole.sections('modules')
