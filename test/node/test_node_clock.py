@@ -184,7 +184,7 @@ def test_a_time_that_is_none_ends_nothing() -> None:
     with vehicle() as car:
         go_on(car)
         publisher = car.node.create_publisher(Clock, '/clock', 10)
-        car.wait(publisher.get_subscription_count)
+        car.connected(publisher, 2)
         errors = car.monitor.health.errors
         publisher.publish(Clock(clock=TimeMessage(sec=-5)))
         car.wait(lambda: car.monitor.health.errors > errors)

@@ -194,7 +194,9 @@ def test_messages_wait_with_their_time_of_receipt_and_come_in_order() -> None:
             lambda topic, message, stamp, _: heard.append((topic, message.data, stamp)),
             pytest.fail)
         publishers = [car.node.create_publisher(Float64, topic, 10) for topic in topics]
-        car.wait(lambda: all(p.get_subscription_count() for p in publishers))
+        car.wait(lambda: all(p.get_subscription_count() for p in publishers)
+                 and all(s.get_publisher_count() for s in car.node.subscriptions
+                         if s.topic_name in {p.topic_name for p in publishers}))
         start = now()
         for i in range(6):
             publishers[i % 2].publish(Float64(data=float(i)))

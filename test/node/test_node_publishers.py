@@ -43,7 +43,7 @@ def test_publishers_that_contradict_each_other_are_named() -> None:
         assert acted.risk >= 0.0
         liar, honest = other.create_publisher(FluidPressure, 'fl/brake_pressure', 10), (
             acted.publishers['pressure'])
-        acted.wait(liar.get_subscription_count, 'the second publisher')
+        acted.connected(liar, 2)
         for _ in range(12):
             drive(acted, 0.1)  # 0.05 s
             acted.publishers['pressure'] = liar
@@ -71,7 +71,7 @@ def test_publishers_that_contradict_each_other_are_named() -> None:
 def test_a_second_publisher_of_other_joints_is_no_fault(message: Any) -> None:
     with stage() as (acted, car), stranger(car) as other:
         arms = other.create_publisher(JointState, 'joint_states', 10)
-        acted.wait(arms.get_subscription_count, 'the second publisher')
+        acted.connected(arms, 2)
         before = acted._taken('rotor_speed')
         for count in range(12):
             message.header = header(acted)

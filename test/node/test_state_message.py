@@ -61,7 +61,10 @@ def hear(message):
 
 rclpy.init()
 node = rclpy.create_node('listener')
-node.create_subscription(BrakeSqueal, sys.argv[1], hear, 100)
+subscription = node.create_subscription(BrakeSqueal, sys.argv[1], hear, 100)
+while not subscription.get_publisher_count():  # what comes before is lost
+    rclpy.spin_once(node, timeout_sec=0.02)
+print('ready', flush=True)
 rclpy.spin(node)
 """
 
@@ -77,7 +80,7 @@ def listener(car: Vehicle, folder: Path) -> Iterator[Iterator[dict[str, Any]]]:
         try:
             (publisher,) = [p for p in car.monitor.publishers if p.topic_name == TOPIC]
             car.wait(lambda: publisher.get_subscription_count() or process.poll(), 'a subscriber')
-            assert process.poll() is None
+            assert process.stdout.readline() == 'ready\n'
             yield map(json.loads, process.stdout)
         finally:
             process.kill()

@@ -55,7 +55,7 @@ class Stage:
         car.set_time(BEGIN)
         car.meet()
         self.publishers: dict[Signal, Any] = {s: car._publishers[s] for s in TOPICS}
-        self.wait = car.wait
+        self.wait, self.connected = car.wait, car.connected
 
     def send(self, signal: Signal, sample: Sample) -> None:
         """Publish a value, and wait until the node has taken it."""
@@ -68,13 +68,6 @@ class Stage:
         before = self._taken(signal)
         self.publishers[signal].publish(message)
         self.wait(lambda: self._taken(signal) > before, signal)
-
-    def connected(self, publisher: Any, count: int) -> None:
-        """Wait until a publisher and the node know of each other, of so many on its topic."""
-        self.wait(publisher.get_subscription_count, 'the subscription')
-        self.wait(lambda: [topic.get_publisher_count() for topic in self._car.monitor.subscriptions
-                           if topic.topic_name == publisher.topic_name] == [count],
-                  'the new publisher')
 
     def _taken(self, signal: Signal) -> int:
         figures = self._car.monitor._configured.inputs.values(0)

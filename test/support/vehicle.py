@@ -165,7 +165,10 @@ class Vehicle(NodeOutputs):
             taken = set(inputs) - {self._publishers['temperature'].topic_name}
             outputs = {}
         for topic in taken & set(inputs):
-            self.wait(inputs[topic].get_subscription_count, f'subscriber of {topic}')
+            if self.monitor:
+                self.connected(inputs[topic])
+            else:
+                self.wait(inputs[topic].get_subscription_count, f'subscriber of {topic}')
         for topic, listener in self._listeners.items():
             if not self.monitor or topic in outputs:
                 self.wait(listener.get_publisher_count, f'publisher of {topic}')
@@ -173,6 +176,15 @@ class Vehicle(NodeOutputs):
                 self.wait(outputs[topic].get_subscription_count, f'subscriber of {topic}')
         if self.simulated is not None and not self._begun:
             self.set_time(self.simulated)
+
+    def connected(self, publisher: Any, count: int = 0) -> None:
+        """Wait until a publisher and the node know of each other; of so many (0: of any)."""
+        topic = publisher.topic_name
+        self.wait(publisher.get_subscription_count, f'subscriber of {topic}')
+        # what is published before the node's side knows of it is lost
+        self.wait(lambda: all(count in (known := s.get_publisher_count(), 0) and known
+                              for s in self.monitor.subscriptions if s.topic_name == topic),
+                  f'publisher of {topic}')
 
     def step(self, longest: int = STEP) -> None:
         """Publish all signals and let time go on, to the node's next tick at most."""
