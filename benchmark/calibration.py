@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Calibration on brakes whose squeal is known: the figures of docs/calibration.md.
+Calibration on brakes whose squeal is known: the figures of docs/howto/calibration.md.
 
 Run: python benchmark/calibration.py [--seeds 20] [--emulator] [--ticks 100000] [--json]
 

@@ -13,7 +13,9 @@
 # limitations under the License.
 
 """
-How often the brake is unstable while it brakes, by its damping: the tables of docs/risk.md.
+How often the brake is unstable while it brakes, by its damping.
+
+The tables of docs/explanation/risk.md.
 
 Run: python benchmark/damping.py [--rate 2] [--json]
 

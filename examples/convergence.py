@@ -15,7 +15,8 @@
 """
 Measure how mode frequencies, arrays and growth rates converge with mesh and quadrature.
 
-Run: python examples/convergence.py [--quick]; prints the tables of docs/convergence.md.
+Run: python examples/convergence.py [--quick]; prints the tables of
+docs/explanation/convergence.md.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy

@@ -16,7 +16,7 @@
 Measure the uniform planar-mesh method: as printed, as it should be, and on irregular nodes.
 
 Run: python examples/planar_mesh_convergence.py [--quick] [PNG]; prints the tables of
-docs/planar_mesh.md and draws its picture.
+docs/explanation/planar_mesh.md and draws its picture.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy

@@ -141,7 +141,8 @@ def test_every_package_is_in_the_order() -> None:
 
 
 def test_the_architecture_names_every_package() -> None:
-    named = set(re.findall(r'`(\w+)/?`', (ROOT / 'docs/architecture.md').read_text('utf-8')))
+    page = (ROOT / 'docs/explanation/architecture.md').read_text('utf-8')
+    named = set(re.findall(r'`(\w+)/?`', page))
     assert {name.rpartition('.')[2] for name in PACKAGES} - named == set()
 
 

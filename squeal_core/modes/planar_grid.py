@@ -110,7 +110,7 @@ def sector_quadrature(contact: Contact, height: float, *, panels: tuple[int, int
         z of the face [m].
     panels : (2,) ints
         Equal parts in r and theta: as many as the pad has elements, for its shapes have kinks
-        between them and a Gauss rule wants smoothness (docs/convergence.md).
+        between them and a Gauss rule wants smoothness (docs/explanation/convergence.md).
     points : int
         Gauss points a panel, in each direction.
 

@@ -18,7 +18,7 @@ The uniform planar-mesh method, for modes that are given at nodes.
 K09 section 2: where nodes lie in planes of constant z, modal vectors are carried from the
 irregular nodes of each plane to a polar grid, along whose rows they can be differentiated, and
 over which integrals are sums. `PlanarModes` does so as the paper prints it (eqs 39-42), or as it
-should be; docs/planar_mesh.md shows the difference.
+should be; docs/explanation/planar_mesh.md shows the difference.
 
     scattered_nodes   irregular nodes of one plane -> any points of it
     planar_layers     the stack of planes, and what lies between two of them

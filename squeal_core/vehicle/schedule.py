@@ -122,7 +122,7 @@ def read_schedule(path: str | Path, *, warn: Warn = warn_implausible) -> Schedul
     ----------
     path : path
         Where the file is; its stem becomes the name. Keys: `modules`, a list, and `source` and
-        `conditioning` where wanted (docs/schedules.md).
+        `conditioning` where wanted (docs/howto/schedules.md).
     warn : callable
         Given a text for each number that can be used but is unusual.
 

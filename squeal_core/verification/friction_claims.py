@@ -95,7 +95,7 @@ def _why_apart(apart: float, near: str, parts: Parts | None) -> str:
         worst, _ = Case(without_rotation(parts.by_sums)).soft_pair(1.0)
         why += (f'; and at 100 % too ({worst.growth_rate:+.0f} 1/s, {worst.frequency_hz:.0f} '
                 'Hz) where integrals are sums over 15 x 43 nodes, as K09 eq. (40) reads, which '
-                'counts the rim of the patch too much (docs/theory.md)')
+                'counts the rim of the patch too much (docs/explanation/theory.md)')
     return why
 
 

@@ -26,7 +26,7 @@ SOFTER = (0.70, 0.71, 0.72)  # of the nominal contact stiffness
 TORSION = 'disc (0,0)s'
 _HAT, _MESH = ('the dimensions are fitted to these frequencies, for K09 does not print them',
                "the pad's dimensions are printed, so this is the mesh: K09's is not known, this "
-               'one is converged (docs/convergence.md)')
+               'one is converged (docs/explanation/convergence.md)')
 PRINTED = (  # Hz in K09, the mode's name here, in words, where printed, why it may differ
     (3431.0, 'pad 1 flexible 1', 'first bending of the pad', 'sec. 3', _MESH),
     (5720.0, 'pad 1 flexible 2', 'first torsion of the pad', 'sec. 3', _MESH),

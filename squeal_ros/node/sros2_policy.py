@@ -59,7 +59,8 @@ def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
     namespace = namespace.rstrip('/')
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<!-- SROS2 policy of {NODE_NAME}, as `squeal policy` writes it; see docs/security.md.',
+        f'<!-- SROS2 policy of {NODE_NAME}, as `squeal policy` writes it; see '
+        'docs/howto/security.md.',
         '     What is not listed is denied. The node requests no service. -->',
         '<policy version="0.2.0">', '  <enclaves>',
         f'    <enclave path="{namespace}/{NODE_NAME}">', '      <profiles>',

@@ -42,10 +42,11 @@ _REMEDIES = (
     ('outside its range', 'check its unit, scale and offset, then minimum and maximum'),
     ('never received', 'check topic, type and field of the input'),
     ('stale', 'check that its source ran; max_age should be some periods of its messages'),
-    ('time went backwards', 'the clock of the recording was set back; see docs/interface.md'))
+    ('time went backwards', 'the clock of the recording was set back; see '
+                            'docs/reference/interface.md'))
 _BEYOND_EMULATOR = ('`squeal info MODEL` shows its range; where most of the ensemble is outside, '
                     'lower its deviations')
-_ANY_REMEDY = 'docs/reliability.md says what each reason means'
+_ANY_REMEDY = 'docs/reference/reliability.md says what each reason means'
 
 
 class ReplayReport:
@@ -80,7 +81,7 @@ class ReplayReport:
         return bool(self.summary.known_time or not self.summary.braking_time)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the report as plain data; docs/interface.md names the keys."""
+        """Return the report as plain data; docs/reference/interface.md names the keys."""
         summary = self.summary
         worst = worst_reason(summary.brakes.values())
         return {

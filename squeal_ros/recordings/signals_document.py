@@ -60,7 +60,7 @@ def signals_document(contents: Contents, proposal: Proposal) -> str:
     """Return the proposed file; with no brake that has all inputs it is none to be used."""
     lines = [f'# Signals of {printable(contents.path.name)}, as proposed by `squeal signals`. '
              'Check what is marked as a guess.',
-             '# docs/recordings.md explains each key.']
+             '# docs/howto/recordings.md explains each key.']
     if contents.clock:
         lines.append('clock:')
         lines += [_entry(f'  {key}: {_text(value)}', [contents.clock_notes.get(key, '')])

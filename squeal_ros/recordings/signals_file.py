@@ -15,7 +15,7 @@
 """
 The file of `--signals`: which column or topic field is which input of which brake.
 
-docs/recordings.md is its manual; `squeal signals` writes one.
+docs/howto/recordings.md is its manual; `squeal signals` writes one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -123,7 +123,7 @@ def read_signals(path: str | Path) -> Signals:
     brakes, clock = top.section('brakes'), top.section('clock')
     sources: list[SignalSource] = []
     if not brakes.content:
-        raise top.error('brakes', 'names no brake', 'see docs/recordings.md, or let `squeal '
+        raise top.error('brakes', 'names no brake', 'see docs/howto/recordings.md, or let `squeal '
                         'signals RECORDING -o SIGNALS.yaml` propose a file')
     try:
         check_names(tuple(brakes.content))

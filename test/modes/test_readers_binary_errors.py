@@ -192,7 +192,7 @@ def test_vtu_without_modes(tmp_path: Path) -> None:
     mesh = meshio.Mesh(RAW.coordinates, [('hexahedron20', RAW.elements[0].nodes)],
                        point_data={'U': RAW.shapes[0]})
     meshio.vtu.write(str(tmp_path / 'pad.vtu'), mesh)
-    assert "has no array of vectors named as a mode, but ['U']; see docs/modal_res" in refusal(
+    assert "has no array of vectors named as a mode, but ['U']; see docs/howto/mod" in refusal(
         tmp_path / 'pad.vtu', **options('vtu'))
 
 

@@ -97,7 +97,7 @@ def test_pyuff_reads_what_this_reads(tmp_path: Path) -> None:
 
 
 def test_the_example_of_the_manual(tmp_path: Path) -> None:
-    manual = Path(__file__).parents[2] / 'docs' / 'modal_results.md'
+    manual = Path(__file__).parents[2] / 'docs' / 'howto' / 'modal_results.md'
     example, = re.findall(r'```csv\n(.*?)```', manual.read_text(encoding='utf-8'), re.DOTALL)
     (tmp_path / 'block.csv').write_text(example)
     modes = read_modes(tmp_path / 'block.csv')

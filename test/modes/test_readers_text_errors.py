@@ -99,15 +99,15 @@ def test_calculix_files_without_modes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(('old', 'new', 'message'), [
     (r'frequency_hz', 'frequencies', 'holds no table of displacements below .* layout is not re'),
     (r'^modal_mass, 1', 'modal_mass', r'line 3: gives 8 modal masses of 9 modes; give one each'),
-    (r'ux_1', 'vx_1', "line 4: has 'vx_1' in column 5, where 9 modes have ux; see docs/modal_res"),
+    (r'ux_1', 'vx_1', "line 4: has 'vx_1' in column 5, where 9 modes have ux; see docs/howto"),
     (r', uz_9', '', r'line 4: has nothing in column 31, where 9 modes have uz'),
     (r', uz_9', ', uz_9, ux_10', "line 4: has 'ux_10' in column 32, where 9 modes have nothing"),
     (r'^13, ', '13, 0.0, ', r'line 7: has 32 columns, not 31; give a line each node: its number'),
-    (r'^13, [^,]*', '13, 1.2.3', "line 7: has '1.2.3', not a number; see docs/modal_results.md"),
+    (r'^13, [^,]*', '13, 1.2.3', "line 7: has '1.2.3', not a number; see docs/howto/modal_re"),
     (r'^13, [^,]*', '13, nan', r'lines from 5: has \[nan, .*\] at node 13, which is not finite'),
     (r'^13, ', '10, ', r'lines from 5: names node 10 2 times; export one component, each node on'),
     (r'^13, ', '13.5, ', r'line 7: has node number 13.5; number nodes by whole numbers'),
-    (r'(?s)^10, .*', '', r'line 4: is the last line: there are no nodes; see docs/modal_results'),
+    (r'(?s)^10, .*', '', r'line 4: is the last line: there are no nodes; see docs/howto/modal_'),
     (r'^# a pad', '# \\udcff', r'line 1: is no UTF-8 text|surrogates'),
 ])
 def test_tables(old: str, new: str, message: str, tmp_path: Path) -> None:
@@ -132,7 +132,7 @@ def test_decimal_commas(tmp_path: Path) -> None:
     ('ansys', r'SUBSTEP= +2', 'SUBSTEP=     1', 'mode 1 substep 1: names node 10 2 times; exp'),
     ('ansys', r'SUBSTEP= +8', 'SUBSTEP=     7', r'gives .* Hz to mode 1 substep 7, which had 3'),
     ('ansys', r'^ {6}13 .*\n', '', r'^mode 1 substep 1: moves|moves 89 nodes, the first mode 88'),
-    ('ansys', r'^( {6}13 .*)$', r'\1 1.0', r'line \d+: has 6 numbers, not 5; see docs/modal_res'),
+    ('ansys', r'^( {6}13 .*)$', r'\1 1.0', r'line \d+: has 6 numbers, not 5; see docs/howto'),
     ('ansys', r'^( {6}13 .*?)E', r'\1F', r"line \d+: has '.*F.*', not a number; see docs"),
     ('abaqus', r'^\*Node,.*', '*Node output', 'holds no table of coordinates: this layout is'),
     ('abaqus', r'Freq = ', 'Load = ', r'line \d+: begins displacements with no frequency above'),

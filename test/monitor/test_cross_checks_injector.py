@@ -76,7 +76,7 @@ def test_an_injector_of_faults_and_pairs(count: int, block: int) -> None:
         pair = len(both) == 2
         axle = pair and {fault.wheels[0] for fault in both} in ({FL, FR}, {RL, RR})
         if axle:
-            continue  # which is believed, as docs/reliability.md says
+            continue  # which is believed, as docs/reference/reliability.md says
         assert lies_believed(drive, faults) <= (5.4 if pair else 2.4), (seed, faults)
 
 

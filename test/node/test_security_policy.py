@@ -89,7 +89,7 @@ def test_policy_is_the_live_graph(case: Case, permission: str, kind: str, graph:
     listed = case.allowed(permission, kind)
     if NO_STATE:  # they are listed all the same
         listed -= {name for name in listed if name.endswith('/state')}
-    # tests tell the node their time, a vehicle does not (docs/security.md)
+    # tests tell the node their time, a vehicle does not (docs/howto/security.md)
     agree(listed, live - {'/clock'})
 
 

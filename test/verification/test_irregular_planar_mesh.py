@@ -147,7 +147,7 @@ def test_document_runs(example: ModuleType, brake: Brake, tmp_path: Path,
               for i, where in enumerate(nodal.coordinates))]
     (tmp_path / 'disc.csv').write_text('\n'.join(','.join(map(str, row)) for row in rows))
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / 'docs' / 'planar_mesh.md').read_text()
+    text = (ROOT / 'docs' / 'explanation' / 'planar_mesh.md').read_text()
     names: dict[str, Any] = {}
     exec(text.split('```python\n')[1].split('```')[0], names)
     patch = names['patch']

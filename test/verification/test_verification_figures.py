@@ -51,7 +51,7 @@ def test_parts_are_those_of_the_model(kang: BrakeModel, parts: Parts) -> None:
 
 
 def test_sums_over_nodes_are_too_large(parts: Parts, brake: Brake) -> None:
-    """A0 by a quarter (docs/theory.md); the area by 15/14 * 43/42 and rims counted in full."""
+    """A0 by a quarter (theory.md); the area by 15/14 * 43/42 and rims counted in full."""
     exact, sums = parts.model.contact_stiffness, parts.by_sums.contact_stiffness
     assert np.linalg.norm(sums - exact) / np.linalg.norm(exact) == pytest.approx(0.26, abs=0.01)
     lift = parts.model.names.index('pad 1 lift')

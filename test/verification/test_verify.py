@@ -147,7 +147,8 @@ def test_json(found: Verification) -> None:
 
 
 def test_documentation_shows_this_table(found: Verification) -> None:
-    page = ' '.join((ROOT / 'docs' / 'verification.md').read_text(encoding='utf-8').split())
+    source = ROOT / 'docs' / 'explanation' / 'verification.md'
+    page = ' '.join(source.read_text(encoding='utf-8').split())
     assert as_text(found).splitlines()[-1] in page
     for r in found.rows:
         assert r.paper.split()[0] in page
@@ -158,7 +159,7 @@ def test_documentation_shows_this_table(found: Verification) -> None:
 
 @pytest.mark.parametrize('seed', range(6))
 def test_two_mode_formula_of_the_theory_page(seed: int) -> None:
-    """4 w^2 s^2 = (c + i w O g)^2 - (n - i w d)^2, docs/theory.md (*), to first order."""
+    """4 w^2 s^2 = (c + i w O g)^2 - (n - i w d)^2, theory.md (*), to first order."""
     w, small = 1e4, np.random.default_rng(seed).uniform(-30.0, 30.0, 3)  # 1/s
     c, n, turn = 2.0 * w * small[0], 2.0 * w * small[1], small[2]
     d1, d2 = np.random.default_rng(seed + 100).uniform(0.0, 60.0, 2)

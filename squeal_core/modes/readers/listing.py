@@ -40,8 +40,8 @@ _GLUED = re.compile(r'(?<=[\d.])(?=[-+])')  # a full column leaves no blank befo
 _ROW = re.compile(r'\s*\d+[\s,]')
 _NOT_READ = 'this layout is not read'
 _LAYOUTS = ('these are: NLIST and PRNSOL,U,COMP of Ansys, *NODE lines and reports of U of Abaqus, '
-            'and the table of docs/modal_results.md')
-_REMEDY = 'see docs/modal_results.md for what to print'
+            'and the table of docs/howto/modal_results.md')
+_REMEDY = 'see docs/howto/modal_results.md for what to print'
 _PLAIN_NAME = re.compile(r'[A-Z_][A-Z\d_.-]*|@LOC|\d+')
 _WHOLE = 'solve the whole ring of 360 degrees without cyclic symmetry, and list its modes'
 _REAL = 'list real normal modes, without damping, friction and rotation'

@@ -34,7 +34,7 @@ from squeal_core.modes.readers.raw import assemble, NodeField, RawModes
 from squeal_core.modes.readers.text import Text
 
 FIRST_WORD = 'frequency_hz'
-_REMEDY = 'see docs/modal_results.md for the layout'
+_REMEDY = 'see docs/howto/modal_results.md for the layout'
 
 
 def begins_table(text: Text) -> bool:

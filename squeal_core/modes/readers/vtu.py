@@ -54,7 +54,7 @@ _APPENDED = re.compile(rb'<AppendedData[^>]*>\s*_')
 _MOST_TAGS = 100_000  # of XML; an array has two
 # real shapes pack to a tenth at best; a file that states more is damaged, or a bomb
 _MOST_RATIO, _MOST_SMALL = 50, 50_000_000
-_REMEDY = 'see docs/modal_results.md for the arrays to write'
+_REMEDY = 'see docs/howto/modal_results.md for the arrays to write'
 
 
 @dataclass(frozen=True)
