@@ -22,20 +22,21 @@ from typing import Any
 
 import numpy as np
 from squeal_core.assembly.checks import model_checks, refuse_wrong
+from squeal_core.assembly.parts import PartCache, rotor_thickness
 from squeal_core.brake.damping import ComponentDamping
-from squeal_core.brake.dimensions import Brake, HatDisc, ModalResults, Pad, Support
+from squeal_core.brake.dimensions import Brake, Support
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model import operators
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.surface_shapes import Patch, SurfaceShapes
-from squeal_core.modes.component_modes import Component, read_component
 from squeal_core.modes.modal_basis import ModalBasis, Quadrature, SampledShapes
 from squeal_core.modes.planar_mesh import sector_quadrature
 
 
 def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: None,
                 disc_order: int = 4, pad_elements: tuple[int, int, int] = (9, 18, 3),
-                contact_points: int = 4, follower: bool = False) -> BrakeModel:
+                contact_points: int = 4, follower: bool = False,
+                parts: PartCache | None = None) -> BrakeModel:
     """
     Return the modal brake model of a brake.
 
@@ -53,6 +54,8 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         Gauss points of the contact patch in each direction of a pad element.
     follower : bool
         Keep the in-plane follower force F0, which K09 leaves out of its results.
+    parts : PartCache, optional
+        Has the components of brakes that were built before.
 
     Raises
     ------
@@ -77,14 +80,15 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
 
     """
     panels = (pad_elements[0], pad_elements[1])
+    parts = parts or PartCache()
     progress('pad modes')
-    pads = _pads(brake, pad_elements)
+    pads = parts.pads(brake, pad_elements)
     progress('disc modes')
-    disc = _disc(brake, disc_order)
+    disc = parts.disc(brake, disc_order)
     bases = (pads[0].basis, pads[1].basis)
     progress('contact and gyroscopic arrays')
     faces = contact_faces(brake, disc.basis, bases, panels, contact_points)
-    model = _assembled(brake, disc, bases, faces, follower)
+    model = _assembled(brake, disc.basis, parts.gyroscopic(disc), bases, faces, follower)
     progress('audit')
     checks = model_checks(
         model, disc.basis, _circle(brake),
@@ -99,11 +103,11 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         'audit': [check.to_json() for check in checks]})
 
 
-def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis],
-               faces: tuple[operators.ContactFace, ...], follower: bool) -> BrakeModel:
+def _assembled(brake: Brake, disc: ModalBasis, gyroscopic: FloatArray,
+               pads: tuple[ModalBasis, ModalBasis], faces: tuple[operators.ContactFace, ...],
+               follower: bool) -> BrakeModel:
     before, after = (len(pad.names) for pad in pads)
-    gyroscopic = operators.gyroscopic(disc.basis.volume_layers(), disc.density)
-    frequencies = [part.angular_frequencies for part in (pads[0], disc.basis, pads[1])]
+    frequencies = [part.angular_frequencies for part in (pads[0], disc, pads[1])]
     return BrakeModel(
         angular_frequencies=np.concatenate(frequencies),
         damping_ratios=_damping_ratios(brake, frequencies),
@@ -117,9 +121,9 @@ def _assembled(brake: Brake, disc: Component, pads: tuple[ModalBasis, ModalBasis
         stiffness_table=brake.contact.stiffness_table,
         contact_retardation_time=brake.contact.retardation_time, caliper=brake.caliper,
         friction_law=brake.friction_law, friction_table=brake.friction_table,
-        names=(*(f'pad 1 {n}' for n in pads[0].names), *disc.basis.names,
+        names=(*(f'pad 1 {n}' for n in pads[0].names), *disc.names,
                *(f'pad 2 {n}' for n in pads[1].names)),
-        surface=_surface(brake, disc.basis, pads))
+        surface=_surface(brake, disc, pads))
 
 
 def _damping_ratios(brake: Brake, frequencies: Sequence[FloatArray]) -> FloatArray | float:
@@ -191,42 +195,11 @@ def sample_contact(brake: Brake, *, panels: tuple[int, int], points: int, disc_o
 
     `panels` and `points` are those of the quadrature, the others those of `build_model`.
     """
-    pads = _pads(brake, pad_elements)
-    disc, bases = _disc(brake, disc_order), (pads[0].basis, pads[1].basis)
+    parts = PartCache()
+    pads = parts.pads(brake, pad_elements)
+    disc, bases = parts.disc(brake, disc_order), (pads[0].basis, pads[1].basis)
     faces = contact_faces(brake, disc.basis, bases, panels, points)
     return (faces[0], faces[1]), _surface(brake, disc.basis, bases)
-
-
-def rotor_thickness(brake: Brake) -> float:
-    """Return h [m]: the contact faces lie at z = +-h/2."""
-    disc = brake.disc
-    return disc.rotor_thickness if isinstance(disc, HatDisc) else disc.thickness
-
-
-def _disc(brake: Brake, order: int) -> Component:
-    if isinstance(brake.disc, ModalResults):
-        half = 0.5 * rotor_thickness(brake)
-        return read_component(brake.disc, brake.disc_modes, brake.contact, (half, -half))
-    from squeal_core.modes.fe.axisymmetric import disc_modes
-    return Component(disc_modes(brake.disc, brake.disc_modes, order=order),
-                     brake.disc.material.density)
-
-
-def _pads(brake: Brake, elements: tuple[int, int, int]) -> tuple[Component, Component]:
-    half = 0.5 * rotor_thickness(brake)
-    solved: dict[Pad, Any] = {}  # equal pads share one solution
-
-    def component(pad: Pad | ModalResults, face: float, bottom: float) -> Component:
-        if isinstance(pad, ModalResults):
-            return read_component(pad, brake.pad_modes, brake.contact, (face,))
-        from squeal_core.modes.fe.solid import pad_modes
-        if pad not in solved:
-            solved[pad] = pad_modes(pad, brake.contact, brake.pad_modes, elements=elements)
-        return Component(replace(solved[pad], offset=bottom))
-
-    first, second = brake.pads
-    return (component(first, half, half),
-            component(second, -half, -half - second.thickness))
 
 
 def _supports(brake: Brake, pads: tuple[ModalBasis, ModalBasis], disc_modes: int,

@@ -26,6 +26,7 @@ in half c alone, and V (torsion) in half s alone.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,7 @@ except ImportError as error:
 from squeal_core.brake.dimensions import HatDisc, Material
 from squeal_core.common.arrays import FloatArray
 from squeal_core.modes.fe.eigen import gathered
+from squeal_core.modes.fe.mode_cache import content_key, remembered
 from squeal_core.modes.modal_basis import keep_whole_doublets, Quadrature, SampledShapes
 
 _GRADING = 0.15  # ratio of neighbouring elements towards a re-entrant corner: hp theory's choice
@@ -107,8 +109,8 @@ class HarmonicModes:
             normal_dtheta=-n * w * odd, points=points)
 
 
-def disc_modes(disc: HatDisc, count: int, *, order: int = 4,
-               element_size: float = 0.03, corner_layers: int = 2) -> HarmonicModes:
+def disc_modes(disc: HatDisc, count: int, *, order: int = 4, element_size: float = 0.03,
+               corner_layers: int = 2, cache: str | Path | None = None) -> HarmonicModes:
     """
     Return at least `count` lowest modes of a clamped hat disc, no doublet cut in two.
 
@@ -124,16 +126,30 @@ def disc_modes(disc: HatDisc, count: int, *, order: int = 4,
         Largest element edge [m].
     corner_layers : int
         Geometric layers of elements towards the hat's re-entrant corners and the clamp.
+    cache : path, optional
+        Folder that keeps solutions (`resources.cache_folder()`); None keeps none.
 
     """
     basis = skfem.CellBasis(
         hat_section(disc, element_size, corner_layers),
         skfem.ElementVector(skfem.ElementQuadP(order), 3), intorder=2 * order)
     clamped = basis.get_dofs(lambda x: np.isclose(x[0], disc.clamp_radius)).all()
-    found = _lowest(basis, disc.material, clamped, count)
-    frequencies = np.array([m.frequency for m in found])
-    return HarmonicModes(
-        basis, disc.material.density, tuple(found[:keep_whole_doublets(frequencies, count)]))
+
+    def solve() -> tuple[FloatArray, FloatArray]:
+        found = _lowest(basis, disc.material, clamped, count)[:count + 1]
+        return (np.array([m.frequency for m in found]),
+                np.array([[m.diameters, m.family, m.half == 's', *m.shape] for m in found]))
+
+    material = disc.material
+    key = content_key(
+        places=basis.mesh.p, cells=basis.mesh.t, clamped=clamped, count=count,
+        element=f'{type(basis.elem).__name__} {order} {basis.N}', material=[
+            material.young_modulus, material.density, material.poisson_ratio])
+    frequencies, rows = remembered(cache, key, (count + 1, basis.N + 3), solve)
+    kept = keep_whole_doublets(frequencies, count)
+    return HarmonicModes(basis, material.density, tuple(
+        _SectionMode(frequency, int(row[0]), int(row[1]), 's' if row[2] else 'c', row[3:])
+        for frequency, row in zip(frequencies[:kept].tolist(), rows, strict=False)))
 
 
 def hat_section(disc: HatDisc, element_size: float, layers: int = 2) -> skfem.MeshQuad:

@@ -227,7 +227,8 @@ def at_radius(radius: float, *, tolerance: float = 1e-4) -> Callable[[FloatArray
 
 
 def pad_modes(pad: Pad, contact: Contact, count: int, *,
-              elements: tuple[int, int, int] = (9, 18, 3)) -> SolidModes:
+              elements: tuple[int, int, int] = (9, 18, 3),
+              cache: str | Path | None = None) -> SolidModes:
     """
     Return the `count` lowest modes of a free pad over the contact sector.
 
@@ -241,11 +242,13 @@ def pad_modes(pad: Pad, contact: Contact, count: int, *,
         Number of modes, the six rigid ones included.
     elements : (3,) ints
         Number of elements in r, theta and z.
+    cache : path, optional
+        Folder that keeps solutions (`resources.cache_folder()`); None keeps none.
 
     """
     mesh = sector_mesh(contact, 0.0, pad.thickness, elements)
     return free_modes(skfem.CellBasis(mesh, skfem.ElementVector(skfem.ElementHex2()), intorder=5),
-                      pad.material, count)
+                      pad.material, count, cache=cache)
 
 
 def free_modes(basis: skfem.CellBasis, material: Material, count: int, *,
