@@ -59,7 +59,7 @@ from squeal_core.calibration.scores import (
 )
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.emulator_file import find_emulator
-from squeal_core.risk.growth_emulator import EmulatedGrowth
+from squeal_core.risk.emulator_records import EmulatedGrowth
 from squeal_core.risk.risk_records import GrowthSource
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))

@@ -28,8 +28,9 @@ from squeal_core.common.npz_archive import content_hash
 from squeal_core.common.output import output_file
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.emulator_records import EmulatorDomain
 from squeal_core.risk.ensemble import Ensemble, MEMBERS
-from squeal_core.risk.growth_emulator import EmulatorDomain, INPUTS
+from squeal_core.risk.growth_emulator import INPUTS
 from squeal_core.surrogate.table_file import model_hash
 
 FORMAT = 'squeal_ros calibration'

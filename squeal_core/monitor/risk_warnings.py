@@ -18,7 +18,8 @@ from collections.abc import Iterator
 
 import numpy as np
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.risk.growth_emulator import EmulatorDomain, GrowthEmulator
+from squeal_core.risk.emulator_records import EmulatorDomain
+from squeal_core.risk.growth_emulator import GrowthEmulator
 from squeal_core.risk.squeal_risk import LEAST_KNOWN, SquealRisk
 
 NONE = 'none'  # value of the setting `growth_emulator`

@@ -21,6 +21,7 @@ pieces of contact stiffness, as modes of the pads cross those of the disc while 
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise, product
 import math
 from typing import Any, TypeAlias
@@ -33,13 +34,9 @@ from squeal_core.common.errors import ModelError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_audit import growth_differences, MATTERS
+from squeal_core.risk.emulator_records import EmulatorDomain, EmulatorError
 from squeal_core.risk.group_fits import fitted_groups, FittedGroup
-from squeal_core.risk.growth_emulator import (
-    affine_coefficients,
-    EmulatorDomain,
-    EmulatorError,
-    GrowthEmulator,
-)
+from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
 from squeal_core.risk.mode_families import clusters, coupled, mixing, ModeFamily, ReferenceModes
 from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
 from squeal_core.risk.small_matrices import CommonMatrix
@@ -50,6 +47,7 @@ Progress: TypeAlias = Callable[[int, int], None]
 
 SOLUTIONS = 2400
 HOLD_OUT = 500
+_BOUNDING = 2**15  # points at which the largest growth rates are looked for
 _CHUNK = 16  # solutions of a job
 _PILOT = 300  # solutions that show which modes mix
 _NEAR = 3.0  # times the growth rate that matters, at which the pilot's modes may matter
@@ -130,7 +128,19 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
         model, _described(model, reference, families[:count]), domain, basis,
         *_weights(fits, [len(places) for places in families[:count]]),
         EmulatorError(np.nan, np.nan))
-    return _with_error(emulator, scattered_inputs(domain, hold_out, seed + 1), workers, told)
+    return _with_error(with_largest_growth(emulator, seed + 2),
+                       scattered_inputs(domain, hold_out, seed + 1), workers, told)
+
+
+def with_largest_growth(found: GrowthEmulator, seed: int) -> GrowthEmulator:
+    """Return the emulator with families that know how fast they grow at most in its domain."""
+    inputs = scattered_inputs(found.domain, _BOUNDING, seed)
+    inputs = inputs[inputs[:, 3].argsort()].reshape(-1, 256, 6)
+    largest = found.evaluate(inputs).growth_rate.max(axis=(0, 1)).tolist()
+    return GrowthEmulator(found.model, tuple(
+        replace(family, largest_growth=growth) for family, growth in zip(
+            found.every, largest, strict=True)),
+        found.domain, found.basis, found.weights, found.common, found.error)
 
 
 def _solved(model: BrakeModel, reference: ReferenceModes, inputs: Sequence[FloatArray],

@@ -33,12 +33,8 @@ from squeal_core.common.npz_archive import (
     write_archive,
 )
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.growth_emulator import (
-    EmulatorDomain,
-    EmulatorError,
-    GrowthEmulator,
-    INPUTS,
-)
+from squeal_core.risk.emulator_records import EmulatorDomain, EmulatorError
+from squeal_core.risk.growth_emulator import GrowthEmulator, INPUTS
 from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.polynomial_basis import PolynomialBasis
 from squeal_core.risk.small_matrices import CommonMatrix
@@ -86,7 +82,7 @@ def write_emulator(path: str | Path, emulator: GrowthEmulator, model: BrakeModel
     header: Header = {
         'schema': SCHEMA, 'version': __version__, 'model': model_hash(model),
         'inputs': list(INPUTS), 'steepest': domain.steepest, 'error': asdict(emulator.error),
-        'families': [asdict(family) for family in emulator.families],
+        'families': [asdict(family) for family in emulator.every],
         'common': [{'piece': matrix.piece, 'families': matrix.families.tolist(),
                     'modes': math.isqrt(matrix.weights.shape[1] // 2)}
                    for matrix in emulator.common]}
@@ -175,8 +171,8 @@ def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
 def _emulator(header: Mapping[str, Any], arrays: Mapping[str, Any],
               model: BrakeModel) -> GrowthEmulator:
     families = tuple(ModeFamily(
-        tuple(map(int, item['numbers'])), float(item['frequency_hz']), float(item['decay_rate']))
-        for item in header['families'])
+        tuple(map(int, item['numbers'])), float(item['frequency_hz']), float(item['decay_rate']),
+        float(item.get('largest_growth', math.inf))) for item in header['families'])
     exponents, scales = arrays['exponents'], arrays['scales']
     sizes = [len(item.numbers) for item in families]
     if sizes != sorted(sizes) or not {*sizes} <= {1, 2} or list(header['inputs']) != list(

@@ -22,22 +22,22 @@ and pairs follow in closed form; where families cross, they have a larger matrix
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-import math
-from typing import Any, NamedTuple, TypeAlias
+from itertools import groupby, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly, RealArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
+from squeal_core.risk.emulator_records import EmulatedGrowth, EmulatorDomain, EmulatorError
 from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
 from squeal_core.risk.small_matrices import (
     CommonMatrix,
     complex_entries,
+    in_four,
     lead_of_pairs,
     least_stable,
     matrices_of,
@@ -50,73 +50,8 @@ and on its damping; factor on the friction slope by the model's law."""
 
 _WITH_FRICTION = np.array([[0.0], [1.0], [1.0], [1.0]])  # which of them are in proportion to it
 _WITH_DAMPING = np.array([[0.0], [1.0]])
+_STABLE = -5.0  # 1/s; families that nowhere grow faster do not build up
 _CHUNK = 256  # rows evaluated at once: their terms stay in the cache
-
-
-@dataclass(frozen=True, eq=False)
-class EmulatorDomain:
-    """
-    Inputs that an emulator covers: a box without its steepest corner.
-
-    Parameters
-    ----------
-    low, high : (6,) arrays
-        Ends of the inputs, in the order of `INPUTS`.
-    steepest : float
-        p0 mu / Omega [Pa s] up to which it is covered; beyond, the brake creeps under full load.
-
-    """
-
-    low: FloatArray
-    high: FloatArray
-    steepest: float = math.inf
-
-    def covers(self, inputs: FloatArray) -> Any:
-        """Tell which rows (...) of inputs (..., 6) are covered."""
-        inside = ((inputs >= self.low) & (inputs <= self.high)).all(axis=-1)
-        with np.errstate(over='ignore', invalid='ignore'):
-            load = np.exp(inputs[..., 1] - inputs[..., 0]) * inputs[..., 2]
-        return inside & (load <= self.steepest)
-
-
-@dataclass(frozen=True)
-class EmulatorError:
-    """
-    Error of growth rates above -30 1/s, by full solutions at points that no fit has seen.
-
-    Parameters
-    ----------
-    rms, largest : float
-        [1/s].
-    points : int
-        Number of full solutions.
-
-    """
-
-    rms: float
-    largest: float
-    points: int = 0
-
-
-class EmulatedGrowth(NamedTuple):
-    """
-    Least stable mode of each family, (..., F); NaN outside the domain.
-
-    Attributes
-    ----------
-    growth_rate, frequency_hz : arrays
-        [1/s], [Hz].
-    by_friction : array
-        d growth rate / d mu, along the friction law [1/s].
-    by_damping : array
-        d growth rate / d ln(damping scale) [1/s].
-
-    """
-
-    growth_rate: FloatArray
-    frequency_hz: FloatArray
-    by_friction: FloatArray
-    by_damping: FloatArray
 
 
 def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -135,8 +70,17 @@ def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArr
     return found, pressure
 
 
-_Crossing: TypeAlias = tuple[IndexArray, int, IndexArray, FloatArray]
-"""Families, group, columns (n,) and entries (3, 2 m^2, n) of a common matrix."""
+class _Crossing(NamedTuple):
+    """Families of a common matrix in a piece, and the rows of its entries, from start to end."""
+
+    piece: int
+    start: int
+    end: int
+    families: IndexArray
+
+    def size(self) -> int:
+        """Return the number of rows."""
+        return self.end - self.start
 
 
 class GrowthEmulator:
@@ -147,7 +91,7 @@ class GrowthEmulator:
     ----------
     model : BrakeModel
         Whose modes they are.
-    families : tuple of ModeFamily
+    every : tuple of ModeFamily
         Single modes first.
     domain : EmulatorDomain
     basis : PolynomialBasis
@@ -159,43 +103,68 @@ class GrowthEmulator:
         They are used instead, where there are any.
     error : EmulatorError
 
+    Attributes
+    ----------
+    families : tuple of ModeFamily
+        Those that come near to growing anywhere in the domain; only they are evaluated.
+
     """
 
-    def __init__(self, model: BrakeModel, families: tuple[ModeFamily, ...],
+    def __init__(self, model: BrakeModel, every: tuple[ModeFamily, ...],
                  domain: EmulatorDomain, basis: PolynomialBasis, weights: FloatArray,
                  common: tuple[CommonMatrix, ...], error: EmulatorError) -> None:
-        self.model, self.families, self.domain = model, families, domain
+        self.model, self.every, self.domain = model, every, domain
         self.basis, self.weights, self.common = basis, readonly(weights), common
         self.error = error
+        self._single = sum(len(one.numbers) == 1 for one in every)
+        self._places = np.flatnonzero([one.largest_growth > _STABLE for one in every])
+        self._pairs = self._places[self._places >= self._single] - self._single
+        self.families = tuple(every[place] for place in self._places)
 
     @cached_property
     def _common_of(self) -> list[list[CommonMatrix]]:
-        """Return the common matrices of each piece."""
-        return [[common for common in self.common if common.piece == piece]
+        """Return the common matrices of each piece; those of three modes as of four."""
+        return [[common._replace(weights=in_four(common.weights))
+                 for common in self.common if common.piece == piece]
                 for piece in range(len(self.weights))]
 
     @cached_property
     def _rows(self) -> list[NDArray[np.float32]]:
         """
-        Return the weights in each piece: (2 K + common, T).
+        Return the weights of families that are evaluated in each piece: (2 K + common, T).
 
         Imaginary and real parts of means, then real and imaginary parts of the pairs' entries in
         turns, then those of common matrices.
         """
-        count, found = len(self.families), []
-        for weights, common in zip(self.weights, self._common_of, strict=True):
-            parts = weights.T.reshape(-1, 2, len(weights))  # (K, 2, T)
-            others = [matrix.weights.T for matrix in common]
-            found.append(np.concatenate(
-                [parts[:count, 1], parts[:count, 0], *parts[count:], *others], dtype=np.float32))
-        return found
+        pieces, terms, _ = self.weights.shape
+        parts = self.weights.swapaxes(1, 2).reshape(pieces, -1, 2, terms)
+        means, entries = np.split(parts, [len(self.every)], axis=1)
+        entries = entries.reshape(pieces, 3, -1, 2, terms)
+        means, entries = means[:, self._places], entries[:, :, self._pairs]
+        return [np.concatenate(
+            [mean[:, 1], mean[:, 0], entry.reshape(-1, terms),
+             *(matrix.weights.T for matrix in common)], dtype=np.float32)
+            for mean, entry, common in zip(means, entries, self._common_of, strict=True)]
+
+    @cached_property
+    def _crossings(self) -> list[_Crossing]:
+        """Return the common matrices in the order of their sizes."""
+        found = []
+        for piece, common in enumerate(self._common_of):
+            end = 2 * self._places.size + 6 * self._pairs.size
+            for matrix in common:
+                start, end = end, end + matrix.weights.shape[1]
+                own = np.isin(self._places, matrix.families).nonzero()[0]
+                found.append(_Crossing(piece, start, end, own))
+        return sorted(found, key=_Crossing.size)
 
     def evaluate(self, inputs: FloatArray) -> EmulatedGrowth:
         """
         Return the least stable mode of each family (..., F) at inputs (..., 6).
 
         The last but one axis of the inputs is of what is evaluated together: numbers do not depend
-        on those before it, by not one bit.
+        on those before it, by not one bit. Rows are evaluated fastest in the order of their
+        contact stiffness.
         """
         shape = np.shape(inputs)
         if not np.size(inputs):
@@ -212,14 +181,15 @@ class GrowthEmulator:
         variables, _ = self.basis.variables(coefficients)
         none = np.empty((0, 1, 1))
         [terms] = self.basis.terms(*self.basis.factors(variables, none, none))
-        piece, pairs = self.basis.pieces(coefficients), self._pairs
+        piece, single = self.basis.pieces(coefficients), self._single
+        pairs = len(self.every) - single
         weights = self.weights[piece].view(complex)  # (P, T, K)
         entries = np.einsum('tp,ptk->pk', terms, weights)
         mean, half, above, below = np.split(
-            entries, len(self.families) + pairs * np.arange(3), axis=1)
-        single, half = len(self.families) - pairs, np.sqrt(half * half + above * below)
+            entries, len(self.every) + pairs * np.arange(3), axis=1)
+        half = np.sqrt(half * half + above * below)
         found = np.concatenate([mean, mean[:, single:] - half], axis=1)
-        found[:, single:len(self.families)] += half
+        found[:, single:len(self.every)] += half
         for common in self.common:
             rows = np.flatnonzero(piece == common.piece)
             places = np.append(common.families,
@@ -229,63 +199,52 @@ class GrowthEmulator:
             found[np.ix_(rows, places)] = np.take_along_axis(values, leading, axis=1)
         return found
 
-    @property
-    def _pairs(self) -> int:
-        return int(self.weights.shape[2] // 2 - len(self.families)) // 3
-
     def _evaluate(self, inputs: FloatArray) -> RealArray:
         """Return what `EmulatedGrowth` has at inputs (G, P, 6), (4, G, F, P)."""
-        count, shape = len(self.families), inputs.shape[:2]
+        count, pairs, shape = self._places.size, self._pairs.size, inputs.shape[:2]
         with np.errstate(all='ignore'):  # outside the domain
             coefficients, _ = affine_coefficients(self.model, inputs.reshape(-1, 6))
             piece = self.basis.pieces(coefficients).reshape(shape)
-            order = piece.argsort(axis=1, kind='stable')  # so that pieces are without gaps
-            rows = (shape[1] * np.arange(shape[0])[:, None] + order).ravel()
-            factors = [part.reshape(*part.shape[:2], *shape)
-                       for part in self._factors(coefficients[rows])]
-        piece, inside = (np.take_along_axis(values, order, axis=1)
-                         for values in (piece, self.domain.covers(inputs)))
-        values, slopes, crossing = self._polynomials(factors, piece, inside)
-        found: RealArray = np.stack([values[:, count:2 * count], values[:, :count],
-                                     *slopes[:, :, :count]])
-        found[:, :, count - self._pairs:] += lead_of_pairs(
-            *(complex_entries(part, (3, self._pairs)) for part in (
-                values[:, 2 * count:], slopes[:, :, count:])))
-        for parts in crossing.values():
-            least = least_stable(matrices_of(np.concatenate(
-                [entries for *_, entries in parts], axis=2)))
-            for families, group, columns, _ in parts:
-                own, least = np.split(least, [columns.size], axis=1)
-                found[:, group, families[:, None], columns] = own[:, None]
+            values = self._polynomials([part.reshape(*part.shape[:2], *shape)
+                                        for part in self._factors(coefficients)], piece)
+        inside = self.domain.covers(inputs)
+        found: RealArray = np.concatenate([values[:1, :, count:2 * count], values[:, :, :count]])
+        found[2:] = values[1:, :, count:2 * count]
+        end = 2 * count + 6 * pairs
+        entries = complex_entries(values[:, :, 2 * count:end], (3, pairs))
+        found[:, :, count - pairs:] += lead_of_pairs(entries[0], entries[1:])
+        self._cross(found, values, piece, inside)
         found[1] /= np.float32(2.0 * np.pi)
         np.copyto(found, np.float32(np.nan), where=~inside[:, None])
-        return np.take_along_axis(found, order.argsort(axis=1)[None, :, None], axis=3)
+        return found
 
-    def _polynomials(self, factors: Sequence[RealArray], piece: IndexArray,
-                     inside: NDArray[np.bool_]) -> tuple[
-                         RealArray, RealArray, dict[int, list[_Crossing]]]:
-        """Return polynomials (G, 2 K, P), slopes (2, G, 2 K - F, P), common matrices by size."""
-        skipped, size = len(self.families), self.weights.shape[2]  # frequencies need no slopes
-        values = np.empty((len(piece), size, piece.shape[1]), np.float32)
-        slopes = np.empty((2, len(piece), size - skipped, piece.shape[1]), np.float32)
-        crossing: dict[int, list[_Crossing]] = {}
+    def _cross(self, found: RealArray, values: RealArray, piece: IndexArray,
+               inside: NDArray[np.bool_]) -> None:
+        """Set the growth of families where they have a common matrix."""
+        for _, some in groupby(self._crossings, key=_Crossing.size):
+            parts = []
+            for one in some:
+                groups, rows = ((piece == one.piece) & inside).nonzero()
+                parts.append(((groups[:, None], one.families, rows[:, None]),
+                              values[:, groups, one.start:one.end, rows]))
+            least = least_stable(matrices_of(
+                np.concatenate([entries for _, entries in parts]).transpose(1, 2, 0)))
+            ends = np.cumsum([len(entries) for _, entries in parts])[:-1]
+            for (places, _), own in zip(parts, np.split(least, ends, axis=1), strict=True):
+                found[:, *places] = own[..., None]
+
+    def _polynomials(self, factors: Sequence[RealArray], piece: IndexArray) -> RealArray:
+        """Return the polynomials and their slopes by friction and damping (3, G, rows, P)."""
+        most = max(map(len, self._rows))
+        found = np.empty((len(piece), most, 3, piece.shape[1]), np.float32)
         for group, pieces in enumerate(piece):  # its terms stay in the cache
-            terms = self.basis.terms(*(part[:, :, group] for part in factors))
-            ends = pieces.searchsorted(np.arange(len(self.weights) + 1)).tolist()
-            for place, (a, b) in enumerate(pairwise(ends)):
-                if a == b:
-                    continue
-                rows = self._rows[place]
-                at, by = rows @ terms[0, :, a:b], rows[skipped:] @ terms[1:, :, a:b]
-                values[group, :, a:b], slopes[:, group, :, a:b] = at[:size], by[:, :size - skipped]
-                start, own = size, inside[group, a:b].nonzero()[0]
-                for common in self._common_of[place]:
-                    end = start + common.weights.shape[1]
-                    entries = np.stack([at[start:end], *by[:, start - skipped:end - skipped]])
-                    crossing.setdefault(end - start, []).append(
-                        (common.families, group, a + own, entries[:, :, own]))
-                    start = end
-        return values, slopes, crossing
+            terms = self.basis.terms(*(part[:, :, group] for part in factors)).swapaxes(0, 1)
+            ends = [0, *np.flatnonzero(np.diff(pieces)) + 1, pieces.size]
+            for a, b in pairwise(ends):
+                rows = self._rows[pieces[a]]
+                found[group, :len(rows), :, a:b] = (
+                    rows @ terms[..., a:b].reshape(len(terms), -1)).reshape(len(rows), 3, -1)
+        return np.moveaxis(found, 2, 0)
 
     def _factors(self, coefficients: FloatArray) -> tuple[RealArray, ...]:
         """Return the factors of terms at P points, and their slopes by friction, damping."""

@@ -16,6 +16,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -43,12 +44,15 @@ class ModeFamily:
         Mean there [Hz].
     decay_rate : float
         -Re(lambda) there at nominal damping, mean [1/s].
+    largest_growth : float
+        Largest growth rate in an emulator's domain [1/s]; infinite where it is not known.
 
     """
 
     numbers: tuple[int, ...]
     frequency_hz: float
     decay_rate: float
+    largest_growth: float = math.inf
 
 
 class ReferenceModes:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray, IndexArray, RealArray, repr_with_shapes
 from squeal_core.risk.build_up import FLOOR, noise_decay
-from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
+from squeal_core.risk.emulator_records import EmulatedGrowth, EmulatorError
 from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 

@@ -28,8 +28,8 @@ from squeal_core.calibration.calibration_file import (
 )
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import OutputError
+from squeal_core.risk.emulator_records import EmulatorDomain
 from squeal_core.risk.ensemble import Ensemble, EnsemblePrior, MEMBERS, prior_ensemble
-from squeal_core.risk.growth_emulator import EmulatorDomain
 from squeal_core.risk.squeal_risk import SquealRisk
 from support.linear_growth import LinearGrowth
 from support.rows import each

@@ -23,8 +23,8 @@ from squeal_core import BrakeModel
 from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.arrays import FloatArray
+from squeal_core.risk.emulator_records import EmulatedGrowth, EmulatorError
 from squeal_core.risk.ensemble import Ensemble
-from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
 from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.squeal_risk import SquealRisk
 from support.margin_searches import DAMPING, SKEW, W1, W2

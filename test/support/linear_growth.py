@@ -18,8 +18,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
+from squeal_core.risk.emulator_records import EmulatedGrowth, EmulatorError
 from squeal_core.risk.ensemble import Ensemble
-from squeal_core.risk.growth_emulator import EmulatedGrowth, EmulatorError
 from squeal_core.risk.mode_families import ModeFamily
 
 
