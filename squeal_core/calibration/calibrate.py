@@ -17,6 +17,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ from squeal_core.calibration.importance_sampling import (
 )
 from squeal_core.calibration.likelihood import HearingModel, log_likelihood
 from squeal_core.calibration.squeal_probability import SquealPredictor
-from squeal_core.common.arrays import FloatArray, repr_with_shapes
+from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
 from squeal_core.common.errors import SquealError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
@@ -135,7 +136,7 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
                           'slide under load')
     prior, hearing = prior or EnsemblePrior(), hearing or HearingModel()
     heard = sum(one.heard for one in observations)
-    power = min(1.0, heard / ENOUGH_EVENTS)
+    power = min(1.0, math.sqrt(heard / ENOUGH_EVENTS))
     nth = len(observations) // _FIRST  # a posterior is as much narrower as there are more
 
     def sampled(some: Sequence[Observation], start: Proposal | None = None) -> WeightedSample:
@@ -150,7 +151,8 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
                                 least_variance=LEAST_VARIANCE / (nth if start else 1))
 
     sample = sampled(observations, sampled(observations[::nth]).proposal() if nth > 1 else None)
-    members = BrakeCandidates.of_standard(prior, sample.resampled(prior.count))
+    values = sample.resampled(prior.count)
+    members = BrakeCandidates.of_standard(prior, values[_order(values)])
     return Calibration(prior, members, sample, heard, len(observations) - heard, power)
 
 
@@ -163,11 +165,17 @@ class _Task(NamedTuple):
     observations: Sequence[Observation]
 
 
+def _order(values: FloatArray) -> IndexArray:
+    """Return the order of draws by contact stiffness, in which growth is evaluated fastest."""
+    return values[:, PARAMETERS.index('ln_contact_stiffness')].argsort()
+
+
 def _of_draws(task: _Task, workers: int, values: FloatArray) -> FloatArray:
-    parts = dict(enumerate(np.array_split(values, max(1, workers))))
-    found = dict(run_jobs(_log_likelihood, {i: (task, part) for i, part in parts.items()},
+    order = _order(values)
+    parts = dict(enumerate(np.array_split(order, max(1, workers))))
+    found = dict(run_jobs(_log_likelihood, {i: (task, values[part]) for i, part in parts.items()},
                           workers))
-    return np.concatenate([found[i] for i in parts])
+    return np.concatenate([found[i] for i in parts])[order.argsort()]
 
 
 def _log_likelihood(task: _Task, values: FloatArray) -> FloatArray:

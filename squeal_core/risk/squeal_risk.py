@@ -42,7 +42,7 @@ __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'Squeal
 
 LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
-_MOSTLY_PRIOR = 0.5  # power of the likelihood below which a calibration hardly moves the level
+_MOSTLY_PRIOR = 0.7  # power of the likelihood below which a calibration hardly moves the level
 _PRIOR = 'the level of the risk is mostly the prior of damping'
 
 

@@ -106,7 +106,7 @@ def test_few_events_leave_the_prior(kang: BrakeModel) -> None:
     applications = brake_applications(np.random.default_rng(4), 6, STOPS)
     observations = [Observation((i,), i < 2, 1655.0 if i < 2 else math.nan) for i in range(6)]
     found = calibrate(kang, GROWTH, applications, observations)
-    assert found.power == pytest.approx(0.2)
+    assert found.power == pytest.approx(math.sqrt(0.2))
     assert max(row.shrinkage for row in parameter_rows(found)) < 0.15
     assert remarks(found)[0].startswith('2 events, fewer than 10')
     assert found.ensemble('by 2 events').likelihood_power == found.power
