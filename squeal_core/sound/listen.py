@@ -25,7 +25,7 @@ from squeal_core.sound.sound_errors import SoundError
 from squeal_core.sound.sound_file import SoundFile
 from squeal_core.sound.spectra import LOWEST
 from squeal_core.sound.squeal_detection import heard_tones, HeardTone, one_of_channels
-from squeal_core.sound.tone_sources import SpeedAt
+from squeal_core.sound.tone_sources import BrakingAt, SpeedAt
 
 _HOPS = 256  # in a block: 5.5 s
 _MOST_STRETCHES = 1_000  # that are told apart, of those in which nothing was heard
@@ -96,13 +96,14 @@ class SoundRecord:
         return list(zip([*start[:1].tolist(), *start[parted + 1].tolist()],
                         [*end[parted].tolist(), *end[-1:].tolist()], strict=True))
 
-    def tones(self, *, brakes: Sequence[str] = (), speed: SpeedAt | None = None
-              ) -> list[HeardTone] | None:
+    def tones(self, *, brakes: Sequence[str] = (), speed: SpeedAt | None = None,
+              braking: BrakingAt | None = None) -> list[HeardTone] | None:
         """Return tones in the squeal band, with events; None where nothing is known."""
         if not self.heard:
             return None
         found = [tone for i, record in self.channels.items() if i not in self.unknown
-                 for tone in heard_tones(record, self.settings, channel=i, speed=speed)]
+                 for tone in heard_tones(record, self.settings, channel=i, speed=speed,
+                                      braking=braking)]
         return one_of_channels(found, brakes)
 
 

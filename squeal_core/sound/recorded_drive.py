@@ -27,6 +27,8 @@ from squeal_core.sound.sound_errors import SoundError
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 
 _LONGEST_GAP = 1.0  # s, over which values are interpolated
+_APPLIED = 3e4  # Pa, mean of the brakes; pads may trail at less
+_AROUND = 0.5  # s before and after braking in which a brake may be sliding yet
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,19 @@ class RecordedDrive:
     def pressure_at(self, time: FloatArray) -> FloatArray:
         """Return the pressure at times; NaN where it is not known."""
         return self._at(time, self.pressure)
+
+    def braking_at(self, time: FloatArray, uncertainty: float = 0.0) -> FloatArray:
+        """
+        Return 1 where brakes slide under pressure, from 0.5 s before to after, else 0.
+
+        NaN where it is not known; `uncertainty` is the standard deviation of the times [s].
+        """
+        around = _AROUND + 2.0 * uncertainty
+        first, last = (np.searchsorted(self.time, time + side) for side in (-around, around))
+        slides, known = (np.concatenate([[0], np.cumsum(rows)]) for rows in (
+            (self.pressure >= _APPLIED) & (self.speed > 0.0),
+            np.isfinite(self.pressure + self.speed)))
+        return np.where(known[last] > known[first], slides[last] > slides[first], np.nan)
 
     def _at(self, time: FloatArray, values: FloatArray) -> FloatArray:
         known = np.isfinite(values)

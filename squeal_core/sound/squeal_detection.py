@@ -14,7 +14,7 @@
 
 """From tones to squeal events: edges, pieces joined, harmonics grouped, other sources rejected."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import math
 
@@ -23,14 +23,17 @@ from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray
 from squeal_core.sound.channel_analysis import ChannelRecord, HYSTERESIS
 from squeal_core.sound.listening_settings import ListeningSettings
+from squeal_core.sound.tone_joining import GAP, joined, TimeIndex, unsteady_joined
 from squeal_core.sound.tone_sources import (
     alarms,
+    BrakingAt,
     follows_speed,
     glides,
     is_in_music,
     is_of_clipping,
     is_of_comb,
     is_of_lower_tones,
+    is_without_braking,
     multiple_of,
     SpeedAt,
     Timing,
@@ -39,11 +42,9 @@ from squeal_core.sound.tone_tracker import Tone
 
 _EDGE = 6.0  # dB: an abrupt start is in the middle of the window that has a quarter of its power
 _WINDOWS = 4  # over which a step of level rises
-_GAP, _SAME = 0.25, 0.02  # s and fraction of the frequency, between two pieces of one tone
 _FAST = 6  # windows, 128 ms, over which a level is averaged, as by a sound level meter on "fast"
 _LEAD = 6.0  # dB by which a channel is louder than the others, so that the brake is its own
 _OVERLAP = 0.5  # of the shorter of two tones that are one in two channels
-_BLOCK = 512  # windows in which tones are looked up
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,8 @@ class HeardTone:
 
 
 def heard_tones(record: ChannelRecord, settings: ListeningSettings, *, channel: int = 0,
-                speed: SpeedAt | None = None) -> list[HeardTone]:
+                speed: SpeedAt | None = None, braking: BrakingAt | None = None
+                ) -> list[HeardTone]:
     """
     Return the tones of a channel in the squeal band, events and rejected ones, by time.
 
@@ -107,16 +109,22 @@ def heard_tones(record: ChannelRecord, settings: ListeningSettings, *, channel: 
         Its number.
     speed : callable, optional
         Speed of the wheels at times from the first sample on.
+    braking : callable, optional
+        Whether brakes slide under pressure then.
 
     """
     timing = Timing(record.step)
-    pieces = [trimmed for tone in record.tones if (trimmed := _trimmed(tone)) is not None]
+    gap = round(GAP / record.step)
+    notes = [trimmed for tone in record.tones if (trimmed := _trimmed(tone)) is not None]
+    pieces = unsteady_joined(notes)
     ringing = alarms(pieces, timing)
-    tones = [*_joined([piece for i, piece in enumerate(pieces) if i not in ringing],
-                      round(_GAP / record.step)), *(pieces[i] for i in ringing)]
+    tones = [*joined([piece for i, piece in enumerate(pieces) if i not in ringing],
+                      gap), *(pieces[i] for i in ringing)]
     bursts = {id(pieces[i]) for i in ringing}
-    index = _TimeIndex([tone for tone in tones if tone.mean_prominence >= settings.prominence
+    index = TimeIndex([tone for tone in tones if tone.mean_prominence >= settings.prominence
                         or id(tone) in bursts])
+    melody = TimeIndex([note for note in joined(notes, gap)
+                         if note.mean_prominence >= settings.prominence])
     rules: dict[int, str] = {}
     multiples: dict[int, list[int]] = {}
     for tone in sorted(index.tones, key=lambda tone: tone.mean_frequency):
@@ -127,18 +135,19 @@ def heard_tones(record: ChannelRecord, settings: ListeningSettings, *, channel: 
             multiples.setdefault(id(parent), []).append(number)
             continue
         rules[id(tone)] = 'alarm' if id(tone) in bursts else _rule(
-            tone, index, record, settings, timing, speed)
+            tone, index, melody, record, settings, timing, speed, braking)
     found = [_heard(tone, record, settings, timing, tuple(sorted(multiples.get(id(tone), []))),
                     channel, rules[id(tone)])
              for tone in index.tones if id(tone) in rules]
     return sorted(found, key=lambda tone: tone.start)
 
 
-def _rule(tone: Tone, index: '_TimeIndex', record: ChannelRecord, settings: ListeningSettings,
-          timing: Timing, speed: SpeedAt | None) -> str:
+def _rule(tone: Tone, index: TimeIndex, melody: TimeIndex, record: ChannelRecord,
+          settings: ListeningSettings, timing: Timing, speed: SpeedAt | None,
+          braking: BrakingAt | None) -> str:
     """Return the first rule that rejects a tone."""
-    around = list(index.near(tone, round(3.0 / record.step)))
-    others = [other for other in around if other is not tone]
+    reach = round(3.0 / record.step)
+    others = [other for other in index.near(tone, reach) if other is not tone]
     if level_of(tone) < settings.threshold:
         return 'level'
     if timing.duration(_loud_part(tone, settings)) < settings.shortest - 0.5 * timing.step:
@@ -150,14 +159,17 @@ def _rule(tone: Tone, index: '_TimeIndex', record: ChannelRecord, settings: List
         return 'below the band'
     if speed is not None and follows_speed(tone, record.time(tone.frame), speed):
         return 'wheel speed'
+    if braking is not None and is_without_braking(tone, record.time(tone.frame), braking):
+        return 'no braking'
     if glides(tone):
         return 'glide'
     if is_of_comb(tone, others):
         return 'horn'
-    return 'music' if is_in_music(tone, others, timing, settings.band[0]) else ''
+    return 'music' if is_in_music(
+        tone, list(melody.near(tone, reach)), timing, settings.band[0]) else ''
 
 
-def _parent(tone: Tone, index: '_TimeIndex', rules: dict[int, str]) -> tuple[Tone | None, int]:
+def _parent(tone: Tone, index: TimeIndex, rules: dict[int, str]) -> tuple[Tone | None, int]:
     """Return the louder tone in the band that a tone is a multiple of, and of which number."""
     for other in index.near(tone, 0):
         if id(other) in rules and other.peak_level >= tone.peak_level:
@@ -189,54 +201,6 @@ def _loud_part(tone: Tone, settings: ListeningSettings) -> Tone:
 def _part(tone: Tone, keep: NDArray[np.bool_]) -> Tone:
     return replace(tone, frame=tone.frame[keep], frequency=tone.frequency[keep],
                    level=tone.level[keep], prominence=tone.prominence[keep])
-
-
-def _joined(pieces: Sequence[Tone], gap: int) -> list[Tone]:
-    """Return tones of pieces that follow each other at nearly one frequency, as through beats."""
-    chains: list[list[Tone]] = []
-    open_chains: list[list[Tone]] = []
-    for piece in sorted(pieces, key=lambda piece: piece.first):
-        open_chains = [chain for chain in open_chains if chain[-1].last + gap >= piece.first]
-        near = [chain for chain in open_chains if chain[-1].last < piece.first and abs(
-            chain[-1].frequency[-1] / piece.frequency[0] - 1.0) < _SAME]
-        if near:
-            min(near, key=lambda chain: abs(
-                chain[-1].frequency[-1] - piece.frequency[0])).append(piece)
-        else:
-            chains.append([piece])
-            open_chains.append(chains[-1])
-    return [_one(chain) for chain in chains]
-
-
-def _one(chain: Sequence[Tone]) -> Tone:
-    if len(chain) == 1:
-        return chain[0]
-    frame, frequency, level, prominence = (
-        np.concatenate([getattr(piece, name) for piece in chain])
-        for name in ('frame', 'frequency', 'level', 'prominence'))
-    loudest = max(chain, key=lambda piece: piece.peak_level)
-    return Tone(frame, frequency, level, prominence, loudest.rated)
-
-
-class _TimeIndex:
-    """Tones by the blocks of windows that they are in."""
-
-    def __init__(self, tones: Sequence[Tone]) -> None:
-        self.tones = tones
-        self._blocks: dict[int, list[Tone]] = {}
-        for tone in tones:
-            for block in range(tone.first // _BLOCK, tone.last // _BLOCK + 1):
-                self._blocks.setdefault(block, []).append(tone)
-
-    def near(self, tone: Tone, reach: int) -> Iterator[Tone]:
-        """Yield the tones, each once, at most so many windows from another one."""
-        seen: set[int] = set()
-        for block in range((tone.first - reach) // _BLOCK, (tone.last + reach) // _BLOCK + 1):
-            for other in self._blocks.get(block, ()):
-                if id(other) not in seen and other.last + reach >= tone.first \
-                        and other.first - reach <= tone.last:
-                    seen.add(id(other))
-                    yield other
 
 
 def level_of(tone: Tone) -> float:

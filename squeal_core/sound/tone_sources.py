@@ -29,10 +29,13 @@ from squeal_core.sound.tone_tracker import Tone
 
 SpeedAt = Callable[[FloatArray], FloatArray]
 """Speed of wheel or vehicle at times of the sound, in any unit; NaN where not known."""
+BrakingAt = Callable[[FloatArray], FloatArray]
+"""Whether brakes slide under pressure at times of the sound: 1, 0, or NaN where not known."""
 
 RULES = {
     'wheel speed': 'frequency proportional to wheel speed: ln f over ln v has a slope of 0.7 to '
                    '1.3 and a correlation of 0.9, over 5 % of speed or more',
+    'no braking': 'for half of it or more no brake slides under pressure, by the recording',
     'glide': 'frequency spans a ratio of more than 1.25 (90 % of the time): whine, siren',
     'below the band': 'multiple of a tone below the band that is not 10 dB weaker',
     'clipping': '10 dB or more weaker than another tone while the channel is overdriven',
@@ -126,6 +129,13 @@ def follows_speed(tone: Tone, times: FloatArray, speed: SpeedAt) -> bool:
     slope = float(v @ f / (v @ v))
     correlation = float(v @ f) / math.sqrt(max(float((v @ v) * (f @ f)), 1e-30))
     return _SLOPE[0] <= slope <= _SLOPE[1] and correlation >= _CORRELATION
+
+
+def is_without_braking(tone: Tone, times: FloatArray, braking: BrakingAt) -> bool:
+    """Return whether a tone is mostly there while brakes do not slide, where that is known."""
+    there = braking(times)
+    known = np.isfinite(there)
+    return bool(known.mean() >= _SHARED and there[known].mean() <= 0.5)
 
 
 def glides(tone: Tone) -> bool:

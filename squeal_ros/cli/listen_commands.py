@@ -29,7 +29,7 @@ from squeal_core.sound.sound_clock import clock_of_file, clock_of_stamp, SoundCl
 from squeal_core.sound.sound_file import SoundFile
 from squeal_core.sound.squeal_detection import HeardTone
 from squeal_core.sound.synchronisation import synchronise
-from squeal_core.sound.tone_sources import SpeedAt
+from squeal_core.sound.tone_sources import BrakingAt, SpeedAt
 from squeal_ros.cli.console import plain, ProgressBar, time_left, warn
 
 _GOOD, _NOT_KNOWN = 0, 1
@@ -52,7 +52,8 @@ def listen(options: argparse.Namespace) -> int:
     if drive:
         clock = synchronise(record.heard, drive) if record.heard else SoundClock(
             'sync', note='not known: nothing was heard', is_ambiguous=True)
-    tones = record.tones(brakes=brakes, speed=_speed(by_speed or drive, clock, options))
+    tones = record.tones(brakes=brakes, speed=_speed(by_speed or drive, clock, options),
+                         braking=_braking(drive, clock))
     measured = MeasuredSqueal(record, tones, clock,
                               drive.name if drive and not clock.is_ambiguous else '')
     for note in record.notes:
@@ -74,6 +75,13 @@ def _speed(drive: RecordedDrive | None, clock: SoundClock, options: argparse.Nam
     is_table = options.speed is not None and options.speed.endswith('.csv')
     shift = 0.0 if is_table and clock.source == 'bext' else clock.shift
     return lambda time: drive.speed_at(time + shift)
+
+
+def _braking(drive: RecordedDrive | None, clock: SoundClock) -> BrakingAt | None:
+    """Return whether brakes slide at times of the sound, where its clock was found by them."""
+    if drive is None or clock.is_ambiguous:
+        return None
+    return lambda time: drive.braking_at(time + clock.shift, clock.uncertainty)
 
 
 def _settings(options: argparse.Namespace) -> ListeningSettings:

@@ -17,6 +17,7 @@
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from itertools import chain
+import math
 from pathlib import Path
 
 from squeal_core.common.errors import did_you_mean, short_repr
@@ -65,6 +66,7 @@ class CsvRecording:
         self._number = number_reader(self.layout.decimal, self.layout.thousands)
         self._columns = [InputColumn.of(source, settings) for source in signals.sources]
         self._places = [self._place(source.name, source.where) for source in signals.sources]
+        self._position = [self._place(one.name, one.where) for one in signals.position]
         self._clock = [self._place(name, f'{signals.path}, clock') for name in
                        signals.clock.columns]
         if not self._clock:
@@ -130,6 +132,7 @@ class CsvRecording:
         local = ['times without a zone are taken as UTC; clock.timezone says another']
         return [*self._about, *(local if self._local else []), *self._times.notes(),
                 *self._row_notes(),
+                *self.positions.missing([one.name for one in self._signals.position]),
                 *chain.from_iterable(column.notes() for column in self._columns)]
 
     def _row_notes(self) -> Iterator[str]:
@@ -174,11 +177,20 @@ class CsvRecording:
                 one = column.sample(self._number(cell), time.stated, cell, f'in line {line}')
                 if one is not None:
                     found.append(one)
+            if self._position:
+                self._take_position(time.recorded, cells)
             yield time.recorded, found
         if not taken:
             said = [*self._times.notes(), *self._row_notes()]
             raise CsvError(self.path, f'has no row to read{": " * bool(said)}{"; ".join(said)}',
                            'check clock and table in the file of --signals')
+
+    def _take_position(self, time: int, cells: Sequence[str]) -> None:
+        numbers = [self._number(cells[place]) if place < len(cells) else None
+                   for place in self._position]
+        latitude, longitude = (math.nan if number is None else one.scale * number for one, number
+                               in zip(self._signals.position, numbers, strict=True))
+        self.positions.take(time, latitude, longitude)
 
     def _rows(self) -> Iterator[tuple[int, Sequence[str]]]:
         """Yield line number and cells of the rows that have as many as there are columns."""

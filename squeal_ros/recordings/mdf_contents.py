@@ -39,11 +39,14 @@ def mdf_contents(path: Path) -> Contents:
             entry, first, last = _entry(file, channel, names.count(channel.name) > 1)
             entries.append(entry)
             ends += [first, last]
+        if file.first_damage and not any(entry.count for entry in entries):
+            raise file.first_damage
     known = [start + end for end in ends if not math.isnan(end)]
     return Contents(
         path=path, kind='mdf', entries=entries, start_s=min(known, default=math.nan),
         end_s=max(known, default=math.nan),
-        notes=[] if zone_known else ['its start is a local time without a zone'])
+        notes=[*file.lost_notes, *([] if zone_known else [
+            'its start is a local time without a zone'])])
 
 
 def _entry(file: MdfFile, channel: Channel, ambiguous: bool) -> tuple[Entry, float, float]:

@@ -29,10 +29,10 @@ except ImportError as error:
     raise ImportError("MDF files need asammdf: pip install -e '.[mdf]' in the checkout") from error
 import numpy as np
 from squeal_core.common.bounded_reader import check_readable
-from squeal_core.common.errors import in_one_line, LocatedError
+from squeal_core.common.errors import in_one_line, LocatedError, short_repr
 
 MAX_FILE = 1_000_000_000_000  # bytes: it is read record by record
-_BLOCK = 50_000  # records that are read at once
+_BLOCK, _LEAST = 50_000, 1_000  # records that are read at once, and where some are damaged
 _MASTERS = (2, 3)  # types of channels that hold times: of records, and virtual ones
 _TIME = 1  # kind of a master, besides angle, distance and index
 _FIRST_TIME = 1e8  # s, of 1973; an earlier start is none
@@ -77,6 +77,13 @@ class MdfFile:
     ----------
     path : path
 
+    Attributes
+    ----------
+    lost : dict of Channel to int
+        Records that cannot be read, by the first channel that was asked for.
+    first_damage : MdfError or None
+        Why the first of them cannot.
+
     Raises
     ------
     MdfError
@@ -86,6 +93,8 @@ class MdfFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.lost: dict[Channel, int] = {}
+        self.first_damage: MdfError | None = None
         check_readable(path, MAX_FILE, MdfError)
         try:
             self._mdf = MDF(path, raise_on_multiple_occurrences=False)
@@ -102,7 +111,8 @@ class MdfFile:
     def _damaged(self, error: Exception) -> MdfError:
         return MdfError(self.path, 'cannot be read as MDF '
                         f'({type(error).__name__}: {in_one_line(error, 120)})',
-                        'check that it is whole and of version 3 or 4')
+                        'check that it is whole and of version 3 or 4; where its end is missing '
+                        'let the software of the logger repair it, or export it as CSV')
 
     def _channels(self) -> Iterator[Channel]:
         for number, group in enumerate(self._mdf.groups):
@@ -124,35 +134,49 @@ class MdfFile:
         return (seconds, start.tzinfo is not None) if seconds > _FIRST_TIME else (0.0, True)
 
     def first_time(self, channel: Channel) -> float:
-        """Return the first time of a channel [s]; NaN without a record."""
+        """Return the first time of a channel [s]; NaN without a record that can be read."""
         try:
             times = self._mdf.get(group=channel.group, index=channel.place, record_offset=0,
                                   record_count=1).timestamps
-        except Exception as error:
-            raise self._damaged(error) from None
+        except Exception:
+            return math.nan
         return float(times[0]) if len(times) else math.nan
 
     def blocks(self, channels: Sequence[Channel]) -> Iterator[Block]:
-        """
-        Yield the records of channels of one group, block by block.
-
-        Raises
-        ------
-        MdfError
-            For a damaged one.
-
-        """
-        for offset in range(0, channels[0].records, _BLOCK):
+        """Yield the records of channels of a group, block by block; `lost` counts the others."""
+        waiting = [(offset, _BLOCK) for offset in range(0, channels[0].records, _BLOCK)][::-1]
+        intact = True
+        while waiting:
+            offset, count = waiting.pop()
             try:
                 signals = [self._mdf.get(
-                    group=one.group, index=one.place, record_offset=offset, record_count=_BLOCK,
+                    group=one.group, index=one.place, record_offset=offset, record_count=count,
                     ignore_invalidation_bits=True)
                     for one in channels]
             except Exception as error:
-                raise self._damaged(error) from None
+                if intact and count > _LEAST:  # read what is before the damage
+                    waiting += [(offset + count // 2, count - count // 2), (offset, count // 2)]
+                    continue
+                intact = False
+                self._lose(channels[0], offset, count, error)
+                continue
+            intact = True
             if not signals or not len(signals[0].timestamps):
                 return
             yield Block(signals[0].timestamps, [_values(signal) for signal in signals])
+
+    @property
+    def lost_notes(self) -> list[str]:
+        """Return what could not be read."""
+        return [f'group {channel.group} is damaged: {count} of its {channel.records} records '
+                f'cannot be read (channel {short_repr(channel.name)}) and are left out'
+                for channel, count in self.lost.items()]
+
+    def _lose(self, channel: Channel, offset: int, count: int, error: Exception) -> None:
+        """Count records that cannot be read."""
+        self.first_damage = self.first_damage or self._damaged(error)
+        rest = max(0, channel.records - offset)
+        self.lost[channel] = self.lost.get(channel, 0) + min(count, rest)
 
 
 def _values(signal: Any) -> Sequence[Any]:

@@ -33,7 +33,7 @@ from squeal_ros.recordings.mdf_file import Channel, MdfError, MdfFile
 from squeal_ros.recordings.positions import Positions
 from squeal_ros.recordings.recording import Samples
 from squeal_ros.recordings.row_times import RowTimes
-from squeal_ros.recordings.signals_file import Signals, SignalSource
+from squeal_ros.recordings.signals_file import CoordinateSource, Signals, SignalSource
 
 _MOST_NAMES = 30  # of channels, in an error
 
@@ -61,12 +61,17 @@ class MdfRecording:
     def __init__(self, path: Path, settings: MonitorSettings, signals: Signals) -> None:
         self.path, self._signals = path, signals
         self.positions = Positions()
+        self._file: MdfFile | None = None  # that is read
         with MdfFile(path) as file:
             self._channels = [_chosen(source, file) for source in signals.sources]
+            self._position = [_chosen(source, file) for source in signals.position]
             start, zone_known = file.start
-            first = min(map(file.first_time, self._channels))
+            first = min(filter(math.isfinite, map(file.first_time, self._all)), default=0.0)
+        if len({one.group for one in self._position}) > 1:
+            raise MdfError(signals.position[0].where, 'is of another group than the longitude',
+                           'give channels of one group, which have the same times')
         self._columns = [InputColumn.of(source, settings) for source in signals.sources]
-        self._times = {channel.group: RowTimes() for channel in self._channels}
+        self._times = {channel.group: RowTimes() for channel in self._all}
         self._about = [*chain.from_iterable(
             contradiction(source, channel.name, channel.unit) for source, channel in zip(
                 signals.sources, self._channels, strict=True))]
@@ -100,14 +105,19 @@ class MdfRecording:
     @property
     def messages(self) -> int:
         """Return how many records the groups have."""
-        return sum({channel.group: channel.records for channel in self._channels}.values())
+        return sum({channel.group: channel.records for channel in self._all}.values())
+
+    @property
+    def _all(self) -> list[Channel]:
+        return [*self._channels, *self._position]
 
     @property
     def notes(self) -> list[str]:
         """Return what is to be known of it, as far as it was read."""
         of_times = (f'group {group}: {note.replace("line", "record")}' for group, times in
                     self._times.items() for note in times.notes())
-        return [*self._about, *of_times,
+        return [*self._about, *(self._file.lost_notes if self._file else ()), *of_times,
+                *self.positions.missing([one.name for one in self._signals.position]),
                 *chain.from_iterable(column.notes() for column in self._columns)]
 
     @property
@@ -125,22 +135,26 @@ class MdfRecording:
             For a damaged one, or one without a record.
 
         """
-        groups = sorted({channel.group for channel in self._channels})
+        groups = sorted({channel.group for channel in self._all})
         taken = False
         with MdfFile(self.path) as file:
+            self._file = file
             for entry in heapq.merge(*(self._of_group(file, group) for group in groups),
                                      key=itemgetter(0)):
                 taken = True
                 yield entry
         if not taken:
-            raise MdfError(self.path, 'has no record of the channels',
-                           'check that it was recorded')
+            raise file.first_damage or MdfError(self.path, 'has no record of the channels',
+                                                'check that it was recorded')
 
     def _of_group(self, file: MdfFile, group: int) -> Iterator[tuple[int, Samples]]:
         own = [(column, channel) for column, channel in zip(
             self._columns, self._channels, strict=True) if channel.group == group]
+        fix = [channel for channel in self._position if channel.group == group]
+        scales = [one.scale for one in self._signals.position]
         times, record = self._times[group], 0
-        for block in file.blocks([channel for _, channel in own]):
+        for block in file.blocks([*(channel for _, channel in own), *fix]):
+            inputs, places = block.columns[:len(own)], block.columns[len(own):]
             for place, seconds in enumerate(block.times.tolist()):
                 record += 1
                 stated = round(seconds * 1e9) + self._start if math.isfinite(seconds) else None
@@ -148,16 +162,20 @@ class MdfRecording:
                 if time is None:
                     continue
                 found = []
-                for (column, _), values in zip(own, block.columns, strict=True):
+                for (column, _), values in zip(own, inputs, strict=True):
                     value = values[place]
                     number = value if isinstance(value, float) else None
                     one = column.sample(number, time.stated, str(value), f'in record {record}')
                     if one is not None:
                         found.append(one)
+                if fix:
+                    north, east = (column[place] for column in places)
+                    if isinstance(north, float) and isinstance(east, float):
+                        self.positions.take(time.recorded, scales[0] * north, scales[1] * east)
                 yield time.recorded, found
 
 
-def _chosen(source: SignalSource, file: MdfFile) -> Channel:
+def _chosen(source: SignalSource | CoordinateSource, file: MdfFile) -> Channel:
     """Return the channel that a file of signals names."""
     named = [channel for channel in file.channels if channel.name == source.name]
     if not named:

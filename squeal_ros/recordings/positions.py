@@ -16,7 +16,10 @@
 
 from array import array
 import bisect
+from collections.abc import Sequence
 import math
+
+from squeal_core.common.errors import short_repr
 
 FIX_TYPE = 'sensor_msgs/msg/NavSatFix'
 
@@ -37,9 +40,15 @@ class Positions:
     def __len__(self) -> int:
         return len(self._times)
 
+    def missing(self, names: Sequence[str]) -> list[str]:
+        """Return a note where columns that are named gave no position."""
+        return [] if len(self) or not names else [
+            f'position: {" and ".join(map(short_repr, names))} have no row with numbers of both, '
+            'so none is known; check columns and units']
+
     def take(self, time: int, latitude: float, longitude: float, status: int = 0) -> None:
         """
-        Take a fix; one without a position, or before the last one, is passed over.
+        Take a fix; one without a position, at 0, 0, or before the last one, is passed over.
 
         Parameters
         ----------
@@ -51,7 +60,8 @@ class Positions:
             As of sensor_msgs/NavSatStatus; negative: no fix.
 
         """
-        known = status >= _NO_FIX and abs(latitude) <= 90.0 and abs(longitude) <= 360.0
+        known = (status >= _NO_FIX and abs(latitude) <= 90.0 and abs(longitude) <= 360.0
+                 and not latitude == longitude == 0.0)  # as receivers write before a fix
         if known and not (self._times and time < self._times[-1]):
             self._times.append(time)
             self._latitudes.append(latitude)

@@ -62,6 +62,11 @@ _OTHER_THINGS = {
         'error status quality raw counter min max', -2.0)}
 _OTHER_STEMS = ('umgebung', 'schall', 'motordreh', 'reifen', 'aussen', 'kuehl', 'oeltemp',
                 'ambient')
+_LATITUDE = frozenset(('lat', 'latitude', 'latitud', 'latitudine', 'breite', 'breitengrad'))
+_LONGITUDE = frozenset(('lon', 'long', 'lng', 'longitude', 'longitud', 'longitudine', 'laenge',
+                        'laengengrad'))
+_MOVEMENT = frozenset(('acc', 'accel', 'acceleration', 'beschl', 'vel', 'velocity', 'speed',
+                       'force', 'slip', 'err', 'g'))
 _BETTER = ('disc', 'disk', 'rotor', 'scheibe', 'disque', 'disco', 'brake', 'brems', 'frein',
            'freno', 'wheel', 'rad', 'roue', 'ruota', 'actual', 'ist', 'wss')
 _SIDES = {'l': 'left', 'left': 'left', 'links': 'left', 'li': 'left', 'gauche': 'left',
@@ -157,6 +162,17 @@ def propose(entries: Sequence[Entry]) -> Proposal:
     lacking = {name: lacks for name, guesses in found.items() if (lacks := _lacks(guesses))}
     return Proposal({name: guesses for name, guesses in found.items() if name not in lacking},
                     lacking)
+
+
+def position_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
+    """Return the columns that look like latitude and longitude; nothing where one is missing."""
+    found = [next((entry for entry in entries if not entry.field and entry.type == 'number'
+                   and entry.unit.strip('[]() °').casefold() in ('', 'deg', 'grad')
+                   and words & set(plain_words(entry.name)) and entry.count
+                   and not _MOVEMENT & set(plain_words(entry.name))
+                   and -most <= entry.minimum <= entry.maximum <= most), None)
+             for words, most in ((_LATITUDE, 90.0), (_LONGITUDE, 180.0))]
+    return tuple(entry for entry in found if entry) if all(found) else ()
 
 
 def _order(name: str) -> tuple[bool, str]:

@@ -22,7 +22,7 @@ from typing import Any
 from squeal_core.common.errors import printable
 from squeal_core.common.wording import counted
 from squeal_ros.recordings.contents import Contents, Entry
-from squeal_ros.recordings.signal_guesses import Guess, Proposal, USUAL_RADIUS
+from squeal_ros.recordings.signal_guesses import Guess, position_of, Proposal, USUAL_RADIUS
 
 _MOST_LISTED = 400
 
@@ -72,20 +72,30 @@ def signals_document(contents: Contents, proposal: Proposal) -> str:
     for brake, guesses in proposal.brakes.items():
         lines.append(f'  {brake}:')
         for guess in guesses:
-            keys = _keys(guess, contents.kind).items()
-            said = ', '.join(f'{key}: {_text(value)}' for key, value in keys)
-            lines.append(_entry(f'    {guess.signal}: {{{said}}}', guess.notes))
+            keys = _keys(guess, contents.kind)
+            lines.append(_entry(f'    {guess.signal}: {_mapping(keys)}', guess.notes))
+    if position := position_of(contents.entries):
+        lines.append(_entry('position:', ['by the names of its columns']))
+        lines += [f'  {key}: {_mapping(_column(entry, contents.kind))}' for key, entry in zip(
+            ('latitude', 'longitude'), position, strict=True)]
     for brake, lacks in proposal.incomplete.items():
         lines.append(f'# {brake}: left out, nothing looks like its {" and ".join(lacks)}')
     return '\n'.join(lines) + '\n'
 
 
+def _mapping(keys: Mapping[str, Any]) -> str:
+    return f'{{{", ".join(f"{key}: {_text(value)}" for key, value in keys.items())}}}'
+
+
+def _column(entry: Entry, kind: str) -> dict[str, Any]:
+    group = {} if entry.group is None else {'group': entry.group}
+    return {'channel' if kind == 'mdf' else 'column': entry.name, **group}
+
+
 def _keys(guess: Guess, kind: str) -> Mapping[str, Any]:
     entry = guess.entry
     keys: dict[str, Any] = {'topic': entry.name, 'type': entry.type, 'field': entry.field} if (
-        entry.field) else {'channel' if kind == 'mdf' else 'column': entry.name}
-    if entry.group is not None:
-        keys['group'] = entry.group
+        entry.field) else _column(entry, kind)
     keys['unit'] = guess.unit.name
     if guess.absolute:
         keys['reference'] = 'absolute'

@@ -20,6 +20,7 @@ docs/howto/recordings.md is its manual; `squeal signals` writes one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+import math
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -38,6 +39,7 @@ PASSED_ON = ('max_age', 'minimum', 'maximum', 'stuck_after', 'movement', 'refere
 _RADIUS = 'wheel_radius_m'
 _LARGEST_RADIUS = 2.0  # m
 _MOST_GROUPS = 1_000_000
+_DEGREES = {'deg': 1.0, 'min': 1.0 / 60.0, 'rad': 180.0 / math.pi}  # of latitude and longitude
 
 Kind: TypeAlias = Literal['column', 'topic']
 KINDS: tuple[Kind, ...] = ('column', 'topic')
@@ -91,20 +93,31 @@ class SignalSource:
 
 
 @dataclass(frozen=True)
+class CoordinateSource:
+    """Column or channel of latitude or longitude, and what makes degrees of its numbers."""
+
+    where: str
+    name: str
+    group: int | None
+    scale: float
+
+
+@dataclass(frozen=True)
 class Signals:
-    """What a file of signals says."""
+    """What a file of signals says; `position` is latitude and longitude, or nothing."""
 
     path: Path
     sources: tuple[SignalSource, ...]
     clock: ClockSpec
     table: TableSpec
+    position: tuple[CoordinateSource, ...] = ()
 
     def of(self, kind: Kind) -> 'Signals | None':
         """Return what it says of recordings with columns, or with topics; None: nothing."""
         own = tuple(source for source in self.sources if source.kind == kind)
         of_tables = kind == 'topic' and len(own) < len(self.sources)
-        return replace(self, sources=own, clock=ClockSpec() if of_tables else self.clock
-                       ) if own else None
+        return replace(self, sources=own, clock=ClockSpec() if of_tables else self.clock,
+                       position=() if kind == 'topic' else self.position) if own else None
 
 
 def read_signals(path: str | Path) -> Signals:
@@ -132,7 +145,8 @@ def read_signals(path: str | Path) -> Signals:
     stamp = clock.text('stamp', choices=('header', 'receipt'))
     for brake in brakes.content:
         sources += _inputs(brakes.section(brake), brake, radius, stamp)
-    found = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')))
+    found = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')),
+                    _position(top.section('position')))
     top.finish()
     return found
 
@@ -164,14 +178,7 @@ def _check_inputs(brake: YamlSection, signals: Sequence[Signal], kind: str) -> N
 
 def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
             stamp: str) -> SignalSource:
-    named = [key for key in ('column', 'channel', 'topic') if key in entry.content]
-    if len(named) != 1:
-        raise entry.error('', f'has {" and ".join(named) or "no column or topic"}',
-                          'give one of column (or channel) and topic')
-    (key,) = named
-    name = entry.text(key)
-    if not name.strip():
-        raise entry.error(key, 'is empty', 'name it')
+    key, name = _named(entry, 'topic')
     unit, factor = _unit(entry, signal, entry.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS))
     scale, offset = entry.number('scale', 1.0), entry.number('offset', 0.0)
     if not scale:
@@ -190,6 +197,38 @@ def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
         scale=factor * unit.scale * scale, offset=factor * (unit.scale * offset + unit.offset),
         passed_on=passed_on)
     entry.finish((*allowed, _RADIUS))
+    return found
+
+
+def _named(entry: YamlSection, *others: str) -> tuple[str, str]:
+    """Return which key names a column or something else, and what stands there."""
+    keys = ('column', 'channel', *others)
+    named = [key for key in keys if key in entry.content]
+    if len(named) != 1:
+        none = 'no column or topic' if others else 'no column'
+        raise entry.error('', f'has {" and ".join(named) or none}',
+                          f'give one of {", ".join(keys)}')
+    (key,) = named
+    name = entry.text(key)
+    if not name.strip():
+        raise entry.error(key, 'is empty', 'name it')
+    return key, name
+
+
+def _position(section: YamlSection) -> tuple[CoordinateSource, ...]:
+    if not section.content:
+        return ()
+    found = tuple(_coordinate(section.section(key)) for key in ('latitude', 'longitude'))
+    section.finish()
+    return found
+
+
+def _coordinate(entry: YamlSection) -> CoordinateSource:
+    _, name = _named(entry)
+    unit = entry.text('unit', 'deg', tuple(_DEGREES))
+    found = CoordinateSource(entry.where(), name, entry.count('group', _MOST_GROUPS),
+                             _DEGREES[unit] * entry.number('scale', 1.0))
+    entry.finish()
     return found
 
 

@@ -15,6 +15,7 @@
 """Tables of loggers of many locales give the same samples; what is missing in one is said."""
 
 from contextlib import suppress
+import math
 from pathlib import Path
 import random
 import time
@@ -203,3 +204,25 @@ def test_any_damage_is_one_line_or_samples(tmp_path: Path) -> None:
 def test_a_table_needs_signals(tmp_path: Path) -> None:
     with pytest.raises(SquealError, match='run `squeal signals .*stop.csv -o SIGNALS.yaml`'):
         open_recording(write(tmp_path, stop_text()), default_settings())
+
+
+def test_positions_are_columns_of_degrees_or_minutes(tmp_path: Path) -> None:
+    """Rows before the receiver has a fix, at 0, 0, and those without numbers have none."""
+    lines = stop_text(4).splitlines()
+    fixes = ('Breite;Long', '0;0', '2886,0;11', ';', '2892,0;11,2')
+    path = tmp_path / 'stop.csv'
+    path.write_text(''.join(f'{line};{fix}\n' for line, fix in zip(lines, fixes, strict=True)))
+    content = document(position={'latitude': {'column': 'Breite', 'unit': 'min'},
+                                 'longitude': {'column': 'Long'}})
+    recording = opened(path, content)
+    times = [time for time, _ in recording.samples()]
+    assert [recording.positions.at(time) for time in times[1:]] == [
+        pytest.approx(one) for one in ((48.1, 11.0), (48.15, 11.1), (48.2, 11.2))]
+    assert all(map(math.isnan, recording.positions.at(times[0])))
+    assert not recording.notes
+    of_text = document(position={'latitude': {'column': 'Breite'}, 'longitude': {'column': 4}})
+    path.write_text(''.join(f'{line};{fix}\n' for line, fix in zip(
+        lines, ('Breite;x', *['N 48;E 11'] * 4), strict=True)))
+    recording = opened(path, of_text)
+    assert len(list(recording.samples())) == 4
+    assert any('position:' in note for note in recording.notes)

@@ -154,6 +154,42 @@ def test_a_damaged_measurement_is_one_line(tmp_path: Path) -> None:
         assert '\n' not in str(error.value)
 
 
+def test_of_a_damaged_block_its_records_are_lost_and_counted(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    times = np.arange(300_000) * 0.001  # two blocks of four megabytes, and a part
+    noise = np.random.default_rng(1).normal(size=times.size)
+    path = write(tmp_path / 'a', compression=2, groups=((
+        channel('p_VL', times, 80.0 + noise, 'bar'), channel('n_VL', times, 200.0 - times, 'rpm'),
+        channel('T_Scheibe_VL', times, 100.0 + times, '°C')),))
+    data = bytearray(path.read_bytes())
+    middle = data.index(b'##DZ', data.index(b'##DZ') + 4) + 20_000
+    data[middle:middle + 1000] = bytes(1000)
+    path.write_bytes(data)
+    monkeypatch.setattr(mdf_file, '_BLOCK', 20_000)
+    recording = opened(path, {**CHANNELS, 'pressure': {'channel': 'p_VL', 'unit': 'bar'}})
+    read = [round((time - START.timestamp()) * 1e3) for time, _ in values(recording)['pressure']]
+    lost = sorted(set(range(300_000)) - set(read))
+    assert 131_072 <= len(lost) < 131_072 + 22_000
+    assert lost == list(range(lost[0], lost[-1] + 1))
+    assert 130_000 < lost[0] <= 131_072
+    assert f'{len(lost)} of its 300000 records cannot be read' in ' '.join(recording.notes)
+
+
+def test_positions_are_in_channels_of_a_group(tmp_path: Path) -> None:
+    path = write(tmp_path / 'a', groups=((
+        channel('p_VL', FAST, 80.0 + FAST, 'bar'), channel('n_VL', FAST, 200.0 - FAST, 'rpm'),
+        channel('mu', FAST, 0.4 + 0.0 * FAST)),
+        (channel('Lat', SLOW, 48.0 + SLOW, '°'), channel('Long', SLOW, 11.0 + SLOW, '°'))))
+    signals = tmp_path / 'p.yaml'
+    assert main(['signals', str(path), '-o', str(signals)]) == 0
+    read = read_signals(signals)
+    recording = open_recording(path, settings_with_signals(default_settings(), read), signals=read)
+    assert recording.messages == len(FAST) + len(SLOW)
+    values(recording)
+    assert recording.positions.at(round(1e9 * (START.timestamp() + 0.6))) == pytest.approx(
+        (48.6, 11.6))
+
+
 def test_the_proposal_is_usable_as_it_is(tmp_path: Path,
                                          capfd: pytest.CaptureFixture[str]) -> None:
     path, signals = write(tmp_path / 'a'), tmp_path / 'a.yaml'

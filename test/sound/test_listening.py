@@ -28,11 +28,12 @@ from squeal_core.sound.listen import listen
 from squeal_core.sound.listening import listening_of, read_listening
 from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
 from squeal_core.sound.measured_files import MeasuredFiles, MeasuredSqueal
+from squeal_core.sound.recorded_drive import RecordedDrive
 from squeal_core.sound.sound_clock import SoundClock
 from squeal_core.sound.sound_file import SoundFile
 from squeal_core.sound.spectra import a_weighting
 from squeal_core.sound.squeal_detection import HeardTone
-from squeal_core.sound.tone_sources import SpeedAt
+from squeal_core.sound.tone_sources import BrakingAt, SpeedAt
 from support.rows import each
 from support.sounds import beeper, horn, sound_of, Squeal, tune, whine, write_wav
 
@@ -41,11 +42,11 @@ RATE = 48_000
 
 def heard(tmp_path: Path, sound: FloatArray, rate: int = RATE, kind: str = 'i2', *,
           settings: ListeningSettings | None = None, brakes: Sequence[str] = (),
-          speed: SpeedAt | None = None) -> list[HeardTone]:
+          speed: SpeedAt | None = None, braking: BrakingAt | None = None) -> list[HeardTone]:
     """Return events and rejected tones."""
     path = write_wav(tmp_path / 'sound.wav', rate, sound, kind)
     tones = listen(SoundFile.load(path), settings or ListeningSettings()).tones(
-        brakes=brakes, speed=speed)
+        brakes=brakes, speed=speed, braking=braking)
     assert tones is not None
     return tones
 
@@ -131,6 +132,36 @@ def test_partials_that_notes_of_a_slow_tune_have_in_common_are_no_squeal(tmp_pat
     assert [round(event.frequency_hz, -1) for event in events(tones)] == [3050.0]
     assert any(abs(tone.frequency_hz - 3138.0) < 5.0 and tone.end - tone.start > 3.0
                for tone in tones)
+
+
+def test_a_squeal_that_wobbles_is_one_event_and_two_steady_ones_are_two(tmp_path: Path) -> None:
+    """Its frequency moves by more than a line is wide within each window, and turns."""
+    time = np.arange(3 * RATE) / RATE
+    sound = sound_of(np.random.default_rng(13), RATE, 3.0, [
+        Squeal(0.5, 2.5, 7000.0, 6.0), Squeal(0.5, 2.5, 7200.0, 3.0)])
+    phase = 2.0 * np.pi * 3000.0 * time - 20.0 * np.cos(2.0 * np.pi * 5.0 * time)  # +-100 Hz
+    sound += 0.03 * np.sin(phase) * ((time > 0.5) & (time < 2.5))
+    found = events(heard(tmp_path, sound))
+    assert sorted(round(event.frequency_hz, -2) for event in found) == [3000.0, 7000.0, 7200.0]
+    assert all(event.end - event.start == pytest.approx(2.0, abs=0.08) for event in found)
+
+
+def test_a_long_tone_without_braking_is_none_and_one_of_a_braking_is(tmp_path: Path) -> None:
+    """A whine at constant speed and an alarm of one tone are told by the brakes alone."""
+    sound = sound_of(np.random.default_rng(14), RATE, 14.0, [
+        Squeal(0.5, 13.5, 3000.0, 10.0), Squeal(6.0, 8.0, 5000.0, 10.0)])
+    time = np.arange(0.0, 14.0, 0.1)
+    speed, pressure = np.full(time.size, 20.0), np.where((time > 5.5) & (time < 7.9), 1e6, 0.0)
+    drive = RecordedDrive('drive', time, speed, pressure)
+    assert len(events(heard(tmp_path, sound))) == 2
+    tones = heard(tmp_path, sound, braking=drive.braking_at)
+    assert [(round(tone.frequency_hz, -2), tone.rule) for tone in tones] == [
+        (3000.0, 'no braking'), (5000.0, '')]
+    for unknown in (replace(drive, pressure=np.full(time.size, np.nan)),
+                    replace(drive, time=time + 100.0)):
+        assert len(events(heard(tmp_path, sound, braking=unknown.braking_at))) == 2
+    still = replace(drive, speed=np.zeros(time.size))
+    assert not events(heard(tmp_path, sound, braking=still.braking_at))
 
 
 def test_a_squeal_with_many_harmonics_is_no_horn(tmp_path: Path) -> None:
