@@ -110,7 +110,7 @@ def _assembled(brake: Brake, disc: ModalBasis, gyroscopic: FloatArray,
     frequencies = [part.angular_frequencies for part in (pads[0], disc, pads[1])]
     return BrakeModel(
         angular_frequencies=np.concatenate(frequencies),
-        damping_ratios=_damping_ratios(brake, frequencies),
+        damping_ratios=damping_ratios(brake, frequencies),
         gyroscopic=np.pad(gyroscopic, ((before, after), (before, after))),
         **contact_arrays(faces),  # type: ignore[arg-type]
         follower=operators.follower(faces) if follower else None,
@@ -126,7 +126,7 @@ def _assembled(brake: Brake, disc: ModalBasis, gyroscopic: FloatArray,
         surface=_surface(brake, disc, pads))
 
 
-def _damping_ratios(brake: Brake, frequencies: Sequence[FloatArray]) -> FloatArray | float:
+def damping_ratios(brake: Brake, frequencies: Sequence[FloatArray]) -> FloatArray | float:
     """Return xi of each mode, given the frequencies of pad 1, disc and pad 2 [rad/s]."""
     damping = brake.damping_ratio
     if not isinstance(damping, ComponentDamping):
