@@ -1,0 +1,364 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+What to change on a brake: growth, stability boundary and risk per per cent of each parameter.
+
+Derivatives are of eigenvalues, by left and right vectors, with matrices that are affine in a
+parameter or rebuilt at changed values. Each is checked by the eigenvalues of models at +-1 %.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+import math
+from typing import Protocol
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import OperatingPointError, SquealError
+from squeal_core.common.worker_processes import run_jobs
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
+from squeal_core.risk.steady_braking import SteadyBraking
+from squeal_core.stability.critical_parameter import critical_value
+from squeal_core.stability.eigensolution import SQUEAL_BAND, Tolerances
+from squeal_core.stability.mode_tracking import identify, Identity, Tracked
+from squeal_core.stability.parameter_paths import moved
+from squeal_core.studies.design_effects import (
+    CHECK,
+    eigenvalue_slopes,
+    matrix_change,
+    ModeFollower,
+    PER_CENT,
+    Variant,
+    Vary,
+)
+
+OTHERS = 12  # least stable modes of the band that side effects are looked for in
+OPERATING = ('friction', 'rotor_speed', 'contact_pressure')
+"""Parameters of the operating point that are varied beside those of the brake."""
+
+
+class Variants(Protocol):
+    """Models at changed parameters, as `assembly.variants.BrakeVariants`."""
+
+    model: BrakeModel
+
+    def __call__(self, path: str, factor: float) -> BrakeModel: ...
+
+
+@dataclass(frozen=True)
+class TargetMode:
+    """
+    A mode that is to be made stable, where it is looked at.
+
+    Parameters
+    ----------
+    identity : Identity
+    point : OperatingPoint
+    eigenvalue : complex
+        [1/s].
+    critical_friction : float
+        Where its growth rate crosses zero along friction, nearest; NaN: nowhere from 0 to 1.
+    critical_eigenvalue : complex
+        There [1/s].
+    others : tuple of (Identity, complex)
+        Further modes of the band, least stable first.
+
+    """
+
+    identity: Identity
+    point: OperatingPoint
+    eigenvalue: complex
+    critical_friction: float
+    critical_eigenvalue: complex
+    others: tuple[tuple[Identity, complex], ...]
+
+    @property
+    def frequency_hz(self) -> float:
+        return self.eigenvalue.imag / math.tau
+
+    @property
+    def growth_rate(self) -> float:
+        """Re(lambda) [1/s]."""
+        return self.eigenvalue.real
+
+
+@dataclass(frozen=True)
+class ModeEffect:
+    """
+    What one per cent more of a parameter does to a mode; NaN where not known.
+
+    Parameters
+    ----------
+    growth_rate, frequency_hz : float
+        Derivatives, per cent [1/s], [Hz].
+    error : float
+        Of `growth_rate`: its difference from that of eigenvalues at +-1 % [1/s].
+    at_minus, at_plus : float
+        Change of the growth rate at -1 % and +1 %, by eigenvalues [1/s].
+    critical_friction : float
+        Change of the critical friction per cent [-].
+    others : tuple of float
+        Changes of growth rate of the target's `others` per cent [1/s].
+
+    """
+
+    growth_rate: float
+    frequency_hz: float
+    error: float
+    at_minus: float
+    at_plus: float
+    critical_friction: float
+    others: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class ParameterEffect:
+    """
+    What one per cent more of a parameter does.
+
+    Parameters
+    ----------
+    parameter : str
+        Path in the description, or parameter of the operating point.
+    modes : tuple of ModeEffect
+        Of each target.
+    risk : tuple of float
+        Change of the squeal risk at each target's operating point per cent [-].
+    reason : str
+        Why it is not known; empty where it is.
+
+    """
+
+    parameter: str
+    modes: tuple[ModeEffect, ...] = ()
+    risk: tuple[float, ...] = ()
+    reason: str = ''
+
+
+@dataclass(frozen=True)
+class SensitivityStudy:
+    """
+    Targets, and how to vary what.
+
+    Parameters
+    ----------
+    variants : callable
+        Models by parameter and factor.
+    points : tuple of callables
+        Operating point of each target in a model: the same driving.
+    targets : tuple of TargetMode
+    tracked : tuple of Tracked
+        All modes at each target's point.
+    braking : tuple of SteadyBraking
+        At each target's point; empty: no risk.
+
+    """
+
+    variants: Variants
+    points: tuple[Callable[[BrakeModel], OperatingPoint], ...]
+    targets: tuple[TargetMode, ...]
+    tracked: tuple[Tracked, ...] = field(repr=False)
+    braking: tuple[SteadyBraking, ...] = ()
+
+    def risks(self) -> tuple[float, ...]:
+        """Return the squeal risk at each target's point as the brake is."""
+        return tuple(braking.risk for braking in self.braking)
+
+    def effect(self, parameter: str) -> ParameterEffect:
+        """Return the effect of a parameter; what keeps it from being known is in `reason`."""
+        models: dict[float, BrakeModel] = {}
+
+        def vary(place: int, factor: float) -> Variant:
+            if parameter in OPERATING:
+                base = self.variants.model
+                point = self.points[place](base)
+                return Variant(base, moved(base, point, parameter,
+                                           factor * getattr(point, parameter)))
+            if factor not in models:
+                models[factor] = self.variants(parameter, factor)
+            return Variant(models[factor], self.points[place](models[factor]))
+
+        try:
+            effects = tuple(self._of_mode(place, parameter, partial(vary, place))
+                            for place in range(len(self.targets)))
+            risks = {id(braking): self._risk(place, partial(vary, place))
+                     for place, braking in enumerate(self.braking)
+                     if self.braking.index(braking) == place}
+        except SquealError as error:
+            return ParameterEffect(parameter, reason=str(error))
+        return ParameterEffect(parameter, effects, tuple(
+            risks[id(braking)] for braking in self.braking))
+
+    def _of_mode(self, place: int, parameter: str, vary: Vary) -> ModeEffect:
+        target, model = self.targets[place], self.variants.model
+        roots = [target.eigenvalue, *(root for _, root in target.others)]
+        slopes = PER_CENT * eigenvalue_slopes(model, target.point, roots,
+                                              [matrix_change(vary)])[:, 0]
+        follower = ModeFollower(model, target.point, self.tracked[place],
+                                Tolerances.of(model, target.point))
+        minus, plus = (follower.eigenvalues(vary(factor), [target.identity])[0]
+                       - target.eigenvalue for factor in (1.0 - CHECK, 1.0 + CHECK))
+        difference = PER_CENT * (plus - minus) / (2.0 * CHECK)
+        return ModeEffect(
+            growth_rate=float(slopes[0].real), frequency_hz=float(slopes[0].imag) / math.tau,
+            error=abs(float((slopes[0] - difference).real)), at_minus=float(minus.real),
+            at_plus=float(plus.real), critical_friction=self._critical(target, parameter, vary),
+            others=tuple(slopes[1:].real.tolist()))
+
+    def _critical(self, target: TargetMode, parameter: str, vary: Vary) -> float:
+        """Return the change of the critical friction per cent: - (d sigma/dp) / (d sigma/d mu)."""
+        critical, model = target.critical_friction, self.variants.model
+        if math.isnan(critical) or parameter == 'friction':
+            return math.nan
+
+        def there(factor: float) -> Variant:
+            variant = vary(factor)
+            return Variant(variant.model, moved(variant.model, variant.point, 'friction',
+                                                critical))
+
+        point = there(1.0).point if parameter in OPERATING else moved(
+            model, target.point, 'friction', critical)
+
+        def along_friction(factor: float) -> Variant:
+            return Variant(model, moved(model, point, 'friction', factor * critical))
+
+        by_parameter, by_friction = eigenvalue_slopes(
+            model, point, [target.critical_eigenvalue],
+            [matrix_change(there), matrix_change(along_friction)])[0].real
+        return float(-PER_CENT * critical * by_parameter / by_friction)
+
+    def _risk(self, place: int, vary: Vary) -> float:
+        braking, model = self.braking[place], self.variants.model
+
+        def slopes(member: int, roots: Sequence[complex]) -> FloatArray:
+            def own(factor: float) -> Variant:
+                variant = vary(factor)
+                return Variant(variant.model, braking.member_point(variant.point, member))
+            return eigenvalue_slopes(model, braking.member_point(braking.point, member), roots, [matrix_change(own)])[:, 0].real
+
+        minus, plus = (braking.risk_at(slopes, side * CHECK) for side in (-1.0, 1.0))
+        return PER_CENT * (plus - minus) / (2.0 * CHECK)
+
+    def effects(self, parameters: Sequence[str], *, workers: int = 0,
+                progress: Callable[[int, int], None] = lambda *_: None
+                ) -> tuple[ParameterEffect, ...]:
+        """
+        Return the effects of parameters, in their order.
+
+        Parameters
+        ----------
+        parameters : sequence of str
+            Paths of the description, or of `OPERATING`.
+        workers : int
+            Processes; 0: this one.
+        progress : callable
+            Told how many are done, and of how many.
+
+        """
+        jobs: Mapping[int, tuple[str]] = {
+            place: (parameter,) for place, parameter in enumerate(parameters)}
+        found: dict[int, ParameterEffect] = {}
+        for place, effect in run_jobs(self.effect, jobs, workers):
+            found[place] = effect
+            progress(len(found), len(jobs))
+        return tuple(found[place] for place in range(len(jobs)))
+
+
+def make_study(variants: Variants, points: Sequence[Callable[[BrakeModel], OperatingPoint]],
+               numbers: Sequence[Collection[int]], *, count: int = 1, duration: float = 3.0,
+               with_risk: bool = True, prior: EnsemblePrior | None = None,
+               band_hz: tuple[float, float] = SQUEAL_BAND) -> SensitivityStudy:
+    """
+    Return the study of chosen modes, or of the least stable ones, at operating points.
+
+    Parameters
+    ----------
+    variants : callable
+        Models by parameter and factor, and the model as it is.
+    points : sequence of callables
+        Operating points by model.
+    numbers : sequence of collections of int
+        Modes that are meant at each point; an empty one: the `count` least stable of the band.
+    count : int
+        Of modes at a point where none is chosen.
+    duration : float
+        Of the braking whose risk is computed [s].
+    with_risk : bool
+        Whether the risk is computed: 64 full solutions for each value of each parameter.
+    prior : EnsemblePrior, optional
+        Of the ensemble of brakes.
+    band_hz : (2,) floats
+        Squeal band.
+
+    """
+    model, found = variants.model, []
+    for point_of, chosen in zip(points, numbers, strict=True):
+        point = point_of(model)
+        tracked = identify(model, point)
+        for target in _targets(model, point, tracked, chosen, count, band_hz):
+            found.append((point_of, target, tracked))
+    if not found:
+        raise OperatingPointError(
+            f'no mode oscillates in {band_hz[0]:g} to {band_hz[1]:g} Hz; choose modes')
+    braking: dict[OperatingPoint, SteadyBraking] = {}
+    if with_risk:
+        ensemble = prior_ensemble(prior or EnsemblePrior())
+        braking = {target.point: SteadyBraking(model, target.point, ensemble, duration, band_hz)
+                   for _, target, _ in found}
+    point_ofs, targets, tracks = zip(*found, strict=True)
+    return SensitivityStudy(variants, point_ofs, targets, tracks, tuple(
+        braking[target.point] for target in targets) if braking else ())
+
+
+def _targets(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
+             chosen: Collection[int], count: int,
+             band_hz: tuple[float, float]) -> list[TargetMode]:
+    every = [(identity, mode.eigenvalue)
+             for mode, identity in zip(tracked.modes, tracked.identities, strict=True)
+             if mode.eigenvalue.imag > 0.0
+             and band_hz[0] <= mode.frequency_hz <= band_hz[1]]
+    every.sort(key=lambda pair: -pair[1].real)
+    wanted = [next(((identity, mode.eigenvalue) for mode in tracked.of([number])
+                    for identity in [tracked.identities[mode.index - 1]]), None)
+              for number in chosen] if chosen else list(every[:count])
+    found = []
+    for pair in dict.fromkeys(pair for pair in wanted if pair is not None):
+        identity, root = pair
+        others = tuple(other for other in every
+                       if set(other[0].numbers).isdisjoint(identity.numbers))[:OTHERS]
+        critical, there = _critical_friction(model, point, tracked, identity,
+                                             band_hz)
+        found.append(TargetMode(identity, point, root, critical, there, others))
+    return found
+
+
+def _critical_friction(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
+                       identity: Identity, band_hz: tuple[float, float]) -> tuple[float, complex]:
+    """Return the nearest critical friction of a mode and its eigenvalue there, NaN without."""
+    start, end = point.friction, math.copysign(1.0, point.friction)
+    if tracked.of(identity.numbers)[0].unstable:
+        end = 0.0
+    bounds = min(start, end), max(start, end)
+    if bounds[0] == bounds[1]:
+        return math.nan, complex(math.nan, math.nan)
+    crossing = critical_value(model, point, 'friction', bounds, numbers=identity.numbers,
+                              band_hz=band_hz).nearest
+    if math.isnan(crossing.value):
+        return math.nan, complex(math.nan, math.nan)
+    there = identify(model, moved(model, point, 'friction', crossing.value)).of(identity.numbers)
+    return crossing.value, there[0].eigenvalue
