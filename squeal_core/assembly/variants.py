@@ -82,9 +82,10 @@ class BrakeVariants:
             return aligned(self._build(changed), self.model)
         stretch, size = self._of_modes(changed)
         frequencies = stretch * self.model.angular_frequencies
-        arrays = {name: None if array is None else size * array * size[:, None]
-                  for name in (*OPERATORS, *SUPPORTS) if name != 'gyroscopic'
-                  for array in [getattr(self.model, name)]}
+        arrays: dict[str, Any] = {
+            name: size * array * size[:, None]
+            for name in (*OPERATORS, *SUPPORTS) if name != 'gyroscopic'
+            for array in [getattr(self.model, name)] if array is not None}
         contact = changed.contact
         return replace(
             self.model, angular_frequencies=frequencies, **arrays,

@@ -86,12 +86,12 @@ def _name_and_unit(key: str) -> tuple[str, str]:
 def scaled(content: Mapping[str, Any], path: str, factor: float) -> dict[str, Any]:
     """Return a copy of a description with the number, or the list, at a path multiplied."""
     copy: dict[str, Any] = deepcopy(dict(content))
-    place, keys = copy, path.split('.')
+    keys, place = path.split('.'), copy
     for key in keys[:-1]:
         place = place[key]
     found = place[keys[-1]]
     if isinstance(found, Mapping):
-        place, keys[-1], found = found, 'value', found['value']
+        place, keys, found = place[keys[-1]], ['value'], found['value']
     place[keys[-1]] = ([factor * float(one) for one in found] if isinstance(found, list)
                        else factor * float(found))
     return copy

@@ -15,6 +15,7 @@
 """A modal brake model in other coordinates: those of another model's modes, or with added mass."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
@@ -37,20 +38,19 @@ def in_basis(model: BrakeModel, basis: FloatArray, *, reference: BrakeModel) -> 
         and surface are its own. What the matrices have beyond them is in the support matrices.
 
     """
-    def turned(array: FloatArray | None) -> FloatArray | None:
-        return None if array is None else basis.T @ array @ basis
-
     stiffness = np.diag(model.angular_frequencies**2)
     if model.support_stiffness is not None:
         stiffness = stiffness + model.support_stiffness
     own = np.diag(reference.angular_frequencies**2), np.diag(reference.structural_damping)
     rest = [basis.T @ array @ basis - diagonal for array, diagonal in zip(
         (stiffness, model.material_damping), own, strict=True)]
+    arrays: dict[str, Any] = {name: basis.T @ array @ basis for name in OPERATORS
+                              for array in [getattr(model, name)] if array is not None}
     return replace(
         model, angular_frequencies=reference.angular_frequencies,
         damping_ratios=reference.damping_ratios, names=reference.names,
         surface=reference.surface, support_stiffness=rest[0], support_damping=rest[1],
-        **{name: turned(getattr(model, name)) for name in OPERATORS})
+        **arrays)
 
 
 def aligned(model: BrakeModel, reference: BrakeModel) -> BrakeModel:

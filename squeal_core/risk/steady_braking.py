@@ -97,21 +97,25 @@ class SteadyBraking:
             * point.contact_stiffness,
             damping_scale=math.exp(members.ln_damping[place]) * point.damping_scale)
 
-    def risk_at(self, slopes: Slopes, amount: float) -> float:
+    def risk_change(self, slopes: Slopes, amount: float) -> float:
         """
-        Return the risk with a parameter changed, to first order in the growth rates.
+        Return half the change of the risk from minus to plus an amount of a parameter.
 
         Parameters
         ----------
         slopes : callable
             Derivatives of growth rates over the parameter (n,) [1/s], by the place of a member and
-            eigenvalues (n,).
+            eigenvalues (n,): to first order they change by the amount times these.
         amount : float
             Change of the parameter.
 
         """
-        return self._risk([member.margin(self.duration, amount * slopes(
-            member.place, member.roots.tolist())) for member in self._solved])
+        changes = [amount * slopes(member.place, member.roots.tolist())
+                   for member in self._solved]
+        pairs = list(zip(self._solved, changes, strict=True))
+        minus, plus = (self._risk([member.margin(self.duration, side * change)
+                                   for member, change in pairs]) for side in (-1.0, 1.0))
+        return 0.5 * (plus - minus)
 
     def _risk(self, margins: Sequence[FloatArray]) -> float:
         return float(self.ensemble.weights @ exceedance(np.stack(margins, axis=1)))
@@ -139,7 +143,7 @@ class SteadyBraking:
             float(self.ensemble.audible_build_up[place]))
 
     def _scatter(self, point: OperatingPoint, worst: ComplexArray) -> float:
-        """Return the change of the least stable growth rate over a standard deviation of scatter."""
+        """Return the change of the worst growth rate over a standard deviation of scatter."""
         for root in worst.tolist():
             by = {name: slope.real
                   for name, slope in parameter_sensitivity(self.model, point, root).items()}

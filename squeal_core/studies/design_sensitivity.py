@@ -25,7 +25,6 @@ from functools import partial
 import math
 from typing import Protocol
 
-import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import OperatingPointError, SquealError
@@ -33,9 +32,8 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.steady_braking import SteadyBraking
-from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import SQUEAL_BAND, Tolerances
-from squeal_core.stability.mode_tracking import identify, Identity, Tracked
+from squeal_core.stability.mode_tracking import identify, Tracked
 from squeal_core.stability.parameter_paths import moved
 from squeal_core.studies.design_effects import (
     CHECK,
@@ -46,8 +44,8 @@ from squeal_core.studies.design_effects import (
     Variant,
     Vary,
 )
+from squeal_core.studies.target_modes import target_modes, TargetMode
 
-OTHERS = 12  # least stable modes of the band that side effects are looked for in
 OPERATING = ('friction', 'rotor_speed', 'contact_pressure')
 """Parameters of the operating point that are varied beside those of the brake."""
 
@@ -59,42 +57,7 @@ class Variants(Protocol):
 
     def __call__(self, path: str, factor: float) -> BrakeModel: ...
 
-
-@dataclass(frozen=True)
-class TargetMode:
-    """
-    A mode that is to be made stable, where it is looked at.
-
-    Parameters
-    ----------
-    identity : Identity
-    point : OperatingPoint
-    eigenvalue : complex
-        [1/s].
-    critical_friction : float
-        Where its growth rate crosses zero along friction, nearest; NaN: nowhere from 0 to 1.
-    critical_eigenvalue : complex
-        There [1/s].
-    others : tuple of (Identity, complex)
-        Further modes of the band, least stable first.
-
-    """
-
-    identity: Identity
-    point: OperatingPoint
-    eigenvalue: complex
-    critical_friction: float
-    critical_eigenvalue: complex
-    others: tuple[tuple[Identity, complex], ...]
-
-    @property
-    def frequency_hz(self) -> float:
-        return self.eigenvalue.imag / math.tau
-
-    @property
-    def growth_rate(self) -> float:
-        """Re(lambda) [1/s]."""
-        return self.eigenvalue.real
+    def affine(self, path: str) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -249,10 +212,10 @@ class SensitivityStudy:
             def own(factor: float) -> Variant:
                 variant = vary(factor)
                 return Variant(variant.model, braking.member_point(variant.point, member))
-            return eigenvalue_slopes(model, braking.member_point(braking.point, member), roots, [matrix_change(own)])[:, 0].real
+            point = braking.member_point(braking.point, member)
+            return eigenvalue_slopes(model, point, roots, [matrix_change(own)])[:, 0].real
 
-        minus, plus = (braking.risk_at(slopes, side * CHECK) for side in (-1.0, 1.0))
-        return PER_CENT * (plus - minus) / (2.0 * CHECK)
+        return braking.risk_change(slopes, PER_CENT)
 
     def effects(self, parameters: Sequence[str], *, workers: int = 0,
                 progress: Callable[[int, int], None] = lambda *_: None
@@ -310,8 +273,8 @@ def make_study(variants: Variants, points: Sequence[Callable[[BrakeModel], Opera
     for point_of, chosen in zip(points, numbers, strict=True):
         point = point_of(model)
         tracked = identify(model, point)
-        for target in _targets(model, point, tracked, chosen, count, band_hz):
-            found.append((point_of, target, tracked))
+        found += [(point_of, target, tracked) for target in target_modes(
+            model, point, tracked, chosen, count, band_hz)]
     if not found:
         raise OperatingPointError(
             f'no mode oscillates in {band_hz[0]:g} to {band_hz[1]:g} Hz; choose modes')
@@ -323,42 +286,3 @@ def make_study(variants: Variants, points: Sequence[Callable[[BrakeModel], Opera
     point_ofs, targets, tracks = zip(*found, strict=True)
     return SensitivityStudy(variants, point_ofs, targets, tracks, tuple(
         braking[target.point] for target in targets) if braking else ())
-
-
-def _targets(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
-             chosen: Collection[int], count: int,
-             band_hz: tuple[float, float]) -> list[TargetMode]:
-    every = [(identity, mode.eigenvalue)
-             for mode, identity in zip(tracked.modes, tracked.identities, strict=True)
-             if mode.eigenvalue.imag > 0.0
-             and band_hz[0] <= mode.frequency_hz <= band_hz[1]]
-    every.sort(key=lambda pair: -pair[1].real)
-    wanted = [next(((identity, mode.eigenvalue) for mode in tracked.of([number])
-                    for identity in [tracked.identities[mode.index - 1]]), None)
-              for number in chosen] if chosen else list(every[:count])
-    found = []
-    for pair in dict.fromkeys(pair for pair in wanted if pair is not None):
-        identity, root = pair
-        others = tuple(other for other in every
-                       if set(other[0].numbers).isdisjoint(identity.numbers))[:OTHERS]
-        critical, there = _critical_friction(model, point, tracked, identity,
-                                             band_hz)
-        found.append(TargetMode(identity, point, root, critical, there, others))
-    return found
-
-
-def _critical_friction(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
-                       identity: Identity, band_hz: tuple[float, float]) -> tuple[float, complex]:
-    """Return the nearest critical friction of a mode and its eigenvalue there, NaN without."""
-    start, end = point.friction, math.copysign(1.0, point.friction)
-    if tracked.of(identity.numbers)[0].unstable:
-        end = 0.0
-    bounds = min(start, end), max(start, end)
-    if bounds[0] == bounds[1]:
-        return math.nan, complex(math.nan, math.nan)
-    crossing = critical_value(model, point, 'friction', bounds, numbers=identity.numbers,
-                              band_hz=band_hz).nearest
-    if math.isnan(crossing.value):
-        return math.nan, complex(math.nan, math.nan)
-    there = identify(model, moved(model, point, 'friction', crossing.value)).of(identity.numbers)
-    return crossing.value, there[0].eigenvalue

@@ -37,6 +37,7 @@ from squeal_ros.cli import (
     point_commands as commands,
     replay_options,
     report_options,
+    sensitivity_options,
     signals_options,
     simulate_options,
 )
@@ -120,6 +121,7 @@ def parser() -> argparse.ArgumentParser:
     _locus(sub.add_parser('locus', help='modes followed over a parameter'))
     _critical(sub.add_parser('critical', help='where a parameter has a mode begin to grow'))
     _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
+    command('sensitivity', 'what to change on a brake: effects per per cent', sensitivity_options)
     command('advise', 'quiet pressures, and a map of the risk to export', advise_options)
     command('simulate', 'squeal in the time domain: sound and events', simulate_options)
     command('calibrate', 'fit the ensemble of brakes to measured squeal', calibrate_options)

@@ -1,0 +1,107 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Tornado chart: growth rate and risk at one per cent less and more of each parameter."""
+
+from collections.abc import Mapping, Sequence
+import math
+from typing import Any
+
+try:
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
+from squeal_core.studies.design_sensitivity import ParameterEffect, SensitivityStudy
+from squeal_core.view.saving import FigureTarget, save_figure
+from squeal_core.view.stability_map import STYLE
+
+_SLIDE = (13.33, 7.5)  # inches, 16:9
+_MOST_BARS = 16
+_MOST_MODES = 3
+_LESS: dict[str, Any] = {'color': '0.85', 'edgecolor': '0.2', 'hatch': '////', 'linewidth': 0.7}
+_MORE: dict[str, Any] = {'color': '#1b4f82', 'edgecolor': '0.1', 'linewidth': 0.7}
+
+
+def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
+                 units: Mapping[str, tuple[float, str]], path: FigureTarget, *, title: str = '',
+                 overwrite: bool = True) -> None:
+    """
+    Draw a panel a mode, and one for the squeal risk, the strongest parameter of the first on top.
+
+    Parameters
+    ----------
+    study : SensitivityStudy
+        Modes and operating points.
+    effects : sequence of ParameterEffect
+        Of its parameters; those not known are left out.
+    units : mapping
+        Value and unit of each parameter.
+    path : path
+        Where the file is.
+    title : str
+        Above the figure.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    """
+    known = sorted((effect for effect in effects if not effect.reason),
+                   key=lambda effect: -abs(effect.modes[0].growth_rate))[:_MOST_BARS]
+    count = min(len(study.targets), _MOST_MODES)
+    places, risky = range(len(known)), bool(study.braking)
+    with rc_context({**STYLE, 'font.size': 12}):
+        figure = Figure(figsize=_SLIDE, layout='constrained')
+        panels = figure.subplots(1, count + risky, sharey=True, squeeze=False)[0]
+        for place, (panel, target) in enumerate(zip(panels, study.targets[:count], strict=False)):
+            _bars(panel, [(one.modes[place].at_minus, one.modes[place].at_plus)
+                          for one in known])
+            panel.set_title(f'mode {target.identity}, {target.frequency_hz:.0f} Hz\n'
+                            f'growth rate {target.growth_rate:+.1f} 1/s', fontsize=12)
+            panel.set_xlabel('change of the growth rate  1/s')
+        if risky:
+            _bars(panels[-1], [(-100.0 * one.risk[0], 100.0 * one.risk[0]) for one in known])
+            panels[-1].set_title(f'squeal risk {100.0 * study.braking[0].risk:.0f} %\n'
+                                 f'of {study.braking[0].duration:g} s of braking', fontsize=12)
+            panels[-1].set_xlabel('change of the risk  percentage points')
+        panels[0].set_yticks(list(places), [_label(one.parameter, *units[one.parameter])
+                                            for one in known])
+        panels[0].invert_yaxis()
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles[:2], labels[:2], loc='outside lower center', ncols=2, frameon=False)
+        point = study.targets[0].point
+        figure.suptitle(f'{title}: {point.rotor_speed:.3g} rad/s, friction '
+                        f'{abs(point.friction):.3f}, contact pressure '
+                        f'{point.contact_pressure / 1e5:.2f} bar'.removeprefix(': '), fontsize=14)
+        save_figure(figure, path, dpi=120, overwrite=overwrite)
+
+
+def _bars(panel: Any, sides: Sequence[tuple[float, float]]) -> None:
+    places = range(len(sides))
+    for column, label, look in ((0, '1 % less', _LESS), (1, '1 % more', _MORE)):
+        panel.barh(places, [0.0 if math.isnan(side[column]) else side[column] for side in sides],
+                   height=0.7, label=label, **look)
+    panel.axvline(0.0, color='0.1', linewidth=1.0)
+    panel.grid(axis='x', color='0.9')
+    panel.set_axisbelow(True)
+    panel.margins(x=0.06)
+
+
+def _label(parameter: str, value: float, unit: str) -> str:
+    """Return a parameter in words with its value: 'disc rotor thickness, 16 mm'."""
+    words = parameter
+    for suffix in ('_mm', '_gpa', '_mpa', '_pa', '_kg_m3', '_deg', '_n_m3', '_ns_m3', '_s_m',
+                   '_hz', '_m'):
+        words = words.removesuffix(suffix)
+    words = words.replace('.', ' ').replace('_', ' ')
+    return words if math.isnan(value) else f'{words}, {value:.4g} {unit}'.rstrip()
