@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tornado chart: growth rate and risk at one per cent less and more of each parameter."""
+"""Charts of what to change: a tornado of parameters, growth rates over the angle of masses."""
 
 from collections.abc import Mapping, Sequence
 import math
@@ -23,7 +23,10 @@ try:
     from matplotlib.figure import Figure
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.studies.design_sensitivity import ParameterEffect, SensitivityStudy
+from squeal_core.studies.split_doublet import SplitDoublet, SplitGrowth
 from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.stability_map import STYLE
 
@@ -105,3 +108,51 @@ def _label(parameter: str, value: float, unit: str) -> str:
         words = words.removesuffix(suffix)
     words = words.replace('.', ' ').replace('_', ' ')
     return words if math.isnan(value) else f'{words}, {value:.4g} {unit}'.rstrip()
+
+
+def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,
+                    path: FigureTarget, *, title: str = '', overwrite: bool = True) -> None:
+    """
+    Draw growth rates over the angle of masses on the disc, those without masses as thin lines.
+
+    Parameters
+    ----------
+    masses : SplitDoublet
+        On the disc.
+    growth : SplitGrowth
+        What they do.
+    point : OperatingPoint
+        Where.
+    path : path
+        Where the file is.
+    title : str
+        Above the figure.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    """
+    others = sorted(growth.modes[1:], key=lambda mode: -np.nanmax(mode.over_angle))[:3]
+    # over the whole period, whose end is its beginning
+    angles = np.degrees(np.append(growth.angles, masses.period))
+    with rc_context({**STYLE, 'font.size': 13}):
+        figure = Figure(figsize=_SLIDE, layout='constrained')
+        axes = figure.subplots()
+        for mode, style, marker, grey in zip((growth.modes[0], *others), ('-', '--', '-.', ':'),
+                                             'osd^', ('0.0', '0.25', '0.4', '0.5'), strict=False):
+            axes.plot(angles, np.append(mode.over_angle, mode.over_angle[0]), style, color=grey,
+                      marker=marker, markersize=6, linewidth=2.0,
+                      label=f'mode {mode.identity}, {mode.frequency_hz:.0f} Hz: mean '
+                      f'{np.nanmean(mode.over_angle):+.1f}, without masses {mode.without:+.1f}')
+            axes.axhline(mode.without, linestyle=style, color=grey, linewidth=0.8)
+        axes.axhline(0.0, color='0.0', linewidth=1.4)
+        axes.set(xlabel='angle of the masses to the middle of the pads  deg',
+                 ylabel='growth rate  1/s  (thin: without masses)')
+        axes.grid(color='0.9')
+        axes.set_xlim(angles[0], angles[-1])
+        figure.legend(loc='outside lower center', frameon=False, ncols=2)
+        figure.suptitle(
+            f'{title}: {masses.count} masses of {1e3 * masses.mass:.3g} g, doublet of '
+            f'{masses.diameters} nodal diameters split by {100.0 * masses.split:.2g} %\n'
+            f'{point.rotor_speed:.3g} rad/s, friction {abs(point.friction):.3f}; frozen angles',
+            fontsize=14)
+        save_figure(figure, path, dpi=120, overwrite=overwrite)

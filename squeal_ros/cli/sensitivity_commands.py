@@ -38,7 +38,11 @@ from squeal_core.common.wording import listed
 from squeal_core.model.affine_variants import AffineVariants
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.stability.eigensolution import SQUEAL_BAND
+from squeal_core.stability.mode_tracking import identify
 from squeal_core.studies.design_sensitivity import make_study, OPERATING
+from squeal_core.studies.split_doublet import split_growth, SplitDoublet
+from squeal_core.studies.target_modes import target_modes
 from squeal_core.studies.worst_points import worst_points
 from squeal_ros.cli.arguments import (
     check_output,
@@ -57,6 +61,7 @@ from squeal_ros.cli.sensitivity_listing import (
     sensitivity_lines,
     Units,
 )
+from squeal_ros.cli.split_listing import split_json, split_lines
 from squeal_ros.cli.sweep_commands import PICTURES
 
 _YAML = ('.yaml', '.yml')
@@ -64,12 +69,15 @@ _POINT = ('rotor_speed', 'friction', 'friction_slope', 'friction_law', 'preload'
           'contact_stiffness', 'damping_scale')
 _OPERATING_UNITS = {'friction': '', 'rotor_speed': 'rad/s', 'contact_pressure': 'Pa'}
 _MOST_MODES = 6
+_MOST_DIAMETERS = 20
 _COLUMNS = ('rotor_speed_rad_s', 'pressure_pa', 'friction')
 
 
 def sensitivity(options: argparse.Namespace) -> int:
     """Print what each parameter does to the worst modes, per per cent."""
     _check(options)
+    if options.split_doublet is not None:
+        return _split(options)
     variants, units, note = _variants(options)
     if note and not options.json:
         print(note)
@@ -93,11 +101,47 @@ def sensitivity(options: argparse.Namespace) -> int:
     return 0
 
 
+def _split(options: argparse.Namespace) -> int:
+    """Print what masses on the disc do to growth rates."""
+    variants, _, _ = _variants(options)
+    model = variants.model
+    masses = SplitDoublet.of(model, options.split_doublet, **(
+        {'split': 0.01 * options.split} if options.grams is None
+        else {'mass': 1e-3 * options.grams}))
+    points, numbers = _points(options, model)
+    point = points[0](model)
+    tracked = identify(model, point)
+    found = target_modes(model, point, tracked, numbers[0][:1], 1, SQUEAL_BAND)
+    if not found:
+        raise SquealError('no mode oscillates in the squeal band there; choose another point')
+    with ProgressBar('angles') as progress:
+        growth = split_growth(masses, found[0], tracked, progress=progress)
+    if options.plot:
+        from squeal_core.view.tornado import plot_over_angle
+        plot_over_angle(masses, growth, found[0].point, options.plot, title=str(options.model),
+                        overwrite=options.force)
+    if options.json:
+        print(json.dumps(plain(split_json(masses, growth, point, options))))
+    else:
+        print('\n'.join(split_lines(masses, growth, point)))
+    return 0
+
+
 def _check(options: argparse.Namespace) -> None:
     check_workers(options.workers)
     check_point(options)
     check_output('--plot', options.plot, PICTURES, force=options.force)
     positive('--braking', options.braking)
+    for name in ('split', 'grams'):
+        if getattr(options, name) is not None:
+            positive(f'--{name}', getattr(options, name))
+            if options.split_doublet is None:
+                raise SquealError(f'--{name}: says how far to split a doublet; add '
+                                  '--split-doublet N')
+    if options.split_doublet is not None and not 1 <= options.split_doublet <= _MOST_DIAMETERS:
+        raise SquealError(f'--split-doublet: is {options.split_doublet}; give 1 to '
+                          f'{_MOST_DIAMETERS} nodal diameters')
+    options.split = options.split or 1.0
     if not 1 <= options.count <= _MOST_MODES:
         raise SquealError(f'--count: is {options.count}; give 1 to {_MOST_MODES}')
     if len(options.modes) > _MOST_MODES:

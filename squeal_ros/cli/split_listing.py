@@ -1,0 +1,88 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What `squeal sensitivity --split-doublet` prints: growth rates over the angle of the masses."""
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import asdict
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.studies.split_doublet import ModeOverAngle, SplitDoublet, SplitGrowth
+
+_SLOW = 0.25  # of n Omega over the split: exchange of the two modes is some 5 % then
+_SHOWN = 6  # modes, those that grow most at some angle
+
+
+def turning(masses: SplitDoublet, point: OperatingPoint) -> float:
+    """Return the rate n Omega at which the doublet's axes turn, over its split 2 pi df [-]."""
+    first, second = masses.frequencies_hz
+    return masses.diameters * abs(point.rotor_speed) / (math.tau * (second - first))
+
+
+def limits(masses: SplitDoublet, point: OperatingPoint) -> str:
+    """Say what the answer holds for."""
+    first, second = masses.frequencies_hz
+    ratio = turning(masses, point)
+    slow = ('slow against the split, modes can follow' if ratio < _SLOW else
+            'not slow: rotation mixes the two again, and growth at frozen angles does not hold')
+    return ('frozen contact: each angle of the masses to the pads is solved as if the disc stayed '
+            f'there. It turns: n x rotor speed is {ratio:.2g} of the split of '
+            f'{second - first:.3g} Hz ({slow}). The mean over angles is what a tone gathers over '
+            'turns, the largest what it gathers while a mass passes')
+
+
+def split_lines(masses: SplitDoublet, growth: SplitGrowth,
+                point: OperatingPoint) -> Iterator[str]:
+    """Yield the table."""
+    first, second = masses.frequencies_hz
+    yield (f'{masses.count} masses of {1e3 * masses.mass:.3g} g every '
+           f'{180.0 / masses.diameters:.4g} deg at radius {1e3 * masses.ring.radius:.4g} mm split '
+           f'the doublet of {masses.diameters} nodal diameters by {100.0 * masses.split:.3g} %: '
+           f'{first:.1f} and {second:.1f} Hz of the free disc')
+    yield limits(masses, point)
+    yield (f'{"mode":>12} {"Hz":>7} {"without 1/s":>11} {"mean":>9} {"least":>9} {"largest":>9} '
+           f'{"at deg":>6}  growth rate with masses, over the angle')
+    shown = sorted(growth.modes[1:], key=lambda mode: -np.nanmax(mode.over_angle))
+    yield _line('least stable', growth.least_stable, growth.angles)
+    for mode in (growth.modes[0], *shown[:_SHOWN]):
+        yield _line(str(mode.identity), mode, growth.angles)
+
+
+def _line(name: str, mode: ModeOverAngle, angles: Any) -> str:
+    place = int(np.nanargmax(mode.over_angle))
+    return (f'{name:>12} {mode.frequency_hz:7.0f} {mode.without:+11.2f} '
+            f'{np.nanmean(mode.over_angle):+9.2f} {np.nanmin(mode.over_angle):+9.2f} '
+            f'{mode.over_angle[place]:+9.2f} {math.degrees(angles[place]):6.1f}')
+
+
+def split_json(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,
+               options: argparse.Namespace) -> dict[str, Any]:
+    """Return what `--json` prints."""
+    def mode_json(mode: ModeOverAngle) -> dict[str, Any]:
+        return {'identity': str(mode.identity), 'frequency_hz': mode.frequency_hz,
+                'growth_rate_without': mode.without, 'growth_rates': mode.over_angle.tolist(),
+                'mean': float(np.nanmean(mode.over_angle))}
+
+    return {
+        'model': str(options.model), 'point': asdict(point), 'nodal_diameters': masses.diameters,
+        'masses': masses.count, 'mass_g': 1e3 * masses.mass, 'radius_mm': 1e3 * masses.ring.radius,
+        'split_percent': 100.0 * masses.split, 'frequencies_hz': list(masses.frequencies_hz),
+        'turning_over_split': turning(masses, point), 'limits': limits(masses, point),
+        'angles_deg': np.degrees(growth.angles).tolist(),
+        'least_stable': mode_json(growth.least_stable),
+        'modes': [mode_json(mode) for mode in growth.modes], 'plot': options.plot}
