@@ -21,7 +21,7 @@ import os
 import signal
 from typing import Any
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 import pytest
 
 from squeal_core import BrakeModel
@@ -33,9 +33,10 @@ from squeal_core.common.resources import config_folder
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# a busy machine is no fault of an example
-settings.register_profile('no deadline', deadline=None)
-settings.load_profile('no deadline')
+# a busy machine is no fault of an example; CI is to find today what it found yesterday
+settings.register_profile('squeal', deadline=None, derandomize=bool(os.environ.get('CI')),
+                          suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile('squeal')
 
 
 # whoever tries to skip for want of these in CI fails: there they are to be

@@ -86,10 +86,6 @@ class Outputs:
     def summary(self) -> DriveSummary:
         return self.recorder.summary
 
-    @property
-    def csv_path(self) -> Path:
-        return self.paths.table
-
     def check(self, inputs: Sequence[str | Path] = ()) -> None:
         """
         Refuse, before any work, outputs that could not be written, or would replace an input.

@@ -31,8 +31,6 @@ _SECOND = 1_000_000_000
 _STAMP = 4  # offset of a header's stamp: behind what CDR begins with
 _MARK = -math.pi * 1e-300  # stands for values in a message whose bytes are then looked at
 
-_Entry = tuple[str, str, bytes]
-
 
 def write_signals(signals: BrakeSignals, bag: BagWriter, *, origin: int) -> None:
     """

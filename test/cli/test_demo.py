@@ -15,6 +15,7 @@
 """The demo on real processes and real DDS, for the first seconds of the cycle."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 import os
 from pathlib import Path
 import re
@@ -22,6 +23,7 @@ import signal
 import subprocess
 import sys
 import time
+from typing import Any
 
 import pytest
 from squeal_core.monitor.settings import load_settings
@@ -42,8 +44,10 @@ from squeal_ros.cli.demo import (  # noqa: E402
     own_domain,
 )
 from squeal_ros.cli.player import BrakePlayer, NUMBERS  # noqa: E402
+from support.processes import process  # noqa: E402, I100
+from support.vehicle import TIMEOUT  # noqa: E402
 
-COMMAND = [sys.executable, '-m', 'squeal_ros.cli', 'demo', '--speed-up', '4']
+COMMAND = ['-m', 'squeal_ros.cli', 'demo', '--speed-up', '4']
 ENVIRONMENT: dict[str, str] = {}
 
 
@@ -84,8 +88,8 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
 
 def demo_of_24_seconds(folder: Path) -> tuple[int, int, int, str]:
     """Return the assessments compared, those equal of those with the same samples, the output."""
-    done = subprocess.run([*COMMAND, '--duration', '24'], cwd=folder, env=ENVIRONMENT,
-                          capture_output=True, text=True, timeout=600, check=False)
+    done = subprocess.run([sys.executable, *COMMAND, '--duration', '24'], cwd=folder,
+                          env=ENVIRONMENT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     output = ' '.join(done.stdout.split())
     found = re.search(r'(\d+) assessments, (\d+) of (\d+) with the same samples equal bit for bit',
@@ -95,33 +99,37 @@ def demo_of_24_seconds(folder: Path) -> tuple[int, int, int, str]:
     return compared, equal, same, output
 
 
-def children(process: int) -> list[int]:
+def children(pid: int) -> list[int]:
     listing = subprocess.run(['ps', '-eo', 'pid,ppid'], capture_output=True, text=True, check=True)
     pairs = [line.split() for line in listing.stdout.splitlines()[1:]]
-    return [int(pid) for pid, parent in pairs if int(parent) == process]
+    return [int(child) for child, parent in pairs if int(parent) == pid]
 
 
-def alive(process: int) -> bool:
-    status = Path(f'/proc/{process}/stat')
+def alive(pid: int) -> bool:
+    status = Path(f'/proc/{pid}/stat')
     return status.exists() and status.read_text().rpartition(')')[2].split()[0] != 'Z'
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_interrupt_ends_all_processes(number: signal.Signals, tmp_path: Path) -> None:
-    with subprocess.Popen(COMMAND, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True,
-                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)) as demo:
-        assert demo.stdout is not None
-        assert demo.stderr is not None
+@contextmanager
+def demonstration(folder: Path) -> Iterator[Any]:
+    """Run the demo in a process; yield it once its node has answered."""
+    with process(COMMAND, ENVIRONMENT, cwd=folder, stdout=subprocess.PIPE,
+                 stderr=subprocess.PIPE, text=True) as demo:
         while 'ticks done' not in demo.stdout.readline():
             assert demo.poll() is None
+        yield demo
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGKILL])
+def test_interrupt_ends_all_processes(number: signal.Signals, tmp_path: Path) -> None:
+    with demonstration(tmp_path) as demo:
         nodes = children(demo.pid)
         assert nodes
         demo.send_signal(number)
         rest = demo.stderr.read()
-        assert demo.wait(600) != 0
+        assert demo.wait() != 0
     assert 'Traceback' not in rest
-    end = time.monotonic() + 600.0
+    end = time.monotonic() + TIMEOUT
     while any(map(alive, nodes)):
         assert time.monotonic() < end, 'a node outlived the demo'
         time.sleep(0.01)
@@ -130,15 +138,10 @@ def test_interrupt_ends_all_processes(number: signal.Signals, tmp_path: Path) ->
 
 
 def test_node_that_dies_ends_the_demo_with_the_reason(tmp_path: Path) -> None:
-    with subprocess.Popen(COMMAND, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True) as demo:
-        assert demo.stdout is not None
-        assert demo.stderr is not None
-        while 'ticks done' not in demo.stdout.readline():
-            assert demo.poll() is None
+    with demonstration(tmp_path) as demo:
         os.kill(children(demo.pid)[0], signal.SIGKILL)
         assert 'the monitor ended' in demo.stderr.read()
-        assert demo.wait(600) == 2
+        assert demo.wait() == 2
 
 
 SIGNALS = BrakeSignals(
@@ -199,7 +202,7 @@ def test_topics_in_full_are_the_demos_too(tmp_path: Path) -> None:
                       'pressure: {topic: /fl/brake_pressure}}}}')
     with (own_domain() as domain, monitor_process(config, load_settings(config), domain) as node,
           BrakePlayer(SIGNALS, namespace=NAMESPACE, domain=domain) as player):
-        assert player.wait_for_listener(60.0, still_alive=lambda: node.poll() is None)
+        assert player.wait_for_listener(TIMEOUT, still_alive=lambda: node.poll() is None)
 
 
 def test_the_table_gives_the_reason_of_what_is_not_known() -> None:

@@ -18,9 +18,11 @@ import json
 import os
 from pathlib import Path
 import pty
+import re
 import signal
 import subprocess
 import sys
+import time
 from typing import Any
 
 import numpy as np
@@ -29,19 +31,21 @@ from squeal_core.studies.sweep_file import load_sweep
 from squeal_ros.cli.console import ProgressBar
 from squeal_ros.cli.main import main
 from squeal_ros.interrupts import InterruptOnce
+from support.processes import process
 
 
 def strike() -> None:
     signal.raise_signal(signal.SIGINT)
 
 
-def test_the_first_interrupts_and_the_cleaning_up_is_left_alone() -> None:
+@pytest.mark.parametrize('first', [signal.SIGINT, signal.SIGTERM])
+def test_the_first_interrupts_and_the_cleaning_up_is_left_alone(first: signal.Signals) -> None:
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), sys.unraisablehook
     cleaned = []
 
     def work() -> None:
         try:
-            strike()
+            signal.raise_signal(first)
         finally:
             strike()
             signal.raise_signal(signal.SIGTERM)
@@ -63,7 +67,8 @@ def test_an_interrupt_that_python_drops_comes_again() -> None:
     def work() -> None:
         dropping: Any = Dropping()
         del dropping  # raises where nothing can be raised
-        signal.pause()  # until it comes again
+        while True:  # until it comes again; `pause` would miss it just before
+            time.sleep(0.01)
 
     with pytest.raises(KeyboardInterrupt), InterruptOnce():
         work()
@@ -110,20 +115,18 @@ def test_ctrl_c_at_a_terminal_keeps_what_is_done(tmp_path: Path) -> None:
     """Sent once the bar shows a few points; the file is whole and holds them."""
     ours, theirs = pty.openpty()
     path = tmp_path / 'a.npz'  # of so many points faster than a text
-    with subprocess.Popen(
-            [sys.executable, '-m', 'squeal_ros.cli', 'map', 'kang2009', '--over',
-             'friction=0:0.8:5000', '-o', str(path), '--json'], stdout=subprocess.PIPE,
-            stderr=theirs, text=True, start_new_session=True,
-            env={**os.environ, 'PYTHONPATH': str(Path(__file__).parents[2])}) as process:
+    with process(['-m', 'squeal_ros.cli', 'map', 'kang2009', '--over', 'friction=0:0.8:5000',
+                  '-o', path, '--json'], stdout=subprocess.PIPE, stderr=theirs, text=True,
+                 start_new_session=True) as started:
         os.close(theirs)
         shown = b''
-        while b'] 5 of 5000 points' not in shown:
+        while not re.search(rb'\] [5-9]\d* of 5000 points', shown):
             shown += os.read(ours, 4096)
-        os.killpg(process.pid, signal.SIGINT)
-        output, _ = process.communicate(timeout=600)
+        os.killpg(started.pid, signal.SIGINT)
+        output, _ = started.communicate()
     os.close(ours)
     summary, record = json.loads(output), load_sweep(path)
-    assert process.returncode == 1
+    assert started.returncode == 1
     assert shown.startswith(b'\r[---')
     assert (summary['complete'], record.complete) == (False, False)
     assert 5 <= summary['done'] == record.done.sum() < 5000

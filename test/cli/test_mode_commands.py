@@ -122,8 +122,7 @@ def test_why_modes_grow(kang: BrakeModel) -> None:
 # ---------------------------------------------------------------- critical values
 
 @pytest.mark.parametrize(('numbers', 'speed', 'rotation', 'hertz'), [
-    ('13,14', 5.0, True, 1660.4), ('13,14', 5.0, False, 1668.5), ('25,26', 5.0, False, 3197.0),
-    ('40', 20.0, True, 5678.0), ('10', 20.0, True, 857.9)])
+    ('13,14', 5.0, True, 1660.4), ('25,26', 5.0, False, 3197.0), ('10', 20.0, True, 857.9)])
 def test_critical_friction_of_a_pair(numbers: str, speed: float, rotation: bool, hertz: float,
                                      kang: BrakeModel,
                                      capsys: pytest.CaptureFixture[str]) -> None:
@@ -141,7 +140,7 @@ def test_critical_friction_of_a_pair(numbers: str, speed: float, rotation: bool,
 
 
 @pytest.mark.parametrize(('start', 'numbers', 'side', 'hertz'), [
-    ('20', '13', 'below', 1659.0), ('20', '18,19', 'below', 2524.5), ('8', '12', 'above', 1363.7)])
+    ('20', '18,19', 'below', 2524.5), ('8', '12', 'above', 1363.7)])
 def test_critical_speed_follows_the_law(start: str, numbers: str, side: str, hertz: float,
                                         kang: BrakeModel,
                                         capsys: pytest.CaptureFixture[str]) -> None:

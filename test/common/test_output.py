@@ -17,13 +17,12 @@
 from collections.abc import Callable, Iterator
 import os
 from pathlib import Path
-import signal
 import socket
 import subprocess
-import sys
 
 import pytest
 from squeal_core.common.output import check_target, output_file, OutputError, OutputFiles, PARTIAL
+from support.processes import process
 
 ENDED = 2**22 + 1  # no process has this number: Linux gives at most 2**22
 
@@ -244,12 +243,12 @@ def test_a_killed_run_leaves_nothing_for_long(tmp_path: Path) -> None:
             '    time.sleep(600)\n')
     target = tmp_path / 'model.npz'
     target.write_text('old')
-    with subprocess.Popen([sys.executable, '-c', code, target], stdout=subprocess.PIPE) as run:
-        assert run.stdout
+    with process(['-c', code, target], stdout=subprocess.PIPE) as run:
         assert run.stdout.readline() == b'begun\n'
         check_target(tmp_path / 'other.npz')
         assert len(listing(tmp_path)) == 2  # while it runs its file stays
-        run.send_signal(signal.SIGKILL)
+        run.kill()
+        run.wait()
     assert len(listing(tmp_path)) == 2
     check_target(tmp_path / 'other.npz')
     assert (listing(tmp_path), target.read_text()) == ({'model.npz'}, 'old')

@@ -24,6 +24,7 @@ import sys
 import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.common.worker_processes import run_jobs
+from support.processes import process
 
 TWICE = """
 from squeal_core.common.worker_processes import run_jobs
@@ -71,9 +72,8 @@ def test_workers_at_work_end_with_the_iterator() -> None:
 
 
 def test_workers_at_work_end_when_their_parent_is_killed() -> None:
-    with subprocess.Popen([sys.executable, '-c', TWICE], stdout=subprocess.PIPE, text=True,
-                          cwd=Path(__file__).parent) as parent:
-        assert parent.stdout is not None
+    with process(['-c', TWICE], {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
+                 stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parent) as parent:
         assert [parent.stdout.readline() for _ in range(2)] == ['here\n', 'here\n']
         parent.kill()
         assert not parent.stdout.read()  # nobody has it open any more

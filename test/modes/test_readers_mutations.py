@@ -34,7 +34,7 @@ FEWER = {'op2': 16, 'nastran_h5': 8}  # pyNastran takes its time, HDF5 a process
 
 
 def outcome(path: Path, told: dict[str, Any]) -> ReaderError | NodalModes:
-    """Return what a file gives, in under a second of computing; an error is one line."""
+    """Return what a file gives, within seconds of computing; an error is one line."""
     start = time.process_time()  # not the clock: others may be at work
     try:
         found: ReaderError | NodalModes = read_modes(path, **told)
@@ -44,7 +44,7 @@ def outcome(path: Path, told: dict[str, Any]) -> ReaderError | NodalModes:
         assert text.startswith(str(path))
         assert len(text) < 400 + len(str(path))
         found = error
-    assert time.process_time() - start < 1.0
+    assert time.process_time() - start < 3.0
     return found
 
 

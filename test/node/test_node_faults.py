@@ -41,8 +41,8 @@ from support.fault_times import (  # noqa: E402
 from support.node_runs import stranger  # noqa: E402
 from support.stages import drive, stage, STREAM, TOPICS, TYPES  # noqa: E402
 
-SHORT = [('off', 'friction'), ('stuck', 'rotor_speed'), ('NaN', 'friction'),
-         ('wrong unit', 'pressure'), ('delayed', 'pressure'), ('out of order', 'rotor_speed')]
+# where time and order of receipt and stamps count; what the monitor makes of the others needs none
+SHORT = [('off', 'friction'), ('delayed', 'pressure'), ('out of order', 'rotor_speed')]
 # without a stamp the time of receipt counts, and friction has none
 STAMPED = {'delayed', 'future stamp'}
 LONG = [(name, signal) for name in FAULTS for signal in MEASURED if name != 'zero stamp'
@@ -74,8 +74,8 @@ def test_fault(name: str, signal: Signal) -> None:
 
 
 @pytest.mark.usefixtures('often')
-@pytest.mark.parametrize('signal', ['friction', 'rotor_speed'])
-@pytest.mark.parametrize('name', NODE_FAULTS)
+@pytest.mark.parametrize(('name', 'signal'), zip(
+    NODE_FAULTS, ('friction', 'rotor_speed'), strict=True))
 def test_another_publisher(name: str, signal: Signal) -> None:
     """An input's publisher ends; after a while one in another process takes over."""
     with stage() as (acted, car), stranger(car) as other:
@@ -116,6 +116,7 @@ def test_a_publisher_that_is_replaced_at_once_is_not_missed() -> None:
                 Float64, TOPICS['friction'], 10)
             acted.connected(new, 2)
             node[(count + 1) % 2].destroy_publisher(old)
+            acted.connected(new, 1)  # else the old one may be taken for the next new one
         assert car.figures['dropped_messages'] == '0'
 
 

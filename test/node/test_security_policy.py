@@ -181,7 +181,7 @@ def test_the_check_of_the_structure_finds_faults(old: str, new: str) -> None:
 
 def test_shipped_policy_is_what_the_command_prints() -> None:
     done = subprocess.run([sys.executable, '-m', 'squeal_ros.cli', 'policy'], check=True,
-                          capture_output=True, text=True, timeout=600)
+                          capture_output=True, text=True)
     assert done.stdout == SHIPPED.read_text(encoding='utf-8')
 
 

@@ -42,6 +42,7 @@ from squeal_ros.node.state_message import CODES, FIELDS, serialised_state, TYPE 
 from squeal_ros.recordings.bag_writer import BagWriter  # noqa: E402
 from squeal_ros.recordings.typestore import JAZZY  # noqa: E402
 from support.node_runs import needs_squeal_msgs, vehicle  # noqa: E402, I100
+from support.processes import process  # noqa: E402
 from support.vehicle import Vehicle  # noqa: E402
 
 TIME = 1_700_000_000_123_456_789
@@ -72,18 +73,13 @@ rclpy.spin(node)
 @contextmanager
 def listener(car: Vehicle, folder: Path) -> Iterator[Iterator[dict[str, Any]]]:
     """Run a subscriber in a process of its own; yield what it hears, as it hears it."""
-    with subprocess.Popen(
-            [sys.executable, '-P', '-c', SUBSCRIBER, TOPIC], cwd=folder, text=True,
-            stdout=subprocess.PIPE,
-            env={**os.environ, 'ROS_DOMAIN_ID': str(car.context.get_domain_id())}) as process:
-        assert process.stdout is not None
-        try:
-            (publisher,) = [p for p in car.monitor.publishers if p.topic_name == TOPIC]
-            car.wait(lambda: publisher.get_subscription_count() or process.poll(), 'a subscriber')
-            assert process.stdout.readline() == 'ready\n'
-            yield map(json.loads, process.stdout)
-        finally:
-            process.kill()
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(car.context.get_domain_id())}
+    with process(['-P', '-c', SUBSCRIBER, TOPIC], environment, cwd=folder, text=True,
+                 stdout=subprocess.PIPE) as started:
+        (publisher,) = [p for p in car.monitor.publishers if p.topic_name == TOPIC]
+        car.wait(lambda: publisher.get_subscription_count() or started.poll(), 'a subscriber')
+        assert started.stdout.readline() == 'ready\n'
+        yield map(json.loads, started.stdout)
 
 
 def heard_at(heard: Iterator[dict[str, Any]], car: Vehicle) -> dict[str, Any]:

@@ -139,12 +139,12 @@ def test_a_text_is_a_missing_value_and_an_empty_cell_none(tmp_path: Path) -> Non
     (stop_text(9).replace('Druck [', 'Druk ['), '(did you mean Druk [bar]?)'),
     (stop_text(9).replace('\n0,', '\nx,'), '9 rows without a time that can be read')])
 def test_what_is_no_table_is_one_line(text: str | bytes, error: str, tmp_path: Path) -> None:
-    begun = time.monotonic()
+    begun = time.process_time()
     with pytest.raises(SquealError) as raised:
         values(opened(write(tmp_path, text)))
     assert error in str(raised.value)
     assert len(str(raised.value)) < 700
-    assert time.monotonic() - begun < 5.0
+    assert time.process_time() - begun < 5.0
 
 
 def test_damaged_rows_are_left_out_and_said(tmp_path: Path) -> None:

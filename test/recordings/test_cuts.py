@@ -164,7 +164,7 @@ def test_cuts_of_a_drive(model: BrakeModel, table: str, with_table: bool) -> Non
     assert {one.incomplete for tick in whole.values() for one in tick} == {True, False}
     used = VehicleMonitor(chosen, model)
     live(used, drive(2))
-    for cut in cuts(events, 4, seed=3):
+    for cut in cuts(events, 2, seed=3):
         check(whole, live(VehicleMonitor(chosen, model), cut))
         used.reset()
         check(whole, live(used, cut))

@@ -37,6 +37,7 @@ from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
 from squeal_ros.recordings.replay import Replay  # noqa: E402
 from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
 from support.bags import braking, replay_of, storage_file, write_bag  # noqa: E402, I100
+from support.processes import process  # noqa: E402
 
 
 @pytest.fixture
@@ -52,8 +53,7 @@ def contents(path: Path) -> list[tuple[str, str, int, bytes]]:
         return [(c.topic, c.msgtype, time, data) for c, time, data in reader.messages()]
 
 
-@pytest.mark.parametrize('name', ['out.mcap', 'out'])
-def test_the_same_outputs_as_of_one_process(name: str, tmp_path: Path, settings: MonitorSettings,
+def test_the_same_outputs_as_of_one_process(tmp_path: Path, settings: MonitorSettings,
                                             kang: BrakeModel) -> None:
     bag = write_bag(tmp_path / 'bag', braking(3.0))
     outputs = {}
@@ -61,11 +61,11 @@ def test_the_same_outputs_as_of_one_process(name: str, tmp_path: Path, settings:
         folder = tmp_path / str(parallel)
         folder.mkdir()
         replay = replay_of(bag, settings, kang)
-        written = outputs[parallel] = Outputs(folder / name, settings)
+        written = outputs[parallel] = Outputs(folder / 'out.mcap', settings)
         write_replay(replay, written, parallel=parallel)
         assert replay.findings == []
         assert sorted(path.name for path in folder.iterdir()) == sorted([
-            name, *(f'out.{end}' for end in ENDINGS)])
+            'out.mcap', *(f'out.{end}' for end in ENDINGS)])
     one, two = outputs.values()
     assert contents(one.path) == contents(two.path) != []
     for path, other in zip(one.paths, two.paths, strict=True):
@@ -149,18 +149,17 @@ with InterruptOnce():
 
 
 @pytest.mark.skipif(os.name != 'posix', reason='needs signals')
-@pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGINT])
 def test_nothing_is_left_when_the_reading_process_ends(number: signal.Signals,
                                                        tmp_path: Path) -> None:
     write_bag(tmp_path / 'bag', braking(1.0))
-    with subprocess.Popen([sys.executable, '-c', _ENDLESS], cwd=tmp_path, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}) as process:
-        assert process.stdout is not None
-        on = process.stdout.readline()  # files are being written
-        assert on == 'on\n', process.communicate()[1]
-        process.send_signal(number)
-        _, said = process.communicate()  # the other process holds the pipe of the errors, too
+    with process(['-c', _ENDLESS], {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
+                 cwd=tmp_path, text=True, stdout=subprocess.PIPE,
+                 stderr=subprocess.PIPE) as started:
+        on = started.stdout.readline()  # files are being written
+        assert on == 'on\n', started.communicate()[1]
+        started.send_signal(number)
+        _, said = started.communicate()  # the other process holds the pipe of the errors, too
     assert said.count('Traceback') == (number != signal.SIGKILL)  # that of the script above
     if number == signal.SIGKILL:
         check_target(tmp_path / 'next.mcap')  # as the next run does

@@ -108,7 +108,7 @@ def test_outputs_as_bag_and_table(tmp_path: Path, settings: MonitorSettings,
         *TYPES, 'state')], 9), '/diagnostics': 9, '/squeal_monitor/events': 2}
     assert latched == {'unstable_frequencies': 1, 'events': 50}
     # text, so that NaN equals NaN
-    rows = list(read_rows(outputs.csv_path))
+    rows = list(read_rows(outputs.paths.table))
     assert repr(rows) == repr([row_of(a) for tick in ticks for a in tick])
     assert repr([(s.squeal_risk, s.growth_rate, tuple(s.frequencies_hz.tolist())) for s in states]
                 ) == repr([(r.squeal_risk, r.growth_rate_1_s, r.unstable_frequencies_hz)

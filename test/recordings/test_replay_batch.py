@@ -21,7 +21,6 @@ import os
 from pathlib import Path
 import signal
 import subprocess
-import sys
 import time
 from typing import Any
 
@@ -49,6 +48,7 @@ from support.bags import (  # noqa: E402, I100
     storage_file,
     write_bag,
 )
+from support.processes import process  # noqa: E402
 from support.tables import document, signals_file, stop_text  # noqa: E402
 
 FIX = 'sensor_msgs/msg/NavSatFix'
@@ -217,21 +217,21 @@ def test_an_interrupt_leaves_what_is_done(week: Path, monkeypatch: pytest.Monkey
 def test_worker_processes_are_stopped(number: signal.Signals, week: Path) -> None:
     """Once both write: told to end they write what they have; killed, nothing reads as whole."""
     out = week.parent / 'out'
-    process = subprocess.Popen(
-        [sys.executable, '-m', 'squeal_ros.cli', *command(week, '--jobs', '2', '--rate', '1000')],
-        stdout=subprocess.PIPE, text=True, start_new_session=True)
-    assert process.stdout is not None
-    with process.stdout:
+    bags = week.parent / 'bags'
+    for name in ('one', 'two'):
+        write_bag(bags / name, drive(16.0))  # neither is done before the other is begun
+    with process(['-m', 'squeal_ros.cli', *command(bags, '--jobs', '2', '--rate', '1000')],
+                 stdout=subprocess.PIPE, text=True, start_new_session=True) as started:
         writing = 0
         while writing < 2:
-            assert process.poll() is None
+            assert started.poll() is None
             time.sleep(0.01)
             with suppress(FileNotFoundError):  # a folder may be renamed while it is looked into
                 writing = sum(path.stat().st_size > 0
                               for path in out.glob(f'*{PARTIAL}/table.csv*'))
-        process.send_signal(number)
-        said = process.stdout.read()
-    assert process.wait() == (130 if number == signal.SIGTERM else -number)
+        started.send_signal(number)
+        said = started.stdout.read()
+        assert started.wait() == (130 if number == signal.SIGTERM else -number)
     if number == signal.SIGTERM:
         assert sum(line.startswith('partial: ') for line in said.splitlines()) == 2
         found = [ReplayResult.load(path).summary['partial'] for path in find_results([out])]

@@ -23,6 +23,7 @@ import sys
 import numpy as np
 import pytest
 from squeal_core.studies.sweep import sweep
+from support.processes import process
 from support.sweeps import FRICTIONS, interrupted, PAIR, POINT
 
 
@@ -86,8 +87,7 @@ def test_workers_equal_one_process_bit_for_bit(tmp_path: Path) -> None:
     script.write_text(SCRIPT)
     pinned = {**os.environ, 'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1',
               'PYTHONPATH': str(Path(__file__).parents[2])}
-    run = subprocess.run([sys.executable, script], env=pinned, capture_output=True, text=True,
-                         timeout=600)
+    run = subprocess.run([sys.executable, script], env=pinned, capture_output=True, text=True)
     assert run.stderr == ''
     assert run.stdout.split() == ['True'] * 5
 
@@ -110,13 +110,12 @@ def test_ctrl_c_with_workers(tmp_path: Path) -> None:
     """It goes to all processes of the terminal; the parent returns its part, nobody complains."""
     script = tmp_path / 'script.py'
     script.write_text(LONG)
-    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True,
-                          env={**os.environ, 'PYTHONPATH': str(Path(__file__).parents[2])},
-                          stderr=subprocess.PIPE, start_new_session=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == '1\n'
-        os.killpg(process.pid, signal.SIGINT)
-        output, complaints = process.communicate(timeout=600)
+    with process([script], {**os.environ, 'PYTHONPATH': str(Path(__file__).parents[2])},
+                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                 start_new_session=True) as started:
+        assert started.stdout.readline() == '1\n'
+        os.killpg(started.pid, signal.SIGINT)
+        output, complaints = started.communicate()
     last = output.splitlines()[-1].split()
     assert (last[0], last[2]) == ('kept', 'False')
     assert 1 <= int(last[1]) < 20000

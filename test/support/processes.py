@@ -14,7 +14,7 @@
 
 """The node as a process of its own, what the kernel says of it, and long forms of tests."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 import ctypes
 from dataclasses import dataclass
@@ -26,7 +26,6 @@ import sys
 from typing import Any
 
 import pytest
-from support.brake_monitors import EAGER
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _MEGABYTE = 1e6
@@ -55,9 +54,9 @@ def environment(domain: int, transport: str = 'shared memory') -> dict[str, str]
 
 
 @contextmanager
-def process(command: list[str], variables: dict[str, str],
+def process(command: Sequence[str | Path], variables: dict[str, str] | None = None,
             **names: Any) -> Iterator[subprocess.Popen[Any]]:
-    """Run a process for as long as the context lasts, whatever becomes of this one."""
+    """Run Python for as long as the context lasts, whatever becomes of this process."""
     found = subprocess.Popen([sys.executable, *command], env=variables,
                              preexec_fn=_end_with_parent, **names)
     try:
@@ -78,6 +77,8 @@ def _end_with_parent() -> None:
 def monitor(domain: int, *, transport: str = 'shared memory', namespace: str = '',
             streams: dict[str, Any] | None = None, **parameters: Any) -> Any:
     """Run the node for a brake `fl`, or for those given as `brakes`, as a process."""
+    from support.brake_monitors import EAGER
+
     chosen = {**EAGER, 'brakes': '[fl]', 'rate': 20.0, 'diagnostics_rate': 20.0, **parameters}
     command = ['-m', 'squeal_ros.node', '--ros-args', '--log-level', 'warn']
     for name, value in chosen.items():

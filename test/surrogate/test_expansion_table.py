@@ -257,7 +257,7 @@ def test_the_command_line_builds_a_table_and_shows_it(
     assert find_table(model) is None
     assert main(['tabulate', str(path), '-o', str(table), '--workers', '0', '--rotor-speed', '10',
                  '11', '--preload', '1000', '1100', '--friction', '0.3', '0.32',
-                 '--tolerance', '0.1']) == 0
+                 '--tolerance', '0.1', '--no-growth']) == 0
     assert 'answers 100.00% of 20000 random points' in capsys.readouterr().out
     assert main(['info', str(table)]) == 0
     assert 'rotor speed      10 to 11 rad/s' in capsys.readouterr().out

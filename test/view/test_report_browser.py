@@ -14,7 +14,7 @@
 
 """The page of `squeal report` in headless Chromium: drawn, hovered, zoomed, printed; offline."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 import io
 from pathlib import Path
@@ -36,7 +36,9 @@ if not CHROMIUM:
 
 TIMEOUT = 120e3  # ms, on a busy machine, too
 NASTY = '"><img src=x onerror=alert(1)>'
-FLAGS = ('--no-sandbox', '--disable-gpu', '--disable-background-networking')
+# in a container /dev/shm may be too small for a page
+FLAGS = ('--no-sandbox', '--disable-gpu', '--disable-background-networking',
+         '--disable-dev-shm-usage')
 
 
 class Opened:
@@ -113,14 +115,18 @@ def test_hover_and_zoom_act_on_all_panels(opened: Opened) -> None:
     plot = page.locator('#timeline-0-0')
     box = plot.bounding_box()
     at = [box['x'] + 0.4 * box['width'], box['y'] + 0.45 * box['height']]
-    page.mouse.move(*at)
-    page.wait_for_function("document.querySelectorAll('#timeline-0-0 .hovertext').length > 3")
+    _repeat(page, lambda attempt: page.mouse.move(at[0] + attempt, at[1]),
+            "document.querySelectorAll('#timeline-0-0 .hovertext').length > 3")
     whole = _range(page)
-    page.mouse.down()
-    page.mouse.move(at[0] + 0.2 * box['width'], at[1] + 2.0, steps=5)
-    page.mouse.up()
-    page.wait_for_function(
-        "document.getElementById('timeline-0-0')._fullLayout.xaxis.range[0] > 1.0")
+
+    def drag(_: int) -> None:
+        page.mouse.move(*at)
+        page.mouse.down()
+        page.mouse.move(at[0] + 0.2 * box['width'], at[1] + 2.0, steps=5)
+        page.mouse.up()
+
+    _repeat(page, drag,
+            "document.getElementById('timeline-0-0')._fullLayout.xaxis.range[0] > 1.0")
     zoomed = _range(page)
     assert whole[0] < zoomed[0] < zoomed[1] < whole[1]
     assert 0.2 < (zoomed[1] - zoomed[0]) / (whole[1] - whole[0]) < 0.3
@@ -135,15 +141,14 @@ def test_the_shape_turns(opened: Opened) -> None:
     box = plot.bounding_box()
     eye = "JSON.stringify(document.getElementById('shape-0')._fullLayout.scene.camera.eye)"
     before = page.evaluate(eye)
-    for attempt in range(20):  # the scene looks at the mouse once a frame, which may be late
+
+    def turn(attempt: int) -> None:
         page.mouse.move(box['x'] + 150, box['y'] + 200)
         page.mouse.down()
         page.mouse.move(box['x'] + 250 + attempt, box['y'] + 230, steps=8)
         page.mouse.up()
-        with suppress(playwright.TimeoutError):
-            page.wait_for_function(f'{eye} !== {before!r}', timeout=5e3)
-            break
-    assert page.evaluate(eye) != before
+
+    _repeat(page, turn, f'{eye} !== {before!r}')
 
 
 def test_paper_has_every_chart(opened: Opened) -> None:
@@ -176,6 +181,16 @@ def test_dark_is_followed(opened: Opened) -> None:
     assert max(map(int, back[4:-1].split(','))) < 40
     page.emulate_media(color_scheme='light')
     page.wait_for_function(f'{colour} === {light!r}')
+
+
+def _repeat(page: Any, act: Callable[[int], None], condition: str) -> None:
+    """Act until a condition holds: the page looks at the mouse once a frame, perhaps too late."""
+    for attempt in range(20):
+        act(attempt)
+        with suppress(playwright.TimeoutError):
+            page.wait_for_function(condition, timeout=5e3)
+            return
+    pytest.fail(f'{condition} did not come true')
 
 
 def _range(page: Any) -> list[float]:
