@@ -23,6 +23,8 @@ from collections.abc import Callable
 import os
 import signal
 import sys
+import time
+from types import CodeType, FrameType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _AGAIN = 0.01  # s
@@ -70,6 +72,7 @@ class InterruptOnce:
 
     def __enter__(self) -> None:
         self._came = False
+        self._waits: list[Callable[[], None]] = []  # for threads that send
         self._hook, sys.unraisablehook = sys.unraisablehook, self._unraisable
         # a shell starts its background jobs with SIGINT ignored, and so it stays
         self._before = {number: signal.signal(number, self._interrupt) for number in _SIGNALS
@@ -77,14 +80,16 @@ class InterruptOnce:
 
     def __exit__(self, *_: object) -> None:
         self._came = True
+        for wait in self._waits:
+            wait()
         for number, handler in self._before.items():
             # what would end a process that starts has no say over one that is done
             if not isinstance(getattr(handler, '__self__', None), EndAtOnce):
                 signal.signal(number, handler)
         sys.unraisablehook = self._hook
 
-    def _interrupt(self, *_: object) -> None:
-        if not self._came:
+    def _interrupt(self, _: int, frame: FrameType | None) -> None:
+        if not self._came and not _within(self._unraisable.__code__, frame):
             self._came = True
             raise KeyboardInterrupt
 
@@ -95,9 +100,22 @@ class InterruptOnce:
             return
         import threading
         self._came = False
-        main = threading.main_thread().ident
-        assert main is not None
-        threading.Timer(_AGAIN, signal.pthread_kill, (main, signal.SIGTERM)).start()
+        sender = threading.Thread(target=self._send, args=(threading.main_thread().ident,))
+        self._waits.append(sender.join)
+        sender.start()
+
+    def _send(self, main: int) -> None:
+        """Send a signal until it interrupts: while one is dropped it would be dropped, too."""
+        while not self._came:
+            signal.pthread_kill(main, signal.SIGTERM)
+            time.sleep(_AGAIN)
+
+
+def _within(code: CodeType, frame: FrameType | None) -> bool:
+    """Tell whether a function is among those that run: one that would drop an exception."""
+    while frame is not None and frame.f_code is not code:
+        frame = frame.f_back
+    return frame is not None
 
 
 class StopAtNext:

@@ -83,6 +83,15 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope='module')
+def own_domain() -> Iterator[None]:
+    """Run the processes of a module in a ROS domain of their own."""
+    from support.domains import own_environment
+
+    with own_environment():
+        yield
+
+
 @pytest.fixture(scope='session')
 def kang() -> BrakeModel:
     """Return the shipped model, N = 92."""

@@ -27,7 +27,6 @@ from typing import Any
 
 import pytest
 from squeal_core.monitor.settings import load_settings
-from support.domains import own_environment
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 pytest.importorskip('rosbags', reason='needs rosbags')
@@ -48,15 +47,7 @@ from support.processes import process  # noqa: E402, I100
 from support.vehicle import TIMEOUT  # noqa: E402
 
 COMMAND = ['-m', 'squeal_ros.cli', 'demo', '--speed-up', '4']
-ENVIRONMENT: dict[str, str] = {}
-
-
-@pytest.fixture(scope='module', autouse=True)
-def environment() -> Iterator[dict[str, str]]:
-    """Run every process of this module in a domain of its own."""
-    with own_environment() as own:
-        ENVIRONMENT.update(own)
-        yield ENVIRONMENT
+pytestmark = pytest.mark.usefixtures('own_domain')
 
 
 def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
@@ -82,14 +73,14 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
     assert 'of the braking time' in output.partition('Squeal events')[0]
     found = re.search(r'in ROS domain (\d+), namespace /squeal_demo', output)
     assert found is not None
-    assert found[1] != ENVIRONMENT['ROS_DOMAIN_ID']
+    assert found[1] != os.environ['ROS_DOMAIN_ID']
     assert re.search(r'state +reason', output)
 
 
 def demo_of_24_seconds(folder: Path) -> tuple[int, int, int, str]:
     """Return the assessments compared, those equal of those with the same samples, the output."""
     done = subprocess.run([sys.executable, *COMMAND, '--duration', '24'], cwd=folder,
-                          env=ENVIRONMENT, capture_output=True, text=True, check=False)
+                          capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     output = ' '.join(done.stdout.split())
     found = re.search(r'(\d+) assessments, (\d+) of (\d+) with the same samples equal bit for bit',
@@ -113,8 +104,8 @@ def alive(pid: int) -> bool:
 @contextmanager
 def demonstration(folder: Path) -> Iterator[Any]:
     """Run the demo in a process; yield it once its node has answered."""
-    with process(COMMAND, ENVIRONMENT, cwd=folder, stdout=subprocess.PIPE,
-                 stderr=subprocess.PIPE, text=True) as demo:
+    with process(COMMAND, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                 text=True) as demo:
         while 'ticks done' not in demo.stdout.readline():
             assert demo.poll() is None
         yield demo

@@ -22,6 +22,7 @@ import re
 import signal
 import subprocess
 import sys
+from threading import Thread
 import time
 from typing import Any
 
@@ -58,7 +59,14 @@ def test_the_first_interrupts_and_the_cleaning_up_is_left_alone(first: signal.Si
                       sys.unraisablehook)
 
 
-def test_an_interrupt_that_python_drops_comes_again() -> None:
+@pytest.mark.parametrize('another', [False, True])
+def test_an_interrupt_that_python_drops_comes_again(another: bool,
+                                                    monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where another one comes while it is dropped."""
+    if another:
+        start = Thread.start
+        monkeypatch.setattr(Thread, 'start', lambda thread: (strike(), start(thread)))
+
     class Dropping:
 
         def __del__(self) -> None:
@@ -67,7 +75,7 @@ def test_an_interrupt_that_python_drops_comes_again() -> None:
     def work() -> None:
         dropping: Any = Dropping()
         del dropping  # raises where nothing can be raised
-        while True:  # until it comes again; `pause` would miss it just before
+        for _ in range(6000):  # until it comes again; `pause` would miss one just before
             time.sleep(0.01)
 
     with pytest.raises(KeyboardInterrupt), InterruptOnce():

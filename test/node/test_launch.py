@@ -15,7 +15,6 @@
 """Launch files: read as text always, loaded where ROS is, their node run as its own process."""
 
 import ast
-from collections.abc import Iterator
 import importlib.util
 from pathlib import Path
 import re
@@ -26,7 +25,6 @@ from typing import Any
 
 import pytest
 from squeal_core.monitor.settings import is_built_in, settings_keys
-from support.domains import own_environment
 from support.processes import process
 import yaml
 
@@ -169,16 +167,10 @@ def test_launch_loads_it(name: str) -> None:
     assert all(arguments[a] == given['description'] for a, given in expected.items())
 
 
-@pytest.fixture
-def environment() -> Iterator[dict[str, str]]:
-    with own_environment() as own:
-        yield own
-
-
-def start(arguments: list[str], environment: dict[str, str]) -> tuple[str, int]:
+def start(arguments: list[str]) -> tuple[str, int]:
     """Run the node as launch does until it watches or ends; its words and exit code."""
-    with process(['-m', 'squeal_ros.node', '--ros-args', *arguments], environment,
-                 stderr=subprocess.PIPE, text=True) as node:
+    with process(['-m', 'squeal_ros.node', '--ros-args', *arguments], stderr=subprocess.PIPE,
+                 text=True) as node:
         said = node.stderr.readline()
         if 'watching' in said:
             node.send_signal(signal.SIGTERM)
@@ -189,8 +181,8 @@ def start(arguments: list[str], environment: dict[str, str]) -> tuple[str, int]:
 @pytest.mark.skipif(importlib.util.find_spec('rclpy') is None, reason='needs rclpy')
 @pytest.mark.parametrize(('model', 'words', 'code'), [
     (None, 'watching only', 0), ('nobody', 'nobody', 2)])
-def test_node_takes_what_launch_gives_it(model: str | None, words: str, code: int, tmp_path: Path,
-                                         environment: dict[str, str]) -> None:
+def test_node_takes_what_launch_gives_it(model: str | None, words: str, code: int,
+                                         tmp_path: Path, own_domain: None) -> None:
     """As launch_ros starts a node: names, the settings, then a file of the other parameters."""
     settings, overrides = tmp_path / 'settings.yaml', tmp_path / 'overrides.yaml'
     settings.write_text(yaml.safe_dump({'/**': {'ros__parameters': {
@@ -198,8 +190,7 @@ def test_node_takes_what_launch_gives_it(model: str | None, words: str, code: in
     values = {'use_sim_time': True, **({} if model is None else {'model': model})}
     overrides.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
     said, returned = start(['-r', '__node:=squeal_monitor', '-r', '__ns:=/car',
-                            '--params-file', str(settings), '--params-file', str(overrides)],
-                           environment)
+                            '--params-file', str(settings), '--params-file', str(overrides)])
     assert words in said
     assert returned == code
     assert 'not this one' not in said

@@ -23,7 +23,6 @@ import sys
 from typing import Any
 
 import pytest
-from support.domains import own_environment
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
@@ -34,15 +33,7 @@ from support.processes import process  # noqa: E402, I100
 
 NODE = ['-m', 'squeal_ros.node', '--ros-args']
 SQUEAL = ['-m', 'squeal_ros.cli']
-ENVIRONMENT: dict[str, str] = {}
-
-
-@pytest.fixture(scope='module', autouse=True)
-def environment() -> Iterator[dict[str, str]]:
-    """Run every process of this module in a domain of its own."""
-    with own_environment() as own:
-        ENVIRONMENT.update(own)
-        yield ENVIRONMENT
+pytestmark = pytest.mark.usefixtures('own_domain')
 
 
 @pytest.fixture
@@ -62,11 +53,11 @@ def squeal(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, st
 
 def run(command: list[str], cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, *command], capture_output=True, text=True,
-                          cwd=cwd, env=ENVIRONMENT, check=False)
+                          cwd=cwd, check=False)
 
 
 def test_a_signal_ends_the_node_cleanly() -> None:
-    with process(NODE, ENVIRONMENT, stderr=subprocess.PIPE, text=True) as node:
+    with process(NODE, stderr=subprocess.PIPE, text=True) as node:
         assert 'watching' in node.stderr.readline()
         node.send_signal(signal.SIGTERM)
         rest = node.stderr.read()
@@ -167,7 +158,7 @@ NODE_MODULE, SQUEAL_MODULE = ['-m', 'squeal_ros.node'], ['-m', 'squeal_ros.cli',
 
 def interrupted(command: list[str], moment: str, count: int) -> tuple[int, list[str]]:
     """Send SIGINT at the import of a module, or at a word of the log; exit code and last words."""
-    with process(['-X', 'importtime', *command], ENVIRONMENT, stderr=subprocess.PIPE,
+    with process(['-X', 'importtime', *command], stderr=subprocess.PIPE,
                  stdout=subprocess.DEVNULL, text=True) as started:
         said = []
         for line in started.stderr:
@@ -237,7 +228,7 @@ def test_help_and_version_of_both_programs(capsys: pytest.CaptureFixture[str]) -
 def test_standard_output_that_is_full() -> None:
     with Path('/dev/full').open('w') as full:
         done = subprocess.run([sys.executable, *SQUEAL, 'info', 'kang2009'], text=True,
-                              stdout=full, stderr=subprocess.PIPE, env=ENVIRONMENT, check=False)
+                              stdout=full, stderr=subprocess.PIPE, check=False)
     assert done.returncode == 2
     assert done.stderr == ('squeal: standard output: No space left on device; check path, rights '
                            'and space\n')

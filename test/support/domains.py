@@ -20,6 +20,8 @@ from itertools import count
 import os
 import socket
 
+import pytest
+
 _FIRST_PORT = 47000  # one port a domain, held while the domain is in use
 _START = count(os.getpid() * 37)
 
@@ -46,8 +48,11 @@ def free_domain() -> Iterator[int]:
 
 
 @contextmanager
-def own_environment() -> Iterator[dict[str, str]]:
-    """Return the environment of processes that see each other and nobody else."""
-    with free_domain() as domain:
-        yield {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-               'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4', 'ROS_DOMAIN_ID': str(domain)}
+def own_environment() -> Iterator[None]:
+    """Let the processes started from here on see each other and nobody else."""
+    with free_domain() as domain, pytest.MonkeyPatch.context() as patch:
+        for name, value in (('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'),
+                            ('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4'),
+                            ('ROS_DOMAIN_ID', str(domain))):
+            patch.setenv(name, value)
+        yield
