@@ -13,7 +13,9 @@ interpreter = $(shell for p in $(foreach v,$(1),python$(v) \
 	$$p -c 'import venv' 2>/dev/null && echo $$p && break; done)
 PYTHON_UBUNTU24 ?= $(call interpreter,3.12)
 PYTHON_NEWEST ?= $(call interpreter,3.14 3.13 3.12 3.11)
-PARALLEL := -n 2 --dist loadfile
+# as many as there are cores, two to four
+WORKERS := $(shell n=$$(getconf _NPROCESSORS_ONLN || echo 2); echo $$((n < 2 ? 2 : n > 4 ? 4 : n)))
+PARALLEL := -n $(WORKERS) --dist loadfile
 PYTEST := -m pytest $(PARALLEL)
 SOURCES := squeal_core squeal_ros test launch benchmark examples setup.py
 # byte code is compiled at first use: most of it never is

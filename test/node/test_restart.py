@@ -72,7 +72,8 @@ def answering(ear: Vehicle) -> None:
 
 @linux
 @short_and_long('count', 2, 30, minutes=10.0)
-@pytest.mark.parametrize('transport', processes.TRANSPORTS)
+@pytest.mark.parametrize('transport', [
+    'shared memory', pytest.param('UDPv4', marks=pytest.mark.soak)])  # nearly all tests use UDPv4
 def test_killed_and_started_again(count: int, transport: str,
                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing that a killed node leaves in shared memory stops the next one."""
