@@ -62,10 +62,10 @@ def stopped(*_: Any, **__: Any) -> Any:
 
 @pytest.fixture(autouse=True)
 def _only_reading(monkeypatch: pytest.MonkeyPatch) -> None:
-    import squeal_core.assembly.build
+    import squeal_core.modes.fe.axisymmetric
     import squeal_core.modes.fe.solid
     import squeal_ros.cli.player
-    monkeypatch.setattr(squeal_core.assembly.build, '_disc', stopped)
+    monkeypatch.setattr(squeal_core.modes.fe.axisymmetric, 'disc_modes', stopped)
     monkeypatch.setattr(squeal_core.modes.fe.solid, 'pad_modes', stopped)
     monkeypatch.setattr(squeal_ros.cli.player, 'BrakePlayer', stopped)
 
