@@ -65,6 +65,8 @@ LEAVES = {
     'pyNastran': ('squeal_core.modes.readers.nastran_op2',),
     'asammdf': ('squeal_ros.recordings.mdf_file',),
     'matplotlib': ('squeal_core.view',),
+    'mpl_toolkits': ('squeal_core.view',),
+    'plotly': ('squeal_core.view',),
     'sklearn': ('squeal_core.calibration.scores',),
     'rich': ('squeal_core.view',),
     'soundfile': ('squeal_core.sound.other_formats',),

@@ -135,16 +135,32 @@ class SurfaceShapes:
             Of the displacement, 0..1.
 
         """
+        moved = self.motion(vector).real
+        return self.points + size * moved, np.linalg.norm(moved, axis=1)
+
+    def motion(self, vector: ComplexArray) -> ComplexArray:
+        """
+        Return the displacements of a complex mode over its cycle, the real part of u exp(i phase).
+
+        Parameters
+        ----------
+        vector : (N,) array
+            Right vector of the mode, in modal coordinates.
+
+        Returns
+        -------
+        (P, 3) array
+            u, which is at its extreme at phase 0: its largest displacement there is 1, the largest
+            component of all positive.
+
+        """
         u = self.shapes @ vector
         u = u * np.exp(-0.5j * np.angle(np.sum(u**2)))  # the phase in which it moves the most
-        moved = u.real
-        amplitude = np.linalg.norm(moved, axis=1)
-        largest = amplitude.max(initial=0.0)
+        largest = np.linalg.norm(u.real, axis=1).max(initial=0.0)
         if largest == 0.0:
-            return self.points, amplitude
-        where = np.unravel_index(np.abs(moved).argmax(), moved.shape)
-        moved = moved * (np.sign(moved[where]) * size / largest)
-        return self.points + moved, amplitude / largest
+            return np.asarray(u)
+        where = np.unravel_index(np.abs(u.real).argmax(), u.shape)
+        return np.asarray(u * (np.sign(u.real[where]) / largest))
 
     def header(self) -> list[dict[str, Any]]:
         """Return the patches as a file's header holds them."""

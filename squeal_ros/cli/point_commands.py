@@ -42,6 +42,7 @@ from squeal_ros.cli.arguments import check_output, operating_point, positive, sh
 from squeal_ros.cli.console import plain, report_progress, warn
 from squeal_ros.cli.drive_signals import chosen_drive, signals_of
 from squeal_ros.cli.listing import counts_in_words, rank
+from squeal_ros.cli.mode_pictures import check_pictures, draw_pictures
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.table_info import (
@@ -98,6 +99,7 @@ def info(options: argparse.Namespace) -> int:
 def modes(options: argparse.Namespace) -> int:
     """Show the complex modes at an operating point."""
     check_point(options)
+    check_pictures(options)
     model = BrakeModel.load(options.model)
     if options.without_rotation:
         model = without_rotation(model)
@@ -105,6 +107,7 @@ def modes(options: argparse.Namespace) -> int:
     found = complex_modes(model, point)
     why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
     numbers = [str(identity) for identity in identities(model, point)]
+    draw_pictures(options, model, point, found, numbers)
     if options.json:
         worth = eigenvalue_conditions(model, point, found.modes)
         print(json.dumps(plain({

@@ -36,6 +36,7 @@ from squeal_core.stability.parameter_paths import Law, moved, PARAMETERS
 from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep
 from squeal_core.studies.sweep_record import Sweep
+from squeal_core.studies.unstable_modes import mode_names, unstable_modes
 from squeal_ros.cli.arguments import check_output, check_workers, operating_point
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
 from squeal_ros.cli.listing import sweep_lines, sweep_rows
@@ -75,16 +76,25 @@ def locus(options: argparse.Namespace) -> int:
         from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
         kept: dict[str, Any] = {'path': options.plot, 'title': options.title,
                                 'overwrite': options.force}
-        draw = (partial(plot_loci, numbers=options.modes, **kept) if options.modes
+        draw = (partial(_bubbles, model, options.workers, **kept) if options.picture == 'bubbles'
+                else partial(plot_loci, numbers=options.modes, **kept) if options.modes
                 else partial(plot_growth_rates, **kept))
     record, without = _run(model, point, axes, options, tracked=True), None
     if options.without_rotation and record.complete:
         without = _run(model, point, axes, options, tracked=True, rotation=False)
         if options.output:
             save_sweep(without, _beside(options.output), overwrite=options.force)
-    if draw and options.modes:
+    if draw and options.modes and options.picture == 'lines':
         draw = partial(draw, without=without)
     return _report(record, options, draw, options.modes, without)
+
+
+def _bubbles(model: BrakeModel, workers: int, record: Sweep, **kept: Any) -> None:
+    """Draw unstable modes as bubbles, with their mechanisms and names."""
+    from squeal_core.view.bubble_map import plot_bubbles
+    with ProgressBar('points with their mechanisms') as progress:
+        modes = unstable_modes(model, record, workers=workers, progress=progress)
+    plot_bubbles(record, modes, mode_names(model, record, modes), **kept)
 
 
 def critical(options: argparse.Namespace) -> int:

@@ -31,11 +31,11 @@ from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.stability.mechanism import Mechanism, mechanisms
 from squeal_core.surrogate.table_file import model_hash
+from squeal_core.view.contributions import ranked_terms
 from squeal_core.view.report.figure import Figure, GREY, packed, RISKS, Trace
 from squeal_core.view.report.markup import label
 
 _DRAWN = 0.012  # m, largest displacement that is drawn
-_LEAST_SHARE = 1e-3  # of the largest contribution, below which terms are summed up
 _SAME_MODE = 0.02  # relative difference of frequencies, up to which modes may be the same
 
 
@@ -182,7 +182,7 @@ def mechanism_figure(found: WorstMode, name: str, of: str = '') -> Figure:
     about: dict[str, Any] = {'name': name, 'title': f'Mechanism of the worst mode{of}'}
     if found.mechanism is None:
         return Figure(**about, unknown=found.unknown)
-    terms = _terms(found.mechanism.contributions)
+    terms = ranked_terms(found.mechanism.contributions)
     total = found.mechanism.mode.growth_rate
     names = [*(name.replace('_', ' ') for name in terms), 'growth rate']
     values = [*terms.values(), total]
@@ -199,12 +199,3 @@ def mechanism_figure(found: WorstMode, name: str, of: str = '') -> Figure:
             'hovertemplate': '%{y}: %{text} 1/s<extra></extra>'}], layout={
                 'xaxis': {'title': {'text': 'contribution to the growth rate  1/s'}},
                 'yaxis': {'autorange': 'reversed', 'automargin': True}, 'showlegend': False})
-
-
-def _terms(contributions: Mapping[str, float]) -> dict[str, float]:
-    """Return the terms that count, largest first, and the sum of the others."""
-    least = _LEAST_SHARE * max(map(abs, contributions.values()))
-    ranked = sorted(contributions.items(), key=lambda item: -item[1])
-    found = {name: value for name, value in ranked if abs(value) >= least}
-    rest = sum(value for name, value in contributions.items() if name not in found)
-    return {**found, 'others': rest} if len(found) < len(contributions) else found

@@ -1,0 +1,110 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Pictures for a slide: its size and fonts, and what tells mechanisms and brakes apart."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+import textwrap
+from typing import Any, NamedTuple
+
+try:
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.view.saving import FigureTarget, save_figure
+
+SIZE = (13.33, 7.5)  # in, of a slide of 16:9
+DPI = 110
+AMPLITUDES = 'viridis'  # colour map, which rises in lightness
+GREY = '#666666'
+_STYLE = {'font.size': 14, 'axes.titlesize': 15, 'axes.labelsize': 15, 'legend.fontsize': 13,
+          'figure.titlesize': 18, 'axes.spines.top': False, 'axes.spines.right': False,
+          'axes.titlelocation': 'left', 'hatch.linewidth': 0.8, 'axes.axisbelow': True}
+_LINE = 118  # characters of a title's second line
+
+
+class Look(NamedTuple):
+    """How one of several is told from the others, in black and white, too."""
+
+    colour: str
+    marker: str
+    hatch: str
+    dash: str = '-'
+
+
+# of Okabe and Ito, to be told apart with any colour vision
+_ORANGE, _BLUE, _GREEN, _PINK, _YELLOW, _SKY = (
+    '#D55E00', '#0072B2', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
+MECHANISMS = {
+    'mode coupling': Look(_ORANGE, 'o', '//'), 'negative slope': Look(_BLUE, 's', '\\\\'),
+    'gyroscopic': Look(_GREEN, '^', '..'), 'radial-dissipation induced': Look(_PINK, 'v', 'xx'),
+    'follower force': Look(_YELLOW, 'P', '++'), 'contact damping': Look(_SKY, 'D', 'oo'),
+    'divergence': Look('black', 'X', '**'), 'combined': Look(GREY, 'h', '--'),
+    'stable': Look('#BBBBBB', '.', '')}
+"""Of each label of `stability.mechanism`."""
+SEVERAL = (Look(_BLUE, 'o', ''), Look(_ORANGE, 's', '//', '--'), Look(_GREEN, '^', '..', '-.'),
+           Look(_PINK, 'D', 'xx', ':'), Look(_YELLOW, 'v', '\\\\'), Look(_SKY, 'P', '++', '--'))
+"""Of brakes, or of lines, in their order."""
+
+
+@contextmanager
+def slide(path: FigureTarget, title: str, about: str, *,
+          overwrite: bool = True) -> Iterator[Any]:
+    """
+    Give the figure of a slide to draw in, which is saved when the context ends well.
+
+    Parameters
+    ----------
+    path : path or binary file
+        PNG, SVG or PDF.
+    title, about : str
+        Its first line, and the conditions below.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    """
+    with rc_context(_STYLE):
+        figure = slide_figure(title, about)
+        yield figure
+        save_figure(figure, path, dpi=DPI, overwrite=overwrite)
+
+
+def slide_figure(title: str, about: str) -> Any:
+    """Return the figure of a slide with its title."""
+    figure = Figure(figsize=SIZE, layout='constrained')
+    lines = textwrap.wrap(about, _LINE)[:2]
+    figure.suptitle('\n'.join([title, *lines]), x=0.01, ha='left', fontsize=16)
+    return figure
+
+
+def slide_style() -> Any:
+    """Return the context in which the figure of a slide is drawn."""
+    return rc_context(_STYLE)
+
+
+def point_words(point: OperatingPoint) -> str:
+    """Return an operating point in words."""
+    scale = f', damping x {point.damping_scale:g}' if point.damping_scale != 1.0 else ''
+    slope = f', slope {point.friction_slope:.3g} s/m' if point.friction_slope else ''
+    return (f'{point.rotor_speed:g} rad/s, friction {point.friction:.3g}{slope}, '
+            f'{point.contact_pressure / 1e5:.3g} bar on the lining, contact stiffness '
+            f'{point.contact_stiffness:.3g} N/m³{scale}')
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with its sign, and a minus as wide as the plus."""
+    return f'{value:+.{digits}g}'.replace('-', '\N{MINUS SIGN}')
