@@ -51,7 +51,7 @@ _DRAWN = 0.09  # largest displacement that is drawn, of the outer radius
 _APART = 0.3  # how far pads are drawn from the disc, of the outer radius
 _DPI = 60  # of an animation
 _VIEW = {'elev': 28.0, 'azim': 35.0}
-_NO_SHAPES = ('this model carries no shapes of its modes: it was made from matrices alone, or by an '
+_NO_SHAPES = ('this model carries no shapes of its modes: it was made from matrices or by an '
               'early version; build it from a brake description, or draw --picture damping or '
               'mechanism, which need none')
 

@@ -32,6 +32,7 @@ from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_ros.cli import (
     advise_options,
     calibrate_options,
+    compare_options,
     drive_options,
     listen_options,
     point_commands as commands,
@@ -124,6 +125,7 @@ def parser() -> argparse.ArgumentParser:
     _tabulate(sub.add_parser('tabulate', help='precompute look-up table and growth emulator'))
     command('sensitivity', 'what to change on a brake: effects per per cent', sensitivity_options)
     command('advise', 'quiet pressures, and a map of the risk to export', advise_options)
+    command('compare', 'models, variants and tables side by side', compare_options)
     command('simulate', 'squeal in the time domain: sound and events', simulate_options)
     command('calibrate', 'fit the ensemble of brakes to measured squeal', calibrate_options)
     command('listen', 'squeal in a sound: events, level, prominence', listen_options)

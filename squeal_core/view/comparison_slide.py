@@ -1,0 +1,165 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Brakes side by side on a slide: growth, frequencies, critical friction, risk over a drive."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+import math
+from typing import Any
+
+import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.monitor.drive_risk import DriveRisk
+from squeal_core.studies.brake_comparison import BrakeComparison, ComparedMode, mac_of
+from squeal_core.view.saving import FigureTarget
+from squeal_core.view.slide import GREY, Look, point_words, SEVERAL, slide
+
+_MOST = 14  # rows
+_APART = 0.16  # of a row, between the markers of brakes
+_Row = Sequence[ComparedMode | None]
+
+
+def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
+                    path: FigureTarget, *, title: str, point: OperatingPoint, drive: str,
+                    bounds: tuple[float, float], overwrite: bool = True) -> None:
+    """
+    Draw matched modes row by row, those with the largest growth rates at most.
+
+    Parameters
+    ----------
+    found : BrakeComparison
+        The brakes.
+    rows : sequence of rows
+        Of `found.rows()`, those to show.
+    risks : sequence of DriveRisk
+        Of each brake; empty: there was no drive.
+    path : path or binary file
+        PNG, SVG or PDF.
+    title : str
+        Above it; empty: one by the names.
+    point : OperatingPoint
+        Of the first brake.
+    drive : str
+        Its name.
+    bounds : (2,) floats
+        Of the friction in which boundaries were looked for.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    """
+    names = [brake.name for brake in found.brakes]
+    shown = sorted(sorted(rows, key=lambda row: -_growth(row))[:_MOST], key=_frequency)
+    about = f'{point_words(point)}; matched by ' + '; '.join(dict.fromkeys(
+        match.basis for match in found.matches)) + (
+            f'; the {_MOST} of {len(rows)} modes that grow most' if len(rows) > _MOST else '')
+    with slide(path, title or ' and '.join(names), about, overwrite=overwrite) as figure:
+        panels = figure.subplots(1, 4 if risks else 3, width_ratios=(4, 3, 3, 2.2)[
+            :4 if risks else 3])
+        values = (_growths, _shifts, partial(_boundaries, found, bounds[1]))
+        for axes, value in zip(panels, values, strict=False):
+            _rows(axes, shown, value)
+        unstable = max(map(_growth, shown), default=0.0)
+        panels[0].set_xscale('symlog', linthresh=unstable if unstable > 0.0 else 10.0)
+        panels[0].axvline(0.0, color='black', linewidth=1.0)
+        panels[0].set(xlabel='growth rate  1/s\n(below zero logarithmic: stable)')
+        panels[0].set_yticks(range(len(shown)), [_label(row) for row in shown])
+        panels[1].set(xlabel=f'frequency against\n{names[0]}  %')
+        panels[2].set(xlabel=f'critical friction\n(at {bounds[1]:g}: stable up to it)',
+                      xlim=(bounds[0], bounds[1] + 0.03 * (bounds[1] - bounds[0])))
+        macs = panels[2].secondary_yaxis('right')
+        macs.set_yticks(range(len(shown)), [_macs(found, row) for row in shown], fontsize=12)
+        macs.tick_params(length=0)
+        panels[2].set_title('MAC', loc='right', fontsize=13)
+        if risks:
+            _risks(panels[3], names, risks, drive)
+        _legend(figure, panels[0], names)
+
+
+def _growth(row: _Row) -> float:
+    return max(mode.growth_rate for mode in row if mode is not None)
+
+
+def _frequency(row: _Row) -> float:
+    return next(mode.frequency_hz for mode in row if mode is not None)
+
+
+def _label(row: _Row) -> str:
+    mode = next(mode for mode in row if mode is not None)
+    return f'{mode.identity}  {mode.component}  {mode.frequency_hz:.0f} Hz'
+
+
+def _macs(found: BrakeComparison, row: _Row) -> str:
+    values = [mac_of(found, row, place) for place in range(1, len(row))]
+    return ', '.join('–' if math.isnan(value) else f'{value:.2f}' for value in values)
+
+
+def _growths(row: _Row) -> list[float]:
+    return [math.nan if mode is None else mode.growth_rate for mode in row]
+
+
+def _shifts(row: _Row) -> list[float]:
+    first = row[0]
+    return [math.nan if mode is None or first is None
+            else 100.0 * (mode.frequency_hz / first.frequency_hz - 1.0) for mode in row]
+
+
+def _boundaries(found: BrakeComparison, bound: float, row: _Row) -> list[float]:
+    """Return critical frictions: the bound where a mode is stable up to it, NaN: not known."""
+    return [math.nan if mode is None or not brake.boundaries_known
+            else bound if math.isnan(mode.critical_friction) else mode.critical_friction
+            for brake, mode in zip(found.brakes, row, strict=True)]
+
+
+def _rows(axes: Any, rows: Sequence[_Row], values: Callable[[_Row], list[float]]) -> None:
+    """Draw a marker a brake in each row, joined by a line."""
+    for place, row in enumerate(rows):
+        middle = 0.5 * (len(row) - 1)
+        marks = [(value, place + _APART * (i - middle), SEVERAL[i % len(SEVERAL)])
+                 for i, value in enumerate(values(row)) if not math.isnan(value)]
+        axes.plot([x for x, *_ in marks], [y for _, y, _ in marks], color=GREY, linewidth=1.2,
+                  zorder=1)
+        for x, y, look in marks:
+            axes.plot(x, y, look.marker, color=look.colour, markersize=9, zorder=2,
+                      clip_on=False)
+    axes.set(ylim=(len(rows) - 0.5, -0.5), yticks=[])
+    axes.grid(axis='x', color='0.88')
+    for line in np.arange(0.5, len(rows) - 1.0):
+        axes.axhline(line, color='0.93', linewidth=0.8, zorder=0)
+    axes.margins(x=0.08)
+
+
+def _risks(axes: Any, names: Sequence[str], risks: Sequence[DriveRisk], drive: str) -> None:
+    """Draw mean risks as bars, with the largest; what is not known is said to be."""
+    for place, risk in enumerate(risks):
+        look: Look = SEVERAL[place % len(SEVERAL)]
+        if risk.unknown:
+            axes.text(place, 0.02, 'not known', rotation=90, ha='center', va='bottom')
+            continue
+        axes.bar(place, risk.mean_risk, width=0.6, color=look.colour, hatch=look.hatch,
+                 edgecolor='white')
+        axes.plot([place - 0.3, place + 0.3], 2 * [risk.peak_risk], color='black', linewidth=2.0)
+        axes.annotate(f'{risk.mean_risk:.2f}', (place, risk.mean_risk), (0, 4), ha='center',
+                      textcoords='offset points')
+    axes.set(ylim=(0.0, 1.05), xlim=(-0.6, len(names) - 0.4), xticks=[],
+             ylabel='squeal risk while braking', xlabel=f'mean over {drive}\n(line: largest)')
+    axes.grid(axis='y', color='0.88')
+
+
+def _legend(figure: Any, axes: Any, names: Sequence[str]) -> None:
+    handles = [axes.plot([], [], look.marker, color=look.colour, markersize=11, label=name)[0]
+               for name, look in zip(names, SEVERAL * (1 + len(names) // len(SEVERAL)),
+                                     strict=False)]
+    figure.legend(handles=handles, loc='outside lower center', ncols=min(len(names), 4),
+                  frameon=False)
