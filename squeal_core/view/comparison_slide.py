@@ -67,9 +67,9 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
     with slide(path, title or ' and '.join(names), about, overwrite=overwrite) as figure:
         panels = figure.subplots(1, 4 if risks else 3, width_ratios=(4, 3, 3, 2.2)[
             :4 if risks else 3])
-        values = (_growths, _shifts, partial(_boundaries, found, bounds[1]))
-        for axes, value in zip(panels, values, strict=False):
-            _rows(axes, shown, value)
+        _rows(panels[0], shown, _growths)
+        _rows(panels[1], shown, _shifts)
+        _rows(panels[2], shown, partial(_boundaries, found, bounds[1]))
         unstable = max(map(_growth, shown), default=0.0)
         panels[0].set_xscale('symlog', linthresh=unstable if unstable > 0.0 else 10.0)
         panels[0].axvline(0.0, color='black', linewidth=1.0)
