@@ -20,7 +20,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
-from scipy.stats import qmc
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import SquealError
 
@@ -184,6 +183,8 @@ def prior_ensemble(prior: EnsemblePrior) -> Ensemble:
     normal distribution; the same bits for the same prior.
 
     """
+    from scipy.stats import qmc  # slow to load, and few commands draw
+
     points = qmc.Sobol(len(MEMBERS), seed=prior.seed).random(prior.count)
     points = points[points[:, 1].argsort()]  # a growth emulator evaluates them fastest then
     return Ensemble(*persistent(prior, ndtri(points)), weights=np.ones(prior.count),

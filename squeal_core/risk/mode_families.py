@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy  # its parts are loaded at first use: optimize is slow to load
 from scipy.sparse.csgraph import connected_components
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
@@ -93,7 +93,7 @@ class ReferenceModes:
         The projections (N, n) are on the references; a mode without a number is left out.
         """
         projections = np.abs(self.at(stiffness).T @ shapes) ** 2
-        numbers, columns = linear_sum_assignment(-projections)
+        numbers, columns = scipy.optimize.linear_sum_assignment(-projections)
         return numbers, columns, projections
 
 
@@ -107,7 +107,7 @@ def _followed(model: BrakeModel, stiffnesses: FloatArray) -> Iterator[FloatArray
                 matrix = matrix + factor * array
         shapes = np.linalg.eigh(matrix)[1]
         if before is not None:
-            shapes = shapes[:, linear_sum_assignment(-(before.T @ shapes) ** 2)[1]]
+            shapes = shapes[:, scipy.optimize.linear_sum_assignment(-(before.T @ shapes) ** 2)[1]]
         yield shapes
         before = shapes
 
