@@ -17,7 +17,7 @@ PYTHON_NEWEST ?= $(call interpreter,3.14 3.13 3.12 3.11)
 WORKERS := $(shell n=$$(getconf _NPROCESSORS_ONLN || echo 2); echo $$((n < 2 ? 2 : n > 4 ? 4 : n)))
 PARALLEL := -n $(WORKERS) --dist loadfile
 PYTEST := -m pytest $(PARALLEL)
-SOURCES := squeal_core squeal_ros test launch benchmark examples setup.py
+SOURCES := squeal_core squeal_ros test launch benchmark examples docs setup.py
 # byte code is compiled at first use: most of it never is
 PIP := -m pip install --quiet --no-compile --disable-pip-version-check
 # $(call found,INTERPRETER,WHAT IT IS,VARIABLE)
@@ -39,15 +39,24 @@ COLCON_TESTS := $(addprefix test/,model/test_model_file.py \
 	node/test_layouts.py node/test_process.py node/test_security_policy.py \
 	node/test_state_message.py)
 
-.PHONY: demo test soak test-ubuntu24 test-newest colcon squeal-msgs lint benchmark clean help
+comma := ,
+# $(call step,WHAT): said before a step that takes a while
+step = @echo 'make: $(1)'
+
+.PHONY: demo docs test soak test-ubuntu24 test-newest colcon squeal-msgs lint benchmark clean help
 
 help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot in demo_output/
+	$(call step,node and player of a drive of 10 minutes at 8 times real time$(comma) then its replay: about 2 minutes)
 	@$(BIN)/squeal demo --force
 
-test: $(VENV)/installed  ## all tests
+docs: $(VENV)/developing  ## the documentation as a site in build/docs; open build/docs/index.html
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo 'make: written: build/docs/index.html'
+
+test: $(VENV)/developing  ## all tests
 	$(BIN)/python $(PYTEST)
 
 test-ubuntu24: .venv-ubuntu24/installed  ## all tests on Ubuntu 24.04's Python, numpy and scipy
@@ -69,16 +78,16 @@ colcon: .venv-colcon/installed  ## colcon build of both packages and colcon test
 
 squeal-msgs: $(VENV)/squeal-msgs  ## squeal_msgs as a wheel, in .venv; needs a C++ compiler
 
-soak: $(VENV)/installed  ## the long forms of tests: storms, floods, an hour of driving; half an hour
+soak: $(VENV)/developing  ## the long forms of tests: storms, floods, an hour of driving; half an hour
 	$(BIN)/python -m pytest -m soak -s -q test
 
-lint: $(VENV)/installed  ## ruff, mypy, and flake8 and pep257 as ament has them
+lint: $(VENV)/developing  ## ruff, mypy, and flake8 and pep257 as ament has them
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/ament_flake8 $(SOURCES) > $(VENV)/flake8 || { cat $(VENV)/flake8; exit 1; }
 	$(BIN)/ament_pep257 $(SOURCES) > $(VENV)/pep257 2>&1 || { cat $(VENV)/pep257; exit 1; }
 
-benchmark: $(VENV)/installed  ## timings, printed
+benchmark: $(VENV)/developing  ## timings, printed
 	$(BIN)/python benchmark/full_solve.py
 
 clean:  ## remove the environments and what was made
@@ -89,7 +98,13 @@ $(VENV)/installed: setup.py pyproject.toml
 		'which: make demo PYTHON=/path/to/python3.12' >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { echo 'make: no environment: $(PYTHON) lacks venv (Debian,' \
 		'Ubuntu: apt install python3-venv)' >&2; rm -rf $(VENV); exit 1; }
-	$(BIN)/python $(PIP) -e '.[all,test,lint,browser]'
+	$(call step,installing into $(VENV): ROS 2 as wheels$(comma) numpy$(comma) scipy$(comma) readers$(comma) plots)
+	@$(BIN)/python $(PIP) -e '.[all]'
+	@touch $@
+
+$(VENV)/developing: $(VENV)/installed
+	$(call step,installing tools to test$(comma) lint and write documentation into $(VENV))
+	@$(BIN)/python $(PIP) -e '.[all,test,lint,browser,docs]'
 	@touch $@
 
 # numpy 1.26 lets pyNastran in, too: here OP2 files are tested

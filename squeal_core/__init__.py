@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from squeal_core.stability.critical_parameter import critical_value
     from squeal_core.studies.sweep import sweep
 
-__version__ = '0.1.0'  # the one place: pyproject.toml reads it, a test holds package.xml to it
+__version__ = '0.2.0'  # the one place: pyproject.toml reads it, a test holds package.xml to it
 
 __all__ = [
     '__version__', 'BrakeModel', 'build_model', 'complex_modes', 'critical_value', 'load_settings',

@@ -31,8 +31,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))['project']
 EXTRAS: dict[str, list[str]] = PROJECT['optional-dependencies']
-CODE = ('squeal_core', 'squeal_ros', 'test', 'launch', 'benchmark', 'examples')
-FOLDERS = (*CODE, 'config', 'docs', 'resource', 'squeal_msgs')
+CODE = ('squeal_core', 'squeal_ros', 'test', 'launch', 'benchmark', 'examples', 'docs')
+FOLDERS = (*CODE, 'config', 'resource', 'squeal_msgs')
 SOURCES = [ROOT / 'setup.py', *(path for folder in CODE
                                 for path in sorted((ROOT / folder).rglob('*.py')))]
 LEFT_OUT = re.compile(r'(^|/)(__pycache__|\.[^/]*|[^/]*\.egg-info)(/|$)|\.py[cod]$')

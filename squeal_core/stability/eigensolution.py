@@ -111,7 +111,7 @@ class Mode(NamedTuple):
 
     @property
     def damping_ratio(self) -> float:
-        """-Re(lambda)/|lambda| [-]; negative grows; 0 for a root at zero."""
+        """-Re(lambda) over the magnitude of lambda [-]; negative grows; 0 at zero."""
         if self.kind == 'rigid':
             return 0.0
         return -self.eigenvalue.real / abs(self.eigenvalue)

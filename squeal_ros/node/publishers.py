@@ -124,7 +124,7 @@ def why_no_state(library: RosMessages) -> str:
         deserialize_message(state_message.serialised_state(unknown),
                             library.type(state_message.TYPE))
     except ConfigurationError:
-        return 'squeal_msgs is not installed here; build it (README.md)'
+        return 'squeal_msgs is not installed here; build it (docs/install.md)'
     except Exception as error:  # on PYTHONPATH, but its libraries are not found
         return f'squeal_msgs cannot be used ({in_one_line(error, 200)}); source its workspace'
     return ''

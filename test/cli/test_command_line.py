@@ -32,6 +32,7 @@ from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from support.brake_monitors import small_model
 from support.commands import squeal
 from support.rows import each
+import yaml
 
 ROOT = Path(__file__).parents[2]
 POINT = OperatingPoint(rotor_speed=5.0, friction=0.4, contact_pressure=3.6e5,
@@ -48,6 +49,14 @@ def small(tmp_path: Path) -> str:
 def test_one_version_everywhere() -> None:
     package = ElementTree.parse(ROOT / 'package.xml').getroot().findtext('version')
     assert squeal_core.__version__ == package
+    messages = ElementTree.parse(ROOT / 'squeal_msgs' / 'package.xml').getroot()
+    assert messages.findtext('version') == package
+    cited = yaml.safe_load((ROOT / 'CITATION.cff').read_text(encoding='utf-8'))
+    released = re.search(r'^(\d+\.\d+\.\d+) \((\d{4}-\d\d-\d\d)\)\n-+$',
+                         (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8'), re.MULTILINE)
+    assert released
+    assert (cited['version'], str(cited['date-released'])) == released.groups()
+    assert released[1] == package
     for name in ('setup.py', 'pyproject.toml'):  # neither states a number of its own
         assert not re.search(r'^\s*version\s*=\s*[\'"]\d',
                              (ROOT / name).read_text(encoding='utf-8'), re.MULTILINE)
