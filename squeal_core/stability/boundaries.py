@@ -176,4 +176,4 @@ class Boundaries:
 
     def _quoted(self, value: float) -> str:
         name = 'mu' if self.parameter == 'friction' else self.parameter.replace('_', ' ')
-        return f'{name} = {value:.4g}{_UNITS[self.parameter]}'
+        return f'{name} = {value:.4g}{_UNITS.get(self.parameter, "")}'

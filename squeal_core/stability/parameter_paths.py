@@ -30,6 +30,8 @@ Law: TypeAlias = bool | Literal['slope']
 """What follows the friction law: nothing, friction and slope, or the slope alone."""
 PARAMETERS = ('rotor_speed', 'friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
 _COORDINATES = (*PARAMETERS, 'damping_scale')
+OPERATING = (*_COORDINATES, 'preload', 'pressure')
+"""What `moved` takes: with preload [N] and brake pressure [Pa] it moves the contact pressure."""
 
 
 def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> MatrixPath:
@@ -49,15 +51,19 @@ def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> Ma
 def moved(model: BrakeModel, point: OperatingPoint, parameter: str, value: float, *,
           friction_law: Law = False) -> OperatingPoint:
     """
-    Return a point with one parameter set.
+    Return a point with one parameter of `OPERATING` set.
 
     With friction its slope goes in proportion, as that of a law scaled to a measured friction;
     with contact pressure the contact stiffness, in proportion to the model's table; with
     `friction_law` friction and slope are the law's at the (new) speed, or with 'slope' the slope
     alone, scaled to the friction.
     """
-    if parameter not in PARAMETERS:
-        raise OperatingPointError(f'parameter is {parameter}; give one of {", ".join(PARAMETERS)}')
+    if parameter not in OPERATING:
+        raise OperatingPointError(f'parameter is {parameter}; give one of {", ".join(OPERATING)}')
+    if parameter in ('preload', 'pressure'):
+        value = (value / model.contact_area if parameter == 'preload'
+                 else model.contact_pressure(value))
+        parameter = 'contact_pressure'
     there = replace(point, **{parameter: value})
     if parameter == 'friction' and point.friction != 0.0:
         there = replace(there, friction_slope=point.friction_slope * value / point.friction)

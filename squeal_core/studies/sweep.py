@@ -33,7 +33,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.mode_tracking import track
-from squeal_core.stability.parameter_paths import by_law, Law, moved, PARAMETERS
+from squeal_core.stability.parameter_paths import Law, PARAMETERS
+from squeal_core.studies.point_options import point_with
 from squeal_core.studies.sweep_record import make_sweep, Sweep
 
 _CHUNK = 8  # points a worker takes at a time
@@ -89,7 +90,7 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
 
     """
     grid = _grid(axes, friction_law)
-    points = [_point(model, point, dict(zip(grid, values, strict=True)), friction_law)
+    points = [point_with(model, point, dict(zip(grid, values, strict=True)), friction_law)
               for values in product(*grid.values())]
     about = {'model': str(model.provenance.get('brake', ''))[:200], 'rotation': rotation,
              'friction_law': friction_law, 'tracked': tracked,
@@ -127,14 +128,6 @@ def _grid(axes: Mapping[str, ArrayLike], friction_law: Law) -> dict[str, FloatAr
     if not all(values.ndim == 1 and values.size for values in grid.values()):
         raise SquealError(f'axes: shapes {[v.shape for v in grid.values()]}; give lists of values')
     return grid
-
-
-def _point(model: BrakeModel, point: OperatingPoint, values: Mapping[str, float],
-           friction_law: Law) -> OperatingPoint:
-    # what another parameter would carry along comes last
-    for name in sorted(values, key=lambda name: name in ('friction_slope', 'contact_stiffness')):
-        point = moved(model, point, name, float(values[name]))
-    return by_law(model, point, friction_law) if friction_law else point
 
 
 def _solved(jobs: Mapping[int, Any], workers: int) -> Iterator[tuple[int, _Row]]:

@@ -16,6 +16,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import fields
 import math
 from pathlib import Path
 
@@ -24,39 +25,20 @@ from squeal_core.common import resources
 from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.common.output import check_target, OutputError
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.studies.point_options import PointOptions
 
-DEFAULT_PRELOAD = 2000.0  # N, K09 table 1
 MOST_WORKERS = 256
 
 
 def operating_point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:
     """Make the operating point that the options describe."""
-    law = model.friction_law
-    speed = model.contact_radius * options.rotor_speed
-    friction, slope = options.friction, options.friction_slope
-    if law is None and (friction is None or options.friction_law):
-        raise SquealError('this model has no friction law; give --friction and --friction-slope')
-    if slope is None:
-        slope = 0.0
-        if law is not None and (options.friction_law or friction is None):
-            slope = law.slope_at(speed, law.coefficient(speed) if friction is None else friction)
-    if friction is None and law is not None:
-        friction = law.coefficient(speed)
-    contact_pressure = _preload(model, options) / model.contact_area
-    return OperatingPoint(
-        rotor_speed=options.rotor_speed, friction=math.copysign(friction, options.rotor_speed),
-        friction_slope=slope, contact_pressure=contact_pressure,
-        contact_stiffness=model.contact_stiffness_at(contact_pressure)
-        if options.contact_stiffness is None else options.contact_stiffness,
-        damping_scale=options.damping_scale)
+    return point_options(options).at(model)
 
 
-def _preload(model: BrakeModel, options: argparse.Namespace) -> float:
-    if options.pressure is None:
-        return DEFAULT_PRELOAD if options.preload is None else float(options.preload)
-    if model.caliper is None:
-        raise SquealError('--pressure: this model has no caliper; give --preload')
-    return model.caliper.preload(options.pressure)
+def point_options(options: argparse.Namespace) -> PointOptions:
+    """Return the options of an operating point."""
+    return PointOptions(**{item.name: getattr(options, item.name)
+                           for item in fields(PointOptions)})
 
 
 def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] = (), *,

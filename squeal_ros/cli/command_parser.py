@@ -71,14 +71,25 @@ def add_without_rotation(p: argparse.ArgumentParser) -> None:
 
 
 def add_sweep(p: argparse.ArgumentParser, default: str) -> None:
-    add_model(p)
+    p.add_argument('model', metavar='MODEL|BRAKE.yaml',
+                   help='path of a model file, a shipped name, or a brake description')
     add_point(p, needs_speed=False)
-    p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT', help=default)
+    add_study(p, default)
+
+
+def add_study(p: argparse.ArgumentParser, default: str) -> None:
+    """Add what is swept, and where it is computed and written."""
+    p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT',
+                   help='a parameter, or the path of a number of the brake description '
+                   f'(disc.rotor_thickness_mm=14:18:5); any number of them; {default}')
     p.add_argument('-o', '--output', metavar='FILE', help='record, .npz, .csv or .json')
     p.add_argument('--plot', metavar='PNG')
     add_force(p)
     p.add_argument('--title', default='')
     p.add_argument('--workers', type=int, default=0, metavar='N', help='processes (default: one)')
+    p.add_argument('--scheduler', metavar='ADDRESS', help='of a Dask cluster: tcp://HOST:8786')
+    p.add_argument('--no-cache', action='store_true',
+                   help="keep no solved parts of brakes in the user's cache")
     p.add_argument('--json', action='store_true')
 
 

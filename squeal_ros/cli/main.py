@@ -175,8 +175,13 @@ def _modes(p: argparse.ArgumentParser) -> None:
 
 def _map(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('stability_map'))
-    add_sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal; twice: two parameters')
+    add_sweep(p, 'default: contact_stiffness from 1 to 200 %% of nominal')
     add_without_rotation(p)
+    p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
+                   help='Hz, of the least stable mode over several parameters')
+    p.add_argument('--exact', action='store_true', help='solve every point in full')
+    p.add_argument('--error', type=float, metavar='1/S',
+                   help='of growth rates that are not (default: 0.1 1/s for kang2009)')
 
 
 def _locus(p: argparse.ArgumentParser) -> None:
@@ -203,8 +208,7 @@ def _verify(p: argparse.ArgumentParser) -> None:
 
 def _critical(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('critical'))
-    add_model(p)
-    add_point(p, needs_speed=True)
+    add_sweep(p, 'default: none, one point')
     p.add_argument('--parameter', default='friction', metavar='NAME', help='default friction')
     p.add_argument('--bounds', type=float, nargs=2, metavar=('LOW', 'HIGH'),
                    help='default: friction 0 to 1, else up to twice what it is')
@@ -213,7 +217,6 @@ def _critical(p: argparse.ArgumentParser) -> None:
     p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
                    help='Hz, default {:g} {:g}'.format(*SQUEAL_BAND))
     add_without_rotation(p)
-    p.add_argument('--json', action='store_true')
 
 
 def _tabulate(p: argparse.ArgumentParser) -> None:

@@ -28,11 +28,13 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import did_you_mean, short_repr, SquealError
+from squeal_core.common.errors import short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value, CriticalValue
 from squeal_core.stability.mechanism import without_rotation
-from squeal_core.stability.parameter_paths import Law, moved, PARAMETERS
+from squeal_core.stability.parameter_paths import Law, moved, OPERATING, PARAMETERS
+from squeal_core.studies.study_file import RECORDS as STUDIES
+from squeal_core.studies.study_tasks import CriticalTask, default_bounds, LocusTask, MapTask
 from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep
 from squeal_core.studies.sweep_record import Sweep
@@ -41,8 +43,9 @@ from squeal_ros.cli.arguments import check_output, check_workers, operating_poin
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
 from squeal_ros.cli.listing import sweep_lines, sweep_rows
 from squeal_ros.cli.point_checks import check_band, check_point, check_values
+from squeal_ros.cli.study_commands import is_study, study
+from squeal_ros.cli.swept_axes import follows_law, read_axes, settle_point, StudySource
 
-MOST_POINTS = 100_000
 PICTURES = ('.png', '.svg', '.pdf')
 _Draw: TypeAlias = Callable[[Sweep], None]
 
@@ -50,14 +53,19 @@ _Draw: TypeAlias = Callable[[Sweep], None]
 def stability_map(options: argparse.Namespace) -> int:
     """Frequencies of all modes over a parameter, or the growth rate over two."""
     _check(options)
-    model, point, axes = _start(options, 'contact_stiffness')
+    source, axes, law = _start(options, 'contact_stiffness')
+    if is_study(options, axes, most=2):
+        check_band(options.band)
+        return study(options, source, axes, MapTask(
+            band=tuple(options.band), exact=options.exact, growth_error=options.error), law)
+    model = source.model
     draw: _Draw | None = None
     if options.plot:
         from squeal_core.view.stability_map import plot_growth_map, plot_stability_map
         plot = plot_stability_map if len(axes) == 1 else plot_growth_map
         draw = partial(plot, path=options.plot, title=options.title,
                        overwrite=options.force)
-    record = _run(model, point, axes, options, tracked=False,
+    record = _run(model, axes, options, law, tracked=False,
                   rotation=not options.without_rotation)
     return _report(record, options, draw)
 
@@ -67,9 +75,12 @@ def locus(options: argparse.Namespace) -> int:
     _check(options)
     if options.without_rotation and options.output:
         check_output('--output', _beside(options.output), force=options.force)
-    model, point, axes = _start(options, 'friction')
-    if len(axes) > 1:
-        raise SquealError('--over: a locus runs over one parameter; `squeal map` takes two')
+    source, axes, law = _start(options, 'friction')
+    if is_study(options, axes, most=1):
+        if options.picture == 'bubbles':
+            raise SquealError('--picture bubbles: it shows one parameter of the operation')
+        return study(options, source, axes, _locus_task(options, axes), law)
+    model = source.model
     _check_numbers(options.modes, model)
     draw: Callable[..., None] | None = None
     if options.plot:
@@ -79,9 +90,9 @@ def locus(options: argparse.Namespace) -> int:
         draw = (partial(_bubbles, model, options.workers, **kept) if options.picture == 'bubbles'
                 else partial(plot_loci, numbers=options.modes, **kept) if options.modes
                 else partial(plot_growth_rates, **kept))
-    record, without = _run(model, point, axes, options, tracked=True), None
+    record, without = _run(model, axes, options, law, tracked=True), None
     if options.without_rotation and record.complete:
-        without = _run(model, point, axes, options, tracked=True, rotation=False)
+        without = _run(model, axes, options, law, tracked=True, rotation=False)
         if options.output:
             save_sweep(without, _beside(options.output), overwrite=options.force)
     if draw and options.modes and options.picture == 'lines':
@@ -97,21 +108,37 @@ def _bubbles(model: BrakeModel, workers: int, record: Sweep, **kept: Any) -> Non
     plot_bubbles(record, modes, mode_names(model, record, modes), **kept)
 
 
+def _locus_task(options: argparse.Namespace, axes: dict[str, FloatArray]) -> LocusTask:
+    if not options.modes:
+        raise SquealError('--modes: give the modes to follow, as 13,14, over more than one '
+                          'parameter or a dimension')
+    if min(options.modes) < 1:
+        raise SquealError(f'--modes: {short_repr(options.modes)}; give numbers of modes, from 1')
+    return LocusTask(numbers=tuple(options.modes), along=next(iter(axes)) in OPERATING)
+
+
 def critical(options: argparse.Namespace) -> int:
     """Where a parameter has a mode begin to grow, bracketed and confirmed."""
-    if options.parameter not in PARAMETERS:
-        raise SquealError(f'--parameter: is {short_repr(options.parameter)}; give one of '
-                          f'{", ".join(PARAMETERS)}{did_you_mean(options.parameter, PARAMETERS)}')
+    source = StudySource(options.model, cache_of(options))
     check_point(options)
-    check_values(f'--bounds of {options.parameter}', options.parameter, options.bounds or ())
     check_band(options.band)
-    model = BrakeModel.load(options.model)
+    parameter = source.parameter('--parameter', options.parameter)
+    _check_bounds(options, parameter, source)
+    axes = read_axes(options.over or [], source)
+    if axes or parameter not in PARAMETERS:
+        return _critical_study(options, source, axes)
+    if options.output or options.plot:
+        raise SquealError('--output, --plot: one critical value is printed; sweep with --over')
+    model = source.model
     _check_numbers(options.modes, model)
     if options.without_rotation:
         model = without_rotation(model)
-    point, law = operating_point(model, options), _law(model, options, options.parameter)
+    options.rotor_speed = 5.0 if options.rotor_speed is None else options.rotor_speed
+    point = operating_point(model, options)
+    law = follows_law(model.friction_law is not None, options, options.parameter)
     found = critical_value(
-        model, point, options.parameter, options.bounds or _bounds(point, options.parameter),
+        model, point, options.parameter,
+        options.bounds or default_bounds(point, options.parameter),
         numbers=options.modes, band_hz=tuple(options.band),
         ray=partial(moved, model, point, options.parameter, friction_law=law))
     if options.json:
@@ -131,15 +158,34 @@ def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law) -> No
         print(f'{way}: {crossing.reason}')
 
 
-def _bounds(point: OperatingPoint, parameter: str) -> tuple[float, float]:
-    """Where to search by default: friction from 0 to 1, all else up to twice what it is."""
-    if parameter == 'friction':
-        return (0.0, 1.0) if point.friction >= 0.0 else (-1.0, 0.0)
-    start = float(getattr(point, parameter))
-    # a speed of zero is no sliding
-    least = 0.05 * start if parameter == 'rotor_speed' else 0.0
-    low, high = sorted((least, 2.0 * start))
-    return low, high
+def _check_bounds(options: argparse.Namespace, parameter: str, source: StudySource) -> None:
+    if parameter in PARAMETERS:
+        check_values(f'--bounds of {parameter}', parameter, options.bounds or ())
+        return
+    if parameter in OPERATING:
+        raise SquealError(f'--parameter: {parameter} is none to search along; give one of '
+                          f'{", ".join(PARAMETERS)}, or a path of the brake description')
+    start = source.require_design(parameter).number(parameter)
+    if options.modes:
+        raise SquealError(f'--modes: along {parameter} any mode in --band is meant; leave it out')
+    if not options.bounds or not options.bounds[0] <= start <= options.bounds[1]:
+        raise SquealError(f'--bounds: give the lowest and the highest {parameter}, on either side '
+                          f'of {start:g}')
+
+
+def _critical_study(options: argparse.Namespace, source: StudySource,
+                    axes: dict[str, FloatArray]) -> int:
+    """Critical values at each point of a grid, or along a dimension."""
+    check_workers(options.workers)
+    check_output('--output', options.output, STUDIES, force=options.force)
+    check_output('--plot', options.plot, PICTURES, force=options.force)
+    if options.parameter in axes:
+        raise SquealError(f'--over: {options.parameter} is what is searched along; leave it out')
+    along = follows_law(source.has_friction_law, options, options.parameter)
+    law = settle_point(options, axes, source)
+    return study(options, source, axes, CriticalTask(
+        parameter=options.parameter, bounds=tuple(options.bounds) if options.bounds else None,
+        numbers=tuple(options.modes), band=tuple(options.band), law=along), law)
 
 
 def verify(options: argparse.Namespace) -> int:
@@ -175,65 +221,32 @@ def _check_numbers(numbers: list[int], model: BrakeModel) -> None:
 
 
 def _start(options: argparse.Namespace,
-           default: str) -> tuple[BrakeModel, OperatingPoint, dict[str, FloatArray]]:
-    model = BrakeModel.load(options.model)
-    spans = [_axis(text) for text in options.over or []]
-    axes = dict(spans)
+           default: str) -> tuple[StudySource, dict[str, FloatArray], Law]:
+    """Return what is swept, of which brake, and what follows the friction law."""
     check_point(options)
-    for name, values in axes.items():
-        check_values(f'--over {name}', name, {float(values[0]), float(values[-1])})
-    if len(axes) < len(spans):
-        raise SquealError(f'--over: {", ".join(name for name, _ in spans)}; give each one once')
+    source = StudySource(options.model, cache_of(options))
+    axes = read_axes(options.over or [], source)
     if not axes:
-        nominal = model.nominal_contact_stiffness
+        nominal = source.model.nominal_contact_stiffness
         axes = {'contact_stiffness': np.linspace(0.01, 2.0, 100) * nominal,
                 'friction': np.linspace(0.0, 0.8, 81)}
         axes = {default: axes[default]}
-    if options.rotor_speed is None:
-        options.rotor_speed = float(axes['rotor_speed'][0]) if 'rotor_speed' in axes else 5.0
-    options.law = _law(model, options, *axes)
-    if 'friction' in axes and options.friction is None:
-        # what is swept is given: constant friction, or a law's scaled to it, as with --friction
-        options.friction = float(np.abs(axes['friction']).max()) or 1.0
-    return model, operating_point(model, options), axes
+    return source, axes, settle_point(options, axes, source)
 
 
-def _law(model: BrakeModel, options: argparse.Namespace, *swept: str) -> Law:
-    """Return what follows the friction law as the speed changes: by default what is not given."""
-    if 'rotor_speed' not in swept or 'friction_slope' in swept:
-        return False
-    if 'friction' in swept or options.friction is not None:
-        return 'slope' if options.friction_law else False
-    if options.friction_slope is not None:
-        raise SquealError('--friction-slope: friction would follow its law and the slope would '
-                          'not; give --friction too')
-    return model.friction_law is not None
+def cache_of(options: argparse.Namespace) -> str | None:
+    """Return the folder of solved parts of brakes."""
+    return None if options.no_cache else str(resources.cache_folder())
 
 
-def _axis(text: str) -> tuple[str, FloatArray]:
-    """Read `friction=0:0.8:81`: from, to, number of points."""
-    name, _, span = text.partition('=')
-    try:
-        start, stop, count = span.split(':')
-        ends = float(start), float(stop)
-        if name not in PARAMETERS or not 1 <= int(count) <= MOST_POINTS or not all(
-                map(math.isfinite, ends)):
-            raise ValueError
-        return name, np.linspace(*ends, int(count))
-    except ValueError:
-        near = '' if name in PARAMETERS else did_you_mean(name, PARAMETERS)
-        raise SquealError(
-            f'--over: {short_repr(text)} is no axis; write NAME=FROM:TO:COUNT with a name out of '
-            f'{", ".join(PARAMETERS)}, at most {MOST_POINTS} points{near}') from None
-
-
-def _run(model: BrakeModel, point: OperatingPoint, axes: dict[str, FloatArray],
-         options: argparse.Namespace, *, tracked: bool, rotation: bool = True) -> Sweep:
+def _run(model: BrakeModel, axes: dict[str, FloatArray], options: argparse.Namespace, law: Law, *,
+         tracked: bool, rotation: bool = True) -> Sweep:
     if options.output:
         check_size(math.prod(map(len, axes.values())), model.size)
     with ProgressBar('points') as progress:
-        return sweep(model, point, axes, rotation=rotation, tracked=tracked,
-                     workers=options.workers, friction_law=options.law, progress=progress)
+        return sweep(model, operating_point(model, options), axes, rotation=rotation,
+                     tracked=tracked, workers=options.workers, friction_law=law,
+                     progress=progress)
 
 
 def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,

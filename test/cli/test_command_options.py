@@ -46,7 +46,7 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
     (['map', '--over', 'mu=0:1:2'], 'contact_stiffness'),
     (['map', '--over', 'rotor_speed=1:5:2', '--friction-slope', '-0.1'], 'give --friction too'),
     (['map', *FEW, '--workers', '-1'], '--workers: is -1'),
-    (['locus', *FEW, '--over', 'rotor_speed=1:5:2'], '`squeal map` takes two'),
+    (['locus', *FEW, '--over', 'rotor_speed=1:5:2'], '--modes: give the modes to follow'),
     (['locus', *FEW, '--modes', '25,93'], '1 to 92'),
     (['critical', '--rotor-speed', '5', '--modes', '0'], '1 to 92'),
     (['critical', '--rotor-speed', '5', '--parameter', 'mu'], "'mu'")])

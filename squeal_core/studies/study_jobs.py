@@ -1,0 +1,97 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""The jobs of a study, done in whatever process: parts of brakes, boxes of operating points."""
+
+from contextlib import suppress
+import hashlib
+from itertools import product
+import json
+import math
+
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.errors import OperatingPointError, SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.mechanism import without_rotation
+from squeal_core.stability.parameter_paths import OPERATING
+from squeal_core.studies.design import BrakeDesign, DesignModels
+from squeal_core.studies.point_options import point_with
+from squeal_core.studies.study_checkpoint import BoxResult
+from squeal_core.studies.study_spec import StudySpec, Values
+from squeal_core.studies.study_tasks import CriticalTask, StudyPlace
+from squeal_core.surrogate.grid_stability import Box
+
+_opened: dict[str, DesignModels] = {}  # of this process: jobs of one study come one by one
+
+
+def _models(spec: StudySpec) -> DesignModels:
+    assert isinstance(spec.source, BrakeDesign)
+    key = hashlib.sha256(json.dumps([
+        spec.source.content, dict(spec.source.settings), str(spec.source.folder), spec.cache],
+        default=str).encode()).hexdigest()
+    if key not in _opened:
+        _opened.clear()
+        _opened[key] = DesignModels(spec.source, spec.cache)
+    return _opened[key]
+
+
+def solve_part(spec: StudySpec, values: Values, part: str) -> None:
+    """Solve the 'disc' or the 'pads' of a brake; what cannot be is told when it is assembled."""
+    with suppress(Exception):
+        _models(spec).solve_part(values, part)
+
+
+def solve_box(spec: StudySpec, values: Values, box: Box) -> BoxResult:
+    """Compute a box of operating points of one brake; why not, where there is no such brake."""
+    try:
+        model = _model(spec, values)
+    except SquealError as error:
+        return BoxResult({}, {}, str(error))
+    names = spec.operation
+    moves = [dict(zip(names, move, strict=True)) for move in product(*(
+        spec.axes[name][low:high].tolist() for name, (low, high) in zip(names, box, strict=True)))]
+    points, reason = _points(spec, model, moves)
+
+    def rebuilt(i: int, value: float) -> tuple[BrakeModel | None, OperatingPoint | None]:
+        with suppress(SquealError):
+            there = _model(spec, {**values, path: value})
+            return there, point_with(there, spec.options.at(there), moves[i], spec.law)
+        return None, None
+
+    path = spec.task.parameter if isinstance(spec.task, CriticalTask) else OPERATING[0]
+    along_design = path not in OPERATING
+    columns, counts = spec.task.solve(StudyPlace(
+        model=model, points=points, shape=[high - low for low, high in box],
+        rebuilt=rebuilt if along_design else None,
+        start=_models(spec).design.number(path) if along_design else math.nan))
+    return BoxResult(columns, counts, reason)
+
+
+def _points(spec: StudySpec, model: BrakeModel,
+            moves: list[Values]) -> tuple[list[OperatingPoint | None], str]:
+    """Return the points, and why one of them cannot be."""
+    points: list[OperatingPoint | None] = []
+    base, reason = spec.options.at(model), ''
+    for move in moves:
+        try:
+            points.append(point_with(model, base, move, spec.law))
+        except OperatingPointError as error:
+            points.append(None)
+            reason = str(error)
+    return points, reason
+
+
+def _model(spec: StudySpec, values: Values) -> BrakeModel:
+    model = spec.source if isinstance(spec.source, BrakeModel) else _models(spec).model(values)
+    return model if spec.rotation else without_rotation(model)

@@ -1,0 +1,65 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What the axes of a study say, and what was not swept."""
+
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.ranges import SYMBOLS
+from squeal_core.studies.study_record import Study
+from squeal_core.surrogate.grid_stability import IMPOSSIBLE
+
+_UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0), 'friction': ('friction', '', 1.0),
+          'friction_slope': ('friction slope', 's/m', 1.0),
+          'contact_pressure': ('contact pressure', 'bar', 1e5),
+          'contact_stiffness': ('contact stiffness', '10⁹ N/m³', 1e9),
+          'damping_scale': ('damping scale', '', 1.0), 'preload': ('preload', 'kN', 1e3),
+          'pressure': ('brake pressure', 'bar', 1e5)}
+
+
+def parameter_in_words(name: str) -> tuple[str, str, float]:
+    """Return a parameter in words, the unit it is shown in, and that in the study's unit."""
+    if name in _UNITS:
+        return _UNITS[name]
+    words, _, unit = name.rpartition('_')
+    for suffix in sorted(SYMBOLS, key=len, reverse=True):
+        if name.endswith(f'_{suffix}'):
+            words, unit = name.removesuffix(f'_{suffix}'), SYMBOLS[suffix]
+            return words.replace('_', ' ').replace('.', ': '), unit, 1.0
+    return name.replace('_', ' ').replace('.', ': '), '', 1.0
+
+
+def study_axis(study: Study, name: str) -> tuple[FloatArray, str]:
+    """Return a parameter's values in the unit that is shown, and the axis' label."""
+    words, unit, factor = parameter_in_words(name)
+    return study.axes[name] / factor, f'{words}  {unit}'.rstrip()
+
+
+def study_conditions(study: Study) -> str:
+    """Return in words what was not swept, and what is not there."""
+    parts = [study.about['brake']] if study.about['brake'] else []
+    for name, value in study.about['point'].items():
+        if value is None or value is False or (name, value) == ('damping_scale', 1.0) or (
+                name == 'friction' and study.about['friction_law'] is True):
+            continue
+        words, unit, factor = parameter_in_words(name)
+        parts.append('slope by the law' if value is True
+                     else f'{words} {value / factor:g} {unit}'.rstrip())
+    if study.about['friction_law']:
+        parts.append('friction by its law of speed')
+    if not study.about['rotation']:
+        parts.append('without rotation')
+    impossible, left = study.count(IMPOSSIBLE), int((~study.done).sum())
+    parts += [f'{impossible} of {study.size} points impossible'] if impossible else []
+    parts += [f'{left} of {study.size} points not done'] if left else []
+    return ', '.join(parts)

@@ -1,0 +1,301 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Pictures of studies: lines over one parameter, a map over two, a matrix of projections over more.
+
+A projection shows two parameters; of all others it takes the worst point, and says so.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+try:
+    from matplotlib import colormaps, rc_context
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, Normalize, PowerNorm
+    from matplotlib.figure import Figure
+except ImportError as error:
+    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
+import numpy as np
+from squeal_core.common.arrays import FloatArray
+from squeal_core.studies.study_record import Study
+from squeal_core.surrogate.grid_stability import IMPOSSIBLE
+from squeal_core.view.saving import FigureTarget, save_figure
+from squeal_core.view.stability_map import axis_ends, GROWTH_OR_NOT, STYLE
+from squeal_core.view.study_labels import parameter_in_words, study_axis, study_conditions
+
+_SHARE = colormaps['Blues']
+_LINES = ('-', '--', '-.', ':')
+_COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
+_MOST_LINES = 60  # of one panel
+
+
+def plot_study(study: Study, path: FigureTarget, *, title: str = '',
+               overwrite: bool = True) -> None:
+    """
+    Draw a study.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    path : path or binary file
+        Where the figure goes.
+    title : str
+        Above the figure.
+    overwrite : bool
+        Whether an existing file may be replaced.
+
+    """
+    task = study.about['task']
+    with rc_context({**STYLE, 'hatch.linewidth': 0.6, 'hatch.color': '0.55'}):
+        if task == 'locus':
+            figure = _loci(study)
+        else:
+            shown = _growth(study) if task == 'map' else _critical(study)
+            draw = {1: _line, 2: _map}.get(len(study.axes), _matrix)
+            figure = draw(study, shown)
+        heading = f'{title}\n{study_conditions(study)}' if title else study_conditions(study)
+        figure.suptitle(heading, fontsize=11, x=0.01, ha='left')
+        save_figure(figure, path, dpi=130, overwrite=overwrite)
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """A figure of each point, as the grid; `worst` tells which of several points to show."""
+
+    values: FloatArray
+    label: str
+    norm: Any
+    colours: Any
+    worst: Any
+    worst_in_words: str
+    level: float | None = None
+
+
+def _growth(study: Study) -> _Shown:
+    values = study.grid('growth_rate')
+    low, high = (end / 1e3 for end in study.about['band'])
+    most = float(np.nanmax(values)) if np.isfinite(values).any() else 1.0
+    return _Shown(values, f'largest growth rate, {low:g} to {high:g} kHz  1/s',
+                  PowerNorm(0.5, 0.0, max(most, 1.0)), GROWTH_OR_NOT, np.fmax,
+                  'the largest growth rate', 0.0)
+
+
+def _critical(study: Study) -> _Shown:
+    name, unit, factor = parameter_in_words(study.about['parameter'])
+    values = {side: study.grid(side) / factor for side in ('above', 'below')}
+    side = max(values, key=lambda one: int(np.isfinite(values[one]).sum()))
+    found = values[side]
+    ends = ((np.nanmin(found), np.nanmax(found)) if np.isfinite(found).any() else (0.0, 1.0))
+    # a boundary above the point is the worse the lower it lies
+    worst, words = (np.fmin, 'the lowest') if side == 'above' else (np.fmax, 'the highest')
+    return _Shown(found, f'stability boundary of {name}, {side} the point  {unit}'.rstrip(),
+                  Normalize(*ends), colormaps['viridis'], worst, words)
+
+
+def _line(study: Study, shown: _Shown) -> Figure:
+    (name,) = study.axes
+    x, label = study_axis(study, name)
+    figure = Figure(figsize=(8.5, 6.0), layout='constrained')
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    if study.about['task'] == 'map':
+        growth, hertz = study.columns['growth_rate'], study.columns['frequency_hz'] / 1e3
+        unstable = study.columns['squeal_modes'] > 0.0
+        top.plot(x, growth, color=_COLOURS[0], marker='o', markersize=3.5)
+        top.axhline(0.0, color='0.4', linewidth=0.8)
+        top.set_ylabel('growth rate  1/s')
+        bottom.plot(x[~unstable], hertz[~unstable], 'o', markerfacecolor='none', color='0.5',
+                    label='stable')
+        bottom.plot(x[unstable], hertz[unstable], 'o', color=_COLOURS[1], label='unstable')
+        bottom.set_ylabel('its frequency  kHz')
+        bottom.legend(frameon=False)
+    else:
+        factor = parameter_in_words(study.about['parameter'])[2]
+        for i, side in enumerate(('below', 'above')):
+            top.plot(x, study.columns[side] / factor, color=_COLOURS[i], linestyle=_LINES[i],
+                     marker='ov'[i], markersize=4, label=f'{side} the point')
+            bottom.plot(x, study.columns[f'{side}_hz'] / 1e3, color=_COLOURS[i],
+                        linestyle=_LINES[i], marker='ov'[i], markersize=4)
+        name, unit, _ = parameter_in_words(study.about['parameter'])
+        top.set_ylabel(f'boundary of\n{name}  {unit}'.rstrip())
+        top.legend(frameon=False)
+        bottom.set_ylabel('frequency there  kHz')
+    bottom.set(xlabel=label, xlim=axis_ends(x))
+    for panel in (top, bottom):
+        panel.grid(color='0.93')
+        _mark_impossible(panel, study, x)
+    return figure
+
+
+def _mark_impossible(panel: Any, study: Study, x: FloatArray) -> None:
+    lost = x[study.columns['source'] == IMPOSSIBLE]
+    if lost.size:
+        panel.plot(lost, np.full(lost.size, 0.03), 'x', color='black', clip_on=False,
+                   transform=panel.get_xaxis_transform())
+
+
+def _map(study: Study, shown: _Shown) -> Figure:
+    figure = Figure(figsize=(8.0, 6.0), layout='constrained')
+    axes = figure.subplots()
+    shades = _shade(axes, study, (0, 1), shown)
+    first, second = study.axes
+    axes.set(ylabel=study_axis(study, first)[1], xlabel=study_axis(study, second)[1])
+    bar = figure.colorbar(shades, ax=axes, pad=0.02, aspect=35,
+                          extend='min' if shown.level is not None else 'neither')
+    bar.set_label(f'{shown.label}\n{_legend(study, shown)}')
+    return figure
+
+
+def _legend(study: Study, shown: _Shown) -> str:
+    parts = [] if shown.level is None else ['white: stable']
+    parts += ['hatched: none, impossible or not done'] if np.isnan(shown.values).any() else []
+    return f'({", ".join(parts)})' if parts else ''
+
+
+def _shade(panel: Any, study: Study, pair: tuple[int, int], shown: _Shown) -> Any:
+    """Shade a projection on two axes, the first one upwards; return what the colours mean."""
+    names = list(study.axes)
+    others = tuple(i for i in range(len(names)) if i not in pair)
+    values = shown.worst.reduce(shown.values, axis=others) if others else shown.values
+    if pair[0] > pair[1]:
+        values = values.T
+    y, x = (study_axis(study, names[i])[0] for i in pair)
+    panel.patch.set(facecolor='0.92', hatch='///')
+    shades = panel.pcolormesh(x, y, np.ma.masked_invalid(values), cmap=shown.colours,
+                              shading='nearest', norm=shown.norm)
+    level = shown.level
+    if level is not None and min(values.shape) > 1 and (
+            np.nanmin(values, initial=level) < level < np.nanmax(values, initial=level)):
+        panel.contour(x, y, values, levels=[level], colors='black', linewidths=1.2)
+    return shades
+
+
+def _matrix(study: Study, shown: _Shown) -> Figure:
+    """Below the diagonal the worst of all others, on it and above it how many points squeal."""
+    names, count = list(study.axes), len(study.axes)
+    size = max(8.0, 2.6 * count)
+    figure = Figure(figsize=(size + 1.5, size), layout='constrained')
+    panels = figure.subplots(count, count, squeeze=False)
+    share, shades = _share(study), dict[bool, Any]()
+    for row in range(count):
+        for column in range(count):
+            panel = panels[row, column]
+            if row == column:
+                _marginal(panel, study, row, share.values)
+            else:
+                shades[row > column] = _shade(panel, study, (row, column),
+                                              shown if row > column else share)
+            _labels(panel, study, names, row, column)
+    figure.colorbar(shades[True], ax=panels, pad=0.01, aspect=45, location='right',
+                    extend='min' if shown.level is not None else 'neither',
+                    label=f'below the diagonal: {shown.label},\n{shown.worst_in_words} over all '
+                    f'other parameters {_legend(study, shown)}')
+    figure.colorbar(shades[False], ax=panels, pad=0.01, aspect=45, location='bottom',
+                    label=f'on and above the diagonal: {share.label}, over all other parameters')
+    return figure
+
+
+def _share(study: Study) -> _Shown:
+    source = study.grid('source')
+    if study.about['task'] == 'map':
+        bad, label = study.grid('squeal_modes') > 0.0, 'points with squeal  %'
+    else:
+        bad, label = study.grid('growth_rate') > 0.0, 'points with a growing mode  %'
+    known = (source != IMPOSSIBLE) & (source != 0.0)
+    return _Shown(np.where(known, 100.0 * bad, np.nan), label, Normalize(0.0, 100.0), _SHARE,
+                  _Mean(), 'the mean')
+
+
+class _Mean:
+    """The mean of points that are known, called as a numpy reduction."""
+
+    @staticmethod
+    def reduce(values: FloatArray, axis: tuple[int, ...]) -> FloatArray:
+        known = np.isfinite(values)
+        count = known.sum(axis=axis)
+        total = np.where(known, values, 0.0).sum(axis=axis)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _marginal(panel: Any, study: Study, axis: int, share: FloatArray) -> None:
+    x, _ = study_axis(study, list(study.axes)[axis])
+    others = tuple(i for i in range(share.ndim) if i != axis)
+    panel.plot(x, _Mean.reduce(share, others), color='#1b5e9b', marker='o', markersize=3)
+    panel.set(ylim=(-3.0, 103.0), xlim=axis_ends(x))
+    panel.yaxis.tick_right()
+    panel.set_yticks([0, 50, 100], ['0', '50', '100 %'])
+    panel.spines[['right']].set_visible(True)
+    panel.grid(color='0.93')
+
+
+def _labels(panel: Any, study: Study, names: Sequence[str], row: int, column: int) -> None:
+    last = len(names) - 1
+    panel.tick_params(labelsize=8)
+    if row == last:
+        panel.set_xlabel(_wrapped(study_axis(study, names[column])[1]), fontsize=9)
+    else:
+        panel.tick_params(labelbottom=False)
+    if column == 0:
+        panel.set_ylabel(_wrapped(study_axis(study, names[row])[1]), fontsize=9)
+    if row != column and column != 0:
+        panel.tick_params(labelleft=False)
+
+
+def _wrapped(label: str) -> str:
+    return label.replace(': ', ':\n').replace('  ', '\n') if len(label) > 16 else label
+
+
+def _loci(study: Study) -> Figure:
+    """Frequency and growth rate of each mode over the first parameter, a line for all others."""
+    names = list(study.axes)
+    x, label = study_axis(study, names[0])
+    numbers = study.about['numbers']
+    figure = Figure(figsize=(9.5, max(4.0, 2.6 * len(numbers))), layout='constrained')
+    panels = figure.subplots(len(numbers), 2, squeeze=False, sharex=True)
+    lines = study.size // len(x)
+    shown = np.unique(np.linspace(0, lines - 1, _MOST_LINES).round().astype(int))
+    second = study.axes[names[1]] if len(names) > 1 else np.zeros(1)
+    inner = lines // len(second)
+    colours = colormaps['viridis'](np.linspace(0.0, 0.9, len(second)))
+    for row, number in zip(panels, numbers, strict=True):
+        for panel, what, unit in zip(row, ('frequency_hz', 'growth_rate'), (1e3, 1.0),
+                                     strict=True):
+            values = study.columns[f'{what}_{number}'].reshape(len(x), -1) / unit
+            for i in shown.tolist():
+                panel.plot(x, values[:, i], color=colours[i // inner], linewidth=1.3,
+                           linestyle=_LINES[i % inner % len(_LINES)],
+                           marker='.' if len(x) < 30 else None)
+            panel.grid(color='0.93')
+            panel.set_xlim(*axis_ends(x))
+        row[0].set_ylabel(f'mode {number}\nfrequency  kHz')
+        row[1].set_ylabel('growth rate  1/s')
+        row[1].axhline(0.0, color='0.4', linewidth=0.8)
+    for panel in panels[-1]:
+        panel.set_xlabel(label)
+    if len(names) > 1:
+        values, words = study_axis(study, names[1])
+        rest = ', '.join(study_axis(study, name)[1] for name in names[2:])
+        figure.colorbar(_colour_key(values), ax=panels, pad=0.01, aspect=35,
+                        label=f'{words}\n(line styles: {rest})' if rest else words)
+    return figure
+
+
+def _colour_key(values: FloatArray) -> Any:
+    colours = colormaps['viridis'](np.linspace(0.0, 0.9, 256))
+    low, high = axis_ends(values)
+    return ScalarMappable(Normalize(low, high),
+                          LinearSegmentedColormap.from_list('second parameter', colours))

@@ -1,0 +1,163 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Maps, loci and critical values over any number of parameters, of the operation and design."""
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+import json
+import math
+from pathlib import Path
+import time
+from typing import Any
+
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import SquealError
+from squeal_core.common.worker_processes import run_jobs
+from squeal_core.stability.parameter_paths import Law, OPERATING, PARAMETERS
+from squeal_core.studies.study import Run, run_study
+from squeal_core.studies.study_checkpoint import StudyCheckpoint
+from squeal_core.studies.study_file import rows_of, save_study
+from squeal_core.studies.study_record import Study
+from squeal_core.studies.study_spec import StudySpec
+from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
+from squeal_core.surrogate.grid_stability import EXPANSION, FULL, IMPOSSIBLE
+from squeal_ros.cli.arguments import point_options
+from squeal_ros.cli.console import plain, ProgressBar, time_left, warn
+from squeal_ros.cli.swept_axes import StudySource
+
+MOST_PRINTED = 10_000  # points without a file
+_FEW = 20_000  # points of a map of one or two parameters that are all solved in full
+
+
+def is_study(options: argparse.Namespace, axes: dict[str, FloatArray], most: int) -> bool:
+    """Tell whether parameters, or their points, are more than a sweep of full solutions takes."""
+    return (len(axes) > most or not set(axes) <= set(PARAMETERS)
+            or math.prod(map(len, axes.values())) > _FEW or bool(options.scheduler)
+            or getattr(options, 'exact', False) or getattr(options, 'error', None) is not None)
+
+
+def study(options: argparse.Namespace, source: StudySource, axes: dict[str, FloatArray],
+          task: MapTask | LocusTask | CriticalTask, law: Law) -> int:
+    """Compute a study, save it and say what there is; 1 where an interrupt cut it short."""
+    points = math.prod(map(len, axes.values()))
+    if not options.output and not options.plot and points > MOST_PRINTED:
+        raise SquealError(f'{points} points are too many to print; give --output FILE')
+    path = getattr(task, 'parameter', OPERATING[0])
+    built = source.described or not {*axes, path} <= set(OPERATING)
+    spec = StudySpec(
+        source=source.require_design(path) if built else source.model, axes=axes, task=task,
+        options=point_options(options), law=law, cache=source.cache,
+        rotation=not getattr(options, 'without_rotation', False))
+    checkpoint = (StudyCheckpoint(Path(options.output), spec.key, say=warn)
+                  if options.output else None)
+    doubts = dict[str, None]()
+    begun = time.monotonic()
+    with ProgressBar('points') as bar, _runner(options) as run:
+        found = run_study(
+            spec, run, checkpoint=checkpoint, warn=lambda text: doubts.setdefault(text),
+            progress=lambda done, all_: bar(done, all_, time_left(begun, done, all_)))
+    for text in list(doubts)[:3]:
+        warn(text)
+    return _report(found, options, checkpoint, time.monotonic() - begun)
+
+
+@contextmanager
+def _runner(options: argparse.Namespace) -> Iterator[Run]:
+    """Give what runs jobs: processes of this machine, or those of a scheduler."""
+    if not options.scheduler:
+        yield partial(run_jobs, workers=options.workers)
+        return
+    fleet = import_module('squeal_ros.recordings.fleet_engine')  # asks for Dask
+    with fleet.FleetEngine(options.scheduler) as engine:
+        def run(function: Any, jobs: Any) -> Iterator[tuple[int, Any]]:
+            named = {str(key): job for key, job in jobs.items()}
+            for key, result in engine.results(function, named, lambda: True):
+                if isinstance(result, BaseException):
+                    raise result
+                yield int(key), result
+
+        yield run
+
+
+def _report(found: Study, options: argparse.Namespace, checkpoint: StudyCheckpoint | None,
+            seconds: float) -> int:
+    complete = bool(found.done.all())
+    if checkpoint and complete:
+        save_study(found, checkpoint.output, overwrite=options.force)
+        checkpoint.remove()
+    if options.plot and found.done.any():
+        from squeal_core.view.study_plot import plot_study
+        plot_study(found, options.plot, title=options.title, overwrite=options.force)
+    summary = summary_of(found, seconds, options)
+    printed = not (options.output or options.plot)
+    if options.json:
+        rows = {'results': list(rows_of(found))} if printed else {}
+        print(json.dumps(plain({**summary, **rows})))
+    else:
+        if printed:
+            print('\n'.join(study_lines(found)))
+        print(_in_words(summary))
+    for one in found.about['impossible'][:3]:
+        at = ', '.join(f'{name} = {value:g}' for name, value in one['values'].items())
+        warn(f'{one["points"]} points impossible{f" at {at}" if at else ""}: {one["reason"]}')
+    if not complete and checkpoint:
+        warn(f'not finished: what is done is kept in {checkpoint.folder}; run this again to go on')
+    return 0 if complete else 1
+
+
+def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dict[str, Any]:
+    """Return what a study found, in short."""
+    about = found.about
+    shown: dict[str, Any] = {name: about[name] for name in (
+        'task', 'point', 'friction_law', 'rotation', 'parameter', 'band', 'counts', 'impossible')
+        if name in about}
+    squeal = found.columns.get('squeal_modes')
+    squeals = {} if squeal is None else {'points_with_squeal': int((squeal > 0).sum())}
+    return {
+        'points': found.size, 'done': int(found.done.sum()), 'complete': bool(found.done.all()),
+        'axes': {name: [float(v[0]), float(v[-1]), len(v)] for name, v in found.axes.items()},
+        'full': found.count(FULL), 'expansion': found.count(EXPANSION),
+        'impossible_points': found.count(IMPOSSIBLE),
+        **squeals, **shown, 'seconds': round(seconds, 2), 'output': options.output,
+        'plot': options.plot}
+
+
+def _in_words(summary: dict[str, Any]) -> str:
+    parts = [f'{summary["done"]} of {summary["points"]} points in {summary["seconds"]:.1f} s']
+    if 'points_with_squeal' in summary:
+        parts.append(f'squeal at {summary["points_with_squeal"]}')
+    if summary['expansion']:
+        counts = summary['counts']
+        parts.append(f'{summary["full"]} solved in full, {summary["expansion"]} by '
+                     f'{counts["expansions"]:g} local expansions (off by at most '
+                     f'{counts["largest_error"]:.2g} 1/s at {counts["checks"]:g} points checked)')
+    if summary['impossible_points']:
+        parts.append(f'{summary["impossible_points"]} impossible')
+    return '; '.join([*parts, *(str(path) for path in (summary['output'], summary['plot'])
+                                if path)])
+
+
+def study_lines(found: Study) -> Iterator[str]:
+    """Yield a table of a study: a line a point."""
+    names = [*found.axes, *found.columns]
+    widths = [max(11, len(name)) for name in names]
+    yield '  '.join(f'{name:>{width}}' for name, width in zip(names, widths, strict=True))
+    for row in rows_of(found):
+        texts = ('' if value is None else value if isinstance(value, str) else f'{value:.6g}'
+                 for value in row.values())
+        yield '  '.join(f'{text:>{width}}' for text, width in zip(texts, widths, strict=True))

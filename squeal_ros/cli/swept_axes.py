@@ -1,0 +1,159 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""What is swept, of which brake: from the options of map, locus and critical."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+import math
+from pathlib import Path
+
+import numpy as np
+from squeal_core.common import resources
+from squeal_core.common.arrays import FloatArray
+from squeal_core.common.errors import did_you_mean, short_repr, SquealError
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.stability.parameter_paths import Law, OPERATING
+from squeal_core.studies.design import BrakeDesign, DesignModels
+from squeal_ros.cli.console import warn
+from squeal_ros.cli.point_checks import check_values
+
+MOST_VALUES = 100_000  # of one axis
+_LOADS = ('preload', 'pressure', 'contact_pressure')
+
+
+@dataclass(frozen=True)
+class StudySource:
+    """A model file, or a brake description, as a command names it; parts are kept in `cache`."""
+
+    name: str
+    cache: str | None = None
+
+    @cached_property
+    def described(self) -> bool:
+        """Whether it is a description and no model."""
+        return Path(self.name).suffix.lower() in ('.yaml', '.yml')
+
+    @cached_property
+    def model(self) -> BrakeModel:
+        """Return the model; that of a description is built."""
+        if not self.described:
+            return BrakeModel.load(self.name)
+        design = self.require_design('')
+        design.brake({}, warn=warn)
+        return DesignModels(design, self.cache).model({})
+
+    @cached_property
+    def design(self) -> BrakeDesign | None:
+        """Return the brake description: of the file, or the one that the model was built of."""
+        if self.described:
+            return BrakeDesign.read(self.name)
+        about = self.model.provenance
+        content, settings = about.get('description'), about.get('settings')
+        if not isinstance(content, dict) or not isinstance(settings, dict):
+            return None
+        return BrakeDesign(content, str(content.get('name', self.name)),
+                           resources.find('models', self.name, '.npz').resolve().parent,
+                           {**{name: tuple(value) if isinstance(value, list) else value
+                               for name, value in settings.items()},
+                            'follower': self.model.follower is not None})
+
+    def require_design(self, parameter: str) -> BrakeDesign:
+        """Return the description, refusing a parameter that there is none of."""
+        if self.design is None:
+            raise SquealError(f'{parameter}: {self.name} holds no brake description; give its '
+                              'BRAKE.yaml in place of the model')
+        return self.design
+
+    @property
+    def has_friction_law(self) -> bool:
+        """Whether friction may follow a law; descriptions have one."""
+        return self.described or self.model.friction_law is not None
+
+    def parameter(self, option: str, name: str, axis: str = '') -> str:
+        """Return the name of a parameter that there is, of the operation or a path."""
+        if name in OPERATING:
+            return name
+        known = [*OPERATING, *(self.design.numbers if self.design else ())]
+        if '.' not in name and name not in known:
+            what = (f'{short_repr(axis)} is no axis; write NAME=FROM:TO:COUNT with a name' if axis
+                    else f'is {short_repr(name)}; give one')
+            raise SquealError(f'{option}: {what} out of {", ".join(OPERATING)}, or the path of a '
+                              f'number of the brake description{did_you_mean(name, known)}')
+        self.require_design(f'{option} {name}').check(name)
+        return name
+
+
+def read_axes(texts: Sequence[str], source: StudySource) -> dict[str, FloatArray]:
+    """Read `friction=0:0.8:81` and so on: from, to, number of points."""
+    axes: dict[str, FloatArray] = {}
+    for text in texts:
+        name, values = _axis(text, source)
+        if name in axes:
+            raise SquealError(f'--over: {name}, {name}; give each one once')
+        axes[name] = values
+        if name in OPERATING:
+            check_values(f'--over {name}', name, {float(values[0]), float(values[-1])})
+    loads = [name for name in axes if name in _LOADS]
+    if len(loads) > 1:
+        raise SquealError(f'--over: {" and ".join(loads)} are one load; give one of them')
+    return axes
+
+
+def _axis(text: str, source: StudySource) -> tuple[str, FloatArray]:
+    name, _, span = text.partition('=')
+    try:
+        start, stop, count = span.split(':')
+        low, high, number = float(start), float(stop), int(count)
+        if not 1 <= number <= MOST_VALUES or not math.isfinite(low) or not math.isfinite(high):
+            raise ValueError
+    except ValueError:
+        source.parameter('--over', name, text)
+        raise SquealError(
+            f'--over: {short_repr(text)} is no axis; write NAME=FROM:TO:COUNT, at most '
+            f'{MOST_VALUES} points') from None
+    source.parameter('--over', name, text)
+    if low > high:
+        raise SquealError(f'--over: {short_repr(text)} runs down; give the lower end first '
+                          f'({name}={stop}:{start}:{count})')
+    if low == high and number > 1:
+        raise SquealError(f'--over: {short_repr(text)} has no width; give another end, or one '
+                          f'point ({name}={start}:{stop}:1)')
+    return name, np.linspace(low, high, number)
+
+
+def settle_point(options: argparse.Namespace, axes: dict[str, FloatArray],
+                 source: StudySource) -> Law:
+    """Settle speed and friction that are swept or not given, and return what follows the law."""
+    if options.rotor_speed is None:
+        options.rotor_speed = float(axes['rotor_speed'][0]) if 'rotor_speed' in axes else 5.0
+    law = follows_law(source.has_friction_law, options, *axes)
+    if 'friction' in axes and options.friction is None:
+        # what is swept is given: constant friction, or a law's scaled to it, as with --friction
+        options.friction = float(np.abs(axes['friction']).max()) or 1.0
+    return law
+
+
+def follows_law(has_law: bool, options: argparse.Namespace, *swept: str) -> Law:
+    """Return what follows the friction law as the speed changes: by default what is not given."""
+    if 'rotor_speed' not in swept or 'friction_slope' in swept:
+        return False
+    if 'friction' in swept or options.friction is not None:
+        return 'slope' if options.friction_law else False
+    if options.friction_slope is not None:
+        raise SquealError('--friction-slope: friction would follow its law and the slope would '
+                          'not; give --friction too')
+    return has_law
