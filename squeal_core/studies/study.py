@@ -48,6 +48,7 @@ def run_study(spec: StudySpec, run: Run, *, checkpoint: StudyCheckpoint | None =
     Parameters
     ----------
     spec : StudySpec
+        What is asked for.
     run : callable
         Runs jobs, as `run_jobs` does.
     checkpoint : StudyCheckpoint, optional

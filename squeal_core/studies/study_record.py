@@ -87,6 +87,7 @@ def in_order(axes: Mapping[str, FloatArray], solved_order: tuple[str, ...],
     solved_order : tuple of str
         The parameters as they run in the columns given, the last one fastest.
     columns : mapping
+        Figures by name.
 
     """
     shape = [len(axes[name]) for name in solved_order]

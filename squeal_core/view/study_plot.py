@@ -108,8 +108,7 @@ def _critical(study: Study) -> _Shown:
 
 
 def _line(study: Study, shown: _Shown) -> Figure:
-    (name,) = study.axes
-    x, label = study_axis(study, name)
+    x, label = study_axis(study, next(iter(study.axes)))
     figure = Figure(figsize=(8.5, 6.0), layout='constrained')
     top, bottom = figure.subplots(2, 1, sharex=True)
     if study.about['task'] == 'map':
