@@ -48,7 +48,7 @@ from squeal_ros.recordings.replay_report import ReplayReport
 
 NAMESPACE = '/squeal_demo'
 MODEL = 'kang2009_damped'  # squeals in some brakings; kang2009 itself is unstable in nearly all
-_START_UP = 30.0  # s that the node may take to subscribe
+_START_UP = 120.0  # s that the node may take to subscribe, on a machine that is busy
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 _RANGE, _LOCALHOST = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'
 _DOMAINS = 100  # of those whose ports are below the ones that the kernel gives to anyone
