@@ -49,7 +49,7 @@ help:  ## list the targets
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 demo: $(VENV)/installed  ## node, player and replay of a drive, end to end; plot in demo_output/
-	$(call step,node and player of a drive of 10 minutes at 8 times real time$(comma) then its replay: about 2 minutes)
+	$(call step,a drive of 10 minutes at 8 times real time with node and player$(comma) then its replay; 2 minutes)
 	@$(BIN)/squeal demo --force
 
 docs: $(VENV)/developing  ## the documentation as a site in build/docs; open build/docs/index.html
@@ -98,12 +98,14 @@ $(VENV)/installed: setup.py pyproject.toml
 		'which: make demo PYTHON=/path/to/python3.12' >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { echo 'make: no environment: $(PYTHON) lacks venv (Debian,' \
 		'Ubuntu: apt install python3-venv)' >&2; rm -rf $(VENV); exit 1; }
-	$(call step,installing into $(VENV): ROS 2 as wheels$(comma) numpy$(comma) scipy$(comma) readers$(comma) plots)
+	$(call step,installing into $(VENV)$(comma) 1 of 2: numpy$(comma) scipy$(comma) plots$(comma) ROS 2 as wheels (350 MB); some minutes)
+	@$(BIN)/python $(PIP) -e '.[demo]'
+	$(call step,installing into $(VENV)$(comma) 2 of 2: readers of FE results and recordings$(comma) report (450 MB); some minutes)
 	@$(BIN)/python $(PIP) -e '.[all]'
 	@touch $@
 
 $(VENV)/developing: $(VENV)/installed
-	$(call step,installing tools to test$(comma) lint and write documentation into $(VENV))
+	$(call step,installing into $(VENV) what tests$(comma) linters and documentation need; some minutes)
 	@$(BIN)/python $(PIP) -e '.[all,test,lint,browser,docs]'
 	@touch $@
 
