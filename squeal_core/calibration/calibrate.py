@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import (
     LEAST_VARIANCE,
     Proposal,
@@ -30,7 +31,7 @@ from squeal_core.calibration.importance_sampling import (
     SamplingRound,
     WeightedSample,
 )
-from squeal_core.calibration.likelihood import HearingModel, log_likelihood
+from squeal_core.calibration.likelihood import log_likelihood
 from squeal_core.calibration.squeal_probability import SquealPredictor
 from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
 from squeal_core.common.errors import SquealError

@@ -23,7 +23,7 @@ from squeal_core.calibration import scores
 from squeal_core.calibration.applications import BrakeApplication, inputs_of, Observation
 from squeal_core.calibration.calibrate import Calibration
 from squeal_core.calibration.candidates import BrakeCandidates
-from squeal_core.calibration.likelihood import HearingModel
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.squeal_probability import SquealPredictor
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import prior_ensemble

@@ -15,55 +15,19 @@
 """Likelihood of what was heard: hits, misses and pitches, with errors of ears and labels."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 import math
 
 import numpy as np
 from scipy.special import logsumexp
 from squeal_core.calibration.applications import Observation
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.squeal_probability import SquealProbabilities
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.checks import check_number
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 _OTHER_PITCHES = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Probabilities, one as likely as another before, that a squeal's pitch is of no mode it has."""
 _UNIFORM = 1.0 / math.log(SQUEAL_BAND[1] / SQUEAL_BAND[0])  # density over ln frequency
-
-
-@dataclass(frozen=True, kw_only=True)
-class HearingModel:
-    """
-    How what was noted depends on what squealed.
-
-    Parameters
-    ----------
-    detection : float
-        Probability that a squeal is detected [-].
-    false_alarm : float
-        Probability that an application without squeal has an event [-].
-    label_error : float
-        Probability that an application is noted the wrong way round, as of another brake [-].
-    frequency_tolerance : float
-        Relative standard deviation of a measured from a predicted pitch [-].
-
-    """
-
-    detection: float = 0.95
-    false_alarm: float = 0.02
-    label_error: float = 0.02
-    frequency_tolerance: float = 0.03
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            low, high = {'detection': (0.5, 1.0), 'frequency_tolerance': (0.001, 0.5)}.get(
-                item.name, (0.0, 0.49))
-            check_number(item.name, getattr(self, item.name), least=low, most=high)
-
-    def heard(self, squeals: FloatArray) -> FloatArray:
-        """Return the probability of an event where that of squeal is given."""
-        noted = self.detection * squeals + self.false_alarm * (1.0 - squeals)
-        return np.asarray(self.label_error + (1.0 - 2.0 * self.label_error) * noted)
 
 
 def log_likelihood(found: SquealProbabilities, observations: Sequence[Observation],

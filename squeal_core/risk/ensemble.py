@@ -19,7 +19,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import SquealError
 
@@ -183,7 +182,8 @@ def prior_ensemble(prior: EnsemblePrior) -> Ensemble:
     normal distribution; the same bits for the same prior.
 
     """
-    from scipy.stats import qmc  # slow to load, and few commands draw
+    from scipy.special import ndtri  # slow to load, and few commands draw
+    from scipy.stats import qmc
 
     points = qmc.Sobol(len(MEMBERS), seed=prior.seed).random(prior.count)
     points = points[points[:, 1].argsort()]  # a growth emulator evaluates them fastest then

@@ -20,7 +20,6 @@ import math
 
 import numpy as np
 import scipy  # its parts are loaded at first use: optimize is slow to load
-from scipy.sparse.csgraph import connected_components
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
 
@@ -148,7 +147,8 @@ def clusters(mixed: FloatArray, families: Iterable[IndexArray]) -> list[IndexArr
         bound[np.ix_(places, places)] = True
     threshold = _MIXED
     while True:
-        _, labels = connected_components(bound | (mixed > threshold), directed=False)
+        _, labels = scipy.sparse.csgraph.connected_components(
+            bound | (mixed > threshold), directed=False)
         found = [np.flatnonzero(labels == label) for label in range(labels.max() + 1)]
         if max(map(len, found)) <= _LARGEST_CLUSTER or threshold > 1.0:
             return found

@@ -34,8 +34,8 @@ from squeal_core.calibration.calibrate import Calibration
 from squeal_core.calibration.calibration_file import write_calibration
 from squeal_core.calibration.calibration_report import parameter_rows, remarks, report_lines
 from squeal_core.calibration.evaluation import evaluate, Evaluation, evaluation_lines, of_one
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import SamplingRound
-from squeal_core.calibration.likelihood import HearingModel
 from squeal_core.common import resources
 from squeal_core.common.checks import check_number
 from squeal_core.common.errors import did_you_mean, SquealError

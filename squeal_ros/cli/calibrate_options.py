@@ -17,7 +17,7 @@
 import argparse
 import os
 
-from squeal_core.calibration.likelihood import HearingModel
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_ros.cli.command_parser import add_force
 
 DESCRIPTION = ('Fit the ensemble of brakes to measured squeal: recordings of brake signals and a '

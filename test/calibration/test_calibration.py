@@ -24,8 +24,9 @@ from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.calibrate import calibrate
 from squeal_core.calibration.calibration_report import parameter_rows, remarks
 from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import sample_posterior
-from squeal_core.calibration.likelihood import HearingModel, log_likelihood
+from squeal_core.calibration.likelihood import log_likelihood
 from squeal_core.calibration.squeal_probability import SquealPredictor, SquealProbabilities
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel

@@ -30,7 +30,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 from squeal_core.calibration.applications import BrakeApplication, inputs_of, Observation
 from squeal_core.calibration.calibrate import calibrate
-from squeal_core.calibration.likelihood import HearingModel
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.scores import (
     base_rate_of,
     has_sklearn,
