@@ -64,6 +64,8 @@ LEAVES = {
     'h5py': ('squeal_core.modes.readers.hdf5_tables',),
     'pyNastran': ('squeal_core.modes.readers.nastran_op2',),
     'asammdf': ('squeal_ros.recordings.mdf_file',),
+    'dask': ('squeal_ros.recordings.fleet_engine',),
+    'distributed': ('squeal_ros.recordings.fleet_engine',),
     'matplotlib': ('squeal_core.view',),
     'mpl_toolkits': ('squeal_core.view',),
     'plotly': ('squeal_core.view',),

@@ -118,7 +118,7 @@ def _workers(function: Callable[..., Any]) -> Iterator[Callable[[], Connection]]
     def start() -> Connection:
         ours, theirs = context.Pipe()
         process = context.Process(target=_work, args=(function, theirs), daemon=True)
-        with _one_thread(), _no_interrupts():
+        with _one_thread(), no_interrupts():
             process.start()
         processes.append(process)
         theirs.close()
@@ -164,7 +164,7 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def _no_interrupts() -> Iterator[None]:
+def no_interrupts() -> Iterator[None]:
     """Hold Ctrl-C back while workers are started: they inherit that, and are deaf from birth."""
     if not hasattr(signal, 'pthread_sigmask'):
         yield

@@ -15,6 +15,7 @@
 """Assessments over time as a Parquet table; the columns are those of the CSV."""
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
 from typing import Any, get_type_hints
@@ -35,10 +36,17 @@ from squeal_core.monitor.history_columns import HistoryBlock, ROWS
 _TYPES: dict[object, Any] = {
     float: pyarrow.float64(), str: pyarrow.string(), bool: pyarrow.bool_(), int: pyarrow.int32(),
     tuple[float, ...]: pyarrow.list_(pyarrow.float64()),
-    tuple[int, ...]: pyarrow.list_(pyarrow.int32())}
-_SCHEMA = pyarrow.schema([(name, _TYPES[kind]) for name, kind in get_type_hints(
-    AssessmentRecord).items()])
+    tuple[int, ...]: pyarrow.list_(pyarrow.int32()), bool | None: pyarrow.bool_()}
 _GROUP = 20_000  # rows that are written, and read, at once
+
+
+def _schema(*kinds: Any) -> Any:
+    """Return the columns of a table that joins records of these kinds."""
+    return pyarrow.schema([(name, _TYPES[kind]) for one in kinds
+                           for name, kind in get_type_hints(one).items()])
+
+
+_SCHEMA = _schema(AssessmentRecord)
 
 
 class ParquetWriter:
@@ -49,26 +57,30 @@ class ParquetWriter:
     ----------
     path : Path
         Of the table.
+    kinds : sequence of types
+        Named tuples: a row is a record of each.
 
     """
 
-    def __init__(self, path: Path) -> None:
-        self._writer = parquet.ParquetWriter(path, _SCHEMA, compression='zstd')
-        self._rows: list[AssessmentRecord] = []
+    def __init__(self, path: Path, kinds: Sequence[Any] = (AssessmentRecord,)) -> None:
+        self._schema = _schema(*kinds)
+        self._writer = parquet.ParquetWriter(path, self._schema, compression='zstd')
+        self._rows: list[tuple[Any, ...]] = []
 
     def __enter__(self) -> 'ParquetWriter':
         return self
 
-    def write(self, row: AssessmentRecord) -> None:
-        self._rows.append(row)
+    def write(self, *records: Any) -> None:
+        """Write a row."""
+        self._rows.append(records[0] if len(records) == 1 else tuple(chain(*records)))
         if len(self._rows) == _GROUP:
             self._flush()
 
     def _flush(self) -> None:
-        columns = [*zip(*self._rows, strict=True)] or [()] * len(_SCHEMA)
+        columns = [*zip(*self._rows, strict=True)] or [()] * len(self._schema)
         self._writer.write_table(pyarrow.table([
             pyarrow.array(values, field.type)
-            for values, field in zip(columns, _SCHEMA, strict=True)], schema=_SCHEMA))
+            for values, field in zip(columns, self._schema, strict=True)], schema=self._schema))
         self._rows.clear()
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,

@@ -20,34 +20,27 @@ beside each other that have a name before these: `NAME.csv`, `NAME.events.csv`,
 `NAME.applications.csv` and `NAME.summary.json`.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-import csv
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import json
-import math
 from pathlib import Path
-from typing import Any, get_type_hints, Literal, NamedTuple, TypeAlias, TypeVar
+from typing import Any, Literal, NamedTuple, TypeAlias
 
-from squeal_core.common.bounded_reader import bounded_lines, open_bounded, read_text_bounded
-from squeal_core.common.errors import LocatedError
+from squeal_core.common.bounded_reader import read_text_bounded
 from squeal_core.common.partial_files import PARTIAL, REPLACED
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history import AssessmentRecord, read_rows
 from squeal_core.monitor.history_columns import HistoryBlock, read_blocks
+from squeal_core.monitor.record_tables import read_records, REMEDY, ResultError, write_records
 from squeal_core.monitor.squeal_events import SquealEvent
 
 FORMAT = 1
 TableFormat: TypeAlias = Literal['csv', 'parquet']
 SUMMARY = 'summary.json'
 _MAX_BYTES = 200_000_000
-_MAX_LINE = 10_000  # characters
-_REMEDY = 'give a result that `squeal replay` wrote, or write it again'
 
-Record = TypeVar('Record', SquealEvent, ApplicationRecord)
-
-
-class ResultError(LocatedError):
-    """Files of a replayed recording that cannot be read."""
+__all__ = ['find_results', 'FORMAT', 'ReplayResult', 'ResultError', 'ResultPaths', 'SUMMARY',
+           'TableFormat', 'write_records']
 
 
 class ResultPaths(NamedTuple):
@@ -185,57 +178,9 @@ def _read_summary(path: Path) -> dict[str, Any]:
     try:
         summary = json.loads(read_text_bounded(path, _MAX_BYTES, ResultError))
     except (ValueError, RecursionError) as error:
-        raise ResultError(path, f'is no JSON ({error})', _REMEDY) from None
+        raise ResultError(path, f'is no JSON ({error})', REMEDY) from None
     if not isinstance(summary, dict) or summary.get('format') != FORMAT:
-        raise ResultError(path, f'is no summary of format {FORMAT}', _REMEDY)
+        raise ResultError(path, f'is no summary of format {FORMAT}', REMEDY)
     if not isinstance(summary.get('recording'), dict) or 'name' not in summary['recording']:
-        raise ResultError(path, 'names no recording', _REMEDY)
+        raise ResultError(path, 'names no recording', REMEDY)
     return summary
-
-
-def write_records(path: Path, kind: type[Record], records: Iterable[Record]) -> None:
-    """Write records as CSV, the fields as columns; a cell is empty where nothing is known."""
-    with path.open('w', encoding='utf-8', newline='') as file:
-        writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(kind._fields)
-        for record in records:
-            writer.writerow([_cell(value, name) for name, value in zip(
-                kind._fields, record, strict=True)])
-
-
-def _cell(value: object, name: str) -> object:
-    if value is None or value != value or (name == 'mode_number' and not value):
-        return ''
-    return int(value) if isinstance(value, bool) else value
-
-
-_PARSERS: dict[object, Any] = {
-    str: str, int: lambda text: int(text or 0), float: lambda text: float(text or math.nan),
-    bool | None: lambda text: bool(int(text)) if text else None}
-
-
-def read_records(path: str | Path, kind: type[Record]) -> Iterator[Record]:
-    """
-    Yield the records of a CSV file.
-
-    Raises
-    ------
-    ResultError
-        Naming file, line and what is wrong.
-
-    """
-    parsers = [_PARSERS[get_type_hints(kind)[name]] for name in kind._fields]
-    try:
-        with open_bounded(path, _MAX_BYTES, ResultError) as file:
-            reader = csv.reader(bounded_lines(file, _MAX_LINE, lambda line: ResultError(
-                f'{path}, line {line}', f'has more than {_MAX_LINE} characters', _REMEDY)))
-            if tuple(columns := next(reader, [])) != kind._fields:
-                raise ResultError(path, f'has the columns {columns}', _REMEDY)
-            for cells in reader:
-                try:
-                    yield kind(*[parse(cell) for parse, cell in zip(parsers, cells, strict=True)])
-                except ValueError as error:
-                    raise ResultError(f'{path}, line {reader.line_num}', str(error),
-                                      _REMEDY) from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ResultError(path, f'cannot be read ({error})', _REMEDY) from None

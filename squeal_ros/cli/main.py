@@ -34,6 +34,7 @@ from squeal_ros.cli import (
     calibrate_options,
     compare_options,
     drive_options,
+    fleet_options,
     listen_options,
     point_commands as commands,
     replay_options,
@@ -133,6 +134,8 @@ def parser() -> argparse.ArgumentParser:
     _settings(sub.add_parser('settings', help='print monitor settings for given brakes'))
     _policy(sub.add_parser('policy', help='print the SROS2 policy of the node'))
     command('replay', 'the monitor over one or many recordings', replay_options)
+    command('fleet', 'the monitor over the recordings of a fleet, on many processors',
+            fleet_options)
     command('signals', 'what a recording holds, and a file for --signals', signals_options)
     command('drive', 'play or record a drive cycle or a schedule', drive_options)
     command('report', 'one page of what replays found', report_options)

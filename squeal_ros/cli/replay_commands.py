@@ -56,20 +56,27 @@ def replay(options: argparse.Namespace) -> int:
     """Run the monitor over recordings."""
     if not 1 <= options.jobs <= MOST_WORKERS:
         raise SquealError(f'--jobs: is {options.jobs}; give 1 to {MOST_WORKERS}')
-    if options.table != 'csv':
-        import squeal_core.monitor.parquet_table  # noqa: F401 - says now which extra is missing
-    task = _task(options)
-    recordings = find_recordings(options.recordings)
-    _check_signals(task.signals, recordings)
-    for words in dict.fromkeys(pressure_references(task.of(path).settings)
-                               for path in recordings):
-        report_progress(words)
+    task = replay_task(options)
+    recordings = found_recordings(options, task)
     if Path(options.output).suffix == '.mcap':
         return _into_one_bag(options, task, recordings)
     return _into_folders(options, task, recordings)
 
 
-def _task(options: argparse.Namespace) -> ReplayTask:
+def found_recordings(options: argparse.Namespace, task: ReplayTask) -> list[Path]:
+    """Return the recordings that are given; say how their pressures are taken."""
+    recordings = find_recordings(options.recordings)
+    _check_signals(task.signals, recordings)
+    for words in dict.fromkeys(pressure_references(task.of(path).settings)
+                               for path in recordings):
+        report_progress(words)
+    return recordings
+
+
+def replay_task(options: argparse.Namespace) -> ReplayTask:
+    """Return what the options of `add_monitor_options` say."""
+    if options.table != 'csv':
+        import squeal_core.monitor.parquet_table  # noqa: F401 - says now which extra is missing
     settings = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
     if options.model:
         settings = replace(settings, model=options.model)
@@ -78,8 +85,8 @@ def _task(options: argparse.Namespace) -> ReplayTask:
     signals = read_signals(options.signals) if options.signals else None
     return ReplayTask(
         settings=settings, types=options.types, namespace=options.namespace, signals=signals,
-        span=TimeRange.read(options.begin, options.end), overwrite=options.force,
-        tables=_TABLES[options.table])
+        span=TimeRange.read(options.begin, options.end),
+        overwrite=getattr(options, 'force', False), tables=_TABLES[options.table])
 
 
 def _check_signals(signals: Signals | None, recordings: Sequence[Path]) -> None:
@@ -176,7 +183,7 @@ def _read(options: argparse.Namespace, settings: MonitorSettings) -> Iterator[st
 def _shown(batch: Sequence[BatchRecording]
            ) -> Iterator[tuple[BatchProgress, Callable[[], None]]]:
     """Give the progress of a batch and what shows it; a signal stops the batch meanwhile."""
-    progress = BatchProgress([_size(one.path) for one in batch])
+    progress = BatchProgress([size_of(one.path) for one in batch])
     total, begun = max(sum(progress.sizes), 1), time.monotonic()
     words = f'MB of {len(batch)} recording{"s" * (len(batch) > 1)}'
     with ProgressBar(words) as bar, interrupts.StopAtNext(progress.stop):
@@ -186,7 +193,7 @@ def _shown(batch: Sequence[BatchRecording]
                 begun, round(progress.done), total))
 
 
-def _size(path: Path) -> int:
+def size_of(path: Path) -> int:
     """Return the size of a recording [bytes]."""
     try:
         files = [*path.iterdir()] if path.is_dir() else [path]

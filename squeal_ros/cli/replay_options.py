@@ -33,6 +33,16 @@ def add_options(p: argparse.ArgumentParser) -> None:
     p.add_argument('-o', '--output', default=OUTPUT, metavar='OUT', help='folder in which each '
                    f'recording gets its own (default {OUTPUT}); of one recording OUT.mcap too: '
                    'the other files go beside it, as OUT.csv')
+    add_monitor_options(p)
+    p.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N', help='processes '
+                   'that replay a recording each (default: one for each core); a single long '
+                   'recording takes two')
+    add_force(p)
+    p.add_argument('--json', action='store_true')
+
+
+def add_monitor_options(p: argparse.ArgumentParser) -> None:
+    """Add what says how recordings are read and evaluated, and the format of the tables."""
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
     p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
@@ -45,10 +55,5 @@ def add_options(p: argparse.ArgumentParser) -> None:
                    'the start of each recording, a time of the day as 14:05:30 (UTC), or a date '
                    'and time as 2026-05-31T14:05:30')
     p.add_argument('--to', dest='end', metavar='T', help='up to here, likewise')
-    p.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N', help='processes '
-                   'that replay a recording each (default: one for each core); a single long '
-                   'recording takes two')
     p.add_argument('--table', choices=('csv', 'parquet', 'both'), default='csv',
                    help='format of the table of ticks (default csv)')
-    add_force(p)
-    p.add_argument('--json', action='store_true')

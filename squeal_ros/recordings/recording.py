@@ -22,6 +22,7 @@ import re
 from typing import Protocol
 
 from squeal_core.common.errors import LocatedError, short_repr
+from squeal_core.monitor.fleet_files import MANIFEST
 from squeal_core.monitor.reading import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
@@ -213,7 +214,7 @@ def _recordings_of(path: Path) -> Iterator[Path]:
         if seen > _MOST_FILES:
             raise RecordingError(path, f'holds more than {_MOST_FILES} files',
                                  'give the folder of the recordings alone')
-        if _RESULT in files:
+        if _RESULT in files or MANIFEST in files:
             folders.clear()
             continue
         folders[:] = [one for one in folders if not one.startswith('.')]
