@@ -84,8 +84,8 @@ def test_the_vehicle_needs_three_packages_and_each_has_bounds() -> None:
 
 def test_all_brings_no_tools_of_developers() -> None:
     assert required('all') == set().union(*map(required, (
-        'ros', 'readers', 'bags', 'mdf', 'calibration', 'sound', 'parquet', 'view',
-        'report')))
+        'ros', 'readers', 'bags', 'mdf', 'calibration', 'sound', 'parquet', 'fleet',
+        'view', 'report')))
     assert not required('all') & (required('test') | required('lint') | required('colcon'))
     assert 'pyNastran' not in required('all')
 

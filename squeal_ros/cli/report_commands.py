@@ -21,16 +21,22 @@ from pathlib import Path
 
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import output_file
+from squeal_core.monitor.fleet_files import is_fleet
 from squeal_core.sound.comparison import compare
 from squeal_core.view.report.page import report_page
 from squeal_core.view.report.runs import load_runs, Run
 from squeal_ros.cli.arguments import check_output
 from squeal_ros.cli.console import plain, ProgressBar
+from squeal_ros.cli.fleet_report import fleet_report
 
 
 def report(options: argparse.Namespace) -> int:
     """Write the page."""
     check_output('--output', options.output, ('.html', '.htm'), force=options.force)
+    if any(map(is_fleet, options.results)):
+        return fleet_report(options)
+    if options.pages is not None:
+        raise SquealError(f'--pages: {options.results[0]} is no folder that `squeal fleet` wrote')
     stretch = tuple(options.stretch) if options.stretch else None
     if stretch and not -math.inf < stretch[0] < stretch[1] < math.inf:
         raise SquealError(f'--stretch: {stretch[0]:g} to {stretch[1]:g} s; give a start and a '

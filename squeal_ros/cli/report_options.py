@@ -19,7 +19,8 @@ import argparse
 from squeal_ros.cli.command_parser import add_force
 
 DESCRIPTION = ('Write one HTML page of what `squeal replay` wrote: what is known, squeal events, '
-               'charts, timeline, worst mode. Of several results it says the differences first. '
+               'charts, timeline, worst mode. Of several results it says the differences first, '
+               'of a fleet it shows vehicles, brakes, mileage, operating regions, recordings. '
                'Exit code 0: done; 1: no squeal risk is known in any of them, and the page says '
                'so; 2: the input is bad.')
 
@@ -27,7 +28,10 @@ DESCRIPTION = ('Write one HTML page of what `squeal replay` wrote: what is known
 def add_options(p: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     p.add_argument('results', nargs='+', metavar='OUT', help='folder that `squeal replay` wrote, '
-                   'of one or many recordings, or a summary.json; several are compared')
+                   'of one or many recordings, or a summary.json; several are compared; or the '
+                   'folder of `squeal fleet`')
+    p.add_argument('--pages', metavar='all|none|N', help='of the folder of a fleet: how many of '
+                   'its recordings get a page of their own, the worst first (default 20)')
     p.add_argument('-o', '--output', default='report.html', metavar='PAGE.html',
                    help='default report.html')
     p.add_argument('--sound', nargs='+', metavar='MEASURED.csv', help='measured squeal, as '

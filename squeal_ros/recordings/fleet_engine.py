@@ -17,8 +17,10 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from itertools import islice
 import logging
+import multiprocessing
 import queue
 import time
 from types import TracebackType
@@ -39,7 +41,8 @@ from squeal_ros.recordings.fleet_task import FleetError
 _TICK = 0.25  # s, between looks at the progress
 _PROBE = 5.0  # s without a result, after which the scheduler is asked whether it is there
 _WINDOW = 1_000  # jobs that the scheduler has at once
-_CLOSING = 5.0  # s
+_CLOSING = 10.0  # s
+_OWN = 'Dask Worker'  # begins the names of the worker processes of a local cluster
 
 
 class FleetLost(FleetError):
@@ -83,16 +86,31 @@ class FleetEngine:
                         n_workers=self._workers, threads_per_worker=1, processes=True,
                         dashboard_address=None, silence_logs=logging.CRITICAL)
             self._connect()
+        except (OSError, ValueError, ImportError, RuntimeError) as error:
+            self._close()
+            if isinstance(error, FleetLost):
+                raise
+            raise FleetLost(f'{self._workers} worker processes', 'could not be started '
+                            f'({in_one_line(error, 120)})', 'give fewer --workers') from None
         except BaseException:
-            self.__exit__(None, None, None)
+            self._close()
             raise
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:
+        self._close()
+
+    def _close(self) -> None:
+        """Disconnect, and end what was started: results are on the disk by now."""
         for one in (self._client, self._cluster):
             if one is not None:
-                one.close(timeout=_CLOSING)
+                with suppress(Exception):  # it is not to hide what went before
+                    one.close(timeout=_CLOSING)
+        if self._cluster is not None:
+            for process in multiprocessing.active_children():
+                if process.name.startswith(_OWN):
+                    process.kill()
         self._client = self._cluster = None
 
     def _connect(self) -> None:
@@ -101,8 +119,8 @@ class FleetEngine:
                                   set_as_default=False)
         except (OSError, ValueError, ImportError) as error:  # no answer, or no address
             raise FleetLost(
-                f'--scheduler {self.address}', f'cannot be reached within {self._timeout:g} s '
-                f'({in_one_line(error, 120)})', 'check the address, and that `dask scheduler` '
+                f'the scheduler {self.address}', f'cannot be reached within {self._timeout:g} s '
+                f'({in_one_line(error, 120)})', 'check --scheduler, and that `dask scheduler` '
                 'runs there') from None
 
     def results(self, function: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]],
@@ -128,7 +146,8 @@ class FleetEngine:
         left = dict(jobs)
         for attempt in range(self._retries + 1):
             if attempt:
-                self._client.close(timeout=_CLOSING)
+                with suppress(Exception):  # it is lost
+                    self._client.close(timeout=_CLOSING)
                 self._connect()
             run = _Attempt(self._client, function, left, self._retries, going_on)
             yield from run.results(self._timeout, self._stall, self.address)

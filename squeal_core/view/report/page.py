@@ -42,8 +42,8 @@ NOTICE = ('Predictions of squeal, advisory and no safety function. Not known is 
 
 
 @dataclass(eq=False)
-class _Page:
-    """Sections and figures in the order in which they are added."""
+class Page:
+    """A page: sections and figures in the order in which they are added."""
 
     contents: list[Markup] = field(default_factory=list)
     sections: list[Markup] = field(default_factory=list)
@@ -58,6 +58,33 @@ class _Page:
         """Return the places of figures; the page's script draws them."""
         self.figures += [one for one in figures if not one.unknown]
         return element('div', map(_place, figures), class_='figures')
+
+    def whole(self, title: str, plotly: str = '') -> str:
+        """
+        Return the HTML of the page.
+
+        Parameters
+        ----------
+        title : str
+        plotly : str
+            Name of the file of plotly.js beside the page; by default it is in the page.
+
+        """
+        templates = files('squeal_core.view.report') / 'templates'
+        html, style, own = ((templates / f'page.{kind}').read_text('utf-8')
+                            for kind in ('html', 'css', 'js'))
+        figures = json.dumps([one.as_plotly() for one in self.figures], separators=(',', ':'),
+                             allow_nan=False)
+        script = '' if plotly else plotly_script()
+        for name, content in (('plotly.js', script), ('the page', own)):
+            if '</script' in content.lower() or '<!--' in content:
+                raise SquealError(f'{name}: its script cannot be embedded; install plotly again')
+        return Template(html).substitute(
+            title=markup(title), notice=markup(f'{NOTICE} Made by squeal_ros {__version__}.'),
+            contents=markup(self.contents), sections=markup(self.sections), style=style,
+            # what would end the element is written as an escape of JSON
+            figures=figures.replace('<', '\\u003c'), plotly=script, script=own,
+            beside=markup(plotly), sources=" 'self' file:" if plotly else '')
 
 
 def _place(figure: Figure) -> Markup:
@@ -77,7 +104,8 @@ def _place(figure: Figure) -> Markup:
 
 def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
                 stretch: Stretch | None = None,
-                progress: Callable[[int, int], None] = lambda done, total: None) -> str:
+                progress: Callable[[int, int], None] = lambda done, total: None,
+                plotly: str = '') -> str:
     """
     Return the page of one or several runs.
 
@@ -92,6 +120,8 @@ def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
         surroundings.
     progress : callable
         Told how many recordings were read, of how many.
+    plotly : str
+        Name of the file of plotly.js beside the page; by default it is in the page.
 
     Raises
     ------
@@ -99,9 +129,10 @@ def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
         For results that cannot be read, and a stretch that is in no recording.
 
     """
-    script = _plotly()
+    page = Page()
+    if not plotly:
+        plotly_script()  # says before the work that it is missing
     drives, boundary = read_drives(runs, stretch, progress)
-    page = _Page()
     if len(runs) > 1:
         page.add('differences', 'Differences', *differences_section(runs))
     page.add('known', '1 What is known', *_each(runs, known_section))
@@ -119,7 +150,7 @@ def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
     page.add('mode', '6 Worst mode', page.draw(*(
         figure for drive in drives for figure in _worst_mode(drive))))
     page.add('quality', '7 Data quality', *_each(runs, quality_section))
-    return _whole(page, runs, script)
+    return page.whole(f'Squeal report: {", ".join(run.name for run in runs)}', plotly)
 
 
 def _each(runs: Sequence[Run], section: Callable[[Run], list[Markup]]) -> Iterator[Markup]:
@@ -130,7 +161,7 @@ def _each(runs: Sequence[Run], section: Callable[[Run], list[Markup]]) -> Iterat
         yield from section(run)
 
 
-def _measured(page: _Page, runs: Sequence[Run],
+def _measured(page: Page, runs: Sequence[Run],
               comparisons: Sequence[Comparison]) -> Iterator[Markup]:
     """Yield measured squeal of each run beside what was predicted."""
     for place, (run, found) in enumerate(zip(runs, comparisons, strict=False)):
@@ -152,27 +183,19 @@ def _worst_mode(drive: Drive) -> Iterator[Figure]:
     yield mechanism_figure(found, f'mechanism-{drive.place}', drive.of_run)
 
 
-def _plotly() -> str:
+def plotly_script() -> str:
+    """
+    Return plotly.js.
+
+    Raises
+    ------
+    ImportError
+        Where it is not installed.
+
+    """
     try:
         package = files('plotly')
     except ImportError as error:
         raise ImportError("reports need plotly: pip install -e '.[report]' in the checkout"
                           ) from error
     return (package / 'package_data' / 'plotly.min.js').read_text('utf-8')
-
-
-def _whole(page: _Page, runs: Sequence[Run], script: str) -> str:
-    templates = files('squeal_core.view.report') / 'templates'
-    html, style, own = ((templates / f'page.{kind}').read_text('utf-8')
-                        for kind in ('html', 'css', 'js'))
-    figures = json.dumps([one.as_plotly() for one in page.figures], separators=(',', ':'),
-                         allow_nan=False)
-    for name, content in (('plotly.js', script), ('the page', own)):
-        if '</script' in content.lower() or '<!--' in content:
-            raise SquealError(f'{name}: its script cannot be embedded; install plotly again')
-    return Template(html).substitute(
-        title=markup(f'Squeal report: {", ".join(run.name for run in runs)}'),
-        notice=markup(f'{NOTICE} Made by squeal_ros {__version__}.'),
-        contents=markup(page.contents), sections=markup(page.sections), style=style,
-        # what would end the element is written as an escape of JSON
-        figures=figures.replace('<', '\\u003c'), plotly=script, script=own)

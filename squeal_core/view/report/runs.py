@@ -145,13 +145,13 @@ def load_runs(paths: Sequence[str | Path]) -> list[Run]:
     if len(paths) > MOST_RUNS:
         raise SquealError(f'{len(paths)} results; give at most {MOST_RUNS} to compare, or the '
                           'folder that holds them to have them as one')
-    found = [sorted(map(_loaded, find_results([path])),
+    found = [sorted(map(loaded, find_results([path])),
                     key=lambda one: (start_of(one), one.name)) for path in paths]
     return [Run(name, tuple(results))
             for name, results in zip(_names(paths), found, strict=True)]
 
 
-def _loaded(path: Path) -> ReplayResult:
+def loaded(path: Path) -> ReplayResult:
     """Return a result whose summary has what the page takes from it."""
     result = ReplayResult.load(path)
     kinds: dict[str, Any] = {'report': dict, 'settings': dict, 'software': dict,

@@ -61,12 +61,19 @@
   // run as soon as the tables are on the screen: it takes longer than all before it
   function loadPlotly() {
     const script = document.createElement('script');
-    script.textContent = document.getElementById('plotly').textContent;
+    const held = document.getElementById('plotly');
+    if (!held.dataset.beside) {
+      script.textContent = held.textContent;
+      document.head.append(script);
+      return null;
+    }
+    script.src = held.dataset.beside;
     document.head.append(script);
+    return new Promise((done) => script.addEventListener('load', done));
   }
 
   async function start() {
-    loadPlotly();
+    await loadPlotly();
     for (const figure of figures) {
       await draw(figure);
       await new Promise((done) => setTimeout(done));

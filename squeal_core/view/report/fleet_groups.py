@@ -1,0 +1,214 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""What the page of a fleet takes from its tables: read once, kept by vehicle, brake, condition."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+import math
+from typing import NamedTuple, TypeAlias
+
+from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.fleet_files import FleetBrake, FleetFolder, FleetLabel, FleetRecording
+from squeal_core.view.report.application_shares import wilson
+
+PRESSURE_STEP, SPEED_STEP = 5e5, 10.0  # Pa, rad/s: of operating regions
+_MOST_CLASSES = 20  # of mileage or date
+_DAYS = (1, 7, 28, 91, 364)
+
+Row: TypeAlias = tuple[FleetLabel, FleetRecording]
+
+
+@dataclass
+class Group:
+    """
+    Brake applications that have something in common.
+
+    Parameters
+    ----------
+    recordings : int
+    braking_s, risk_known_s : float
+        Braking time, and how much of it has a squeal risk.
+    applications, known, alarms : int
+        Brake applications, those of which squeal or silence is known, those with predicted squeal.
+    peak_risk : float
+    order : float
+        By which groups of a condition are sorted.
+
+    """
+
+    recordings: int = 0
+    braking_s: float = 0.0
+    risk_known_s: float = 0.0
+    applications: int = 0
+    known: int = 0
+    alarms: int = 0
+    peak_risk: float = math.nan
+    order: float = 0.0
+
+    def add(self, one: FleetRecording | FleetBrake) -> None:
+        """Take a recording, or a brake of one."""
+        self.recordings += 1
+        self.braking_s += one.braking_s
+        self.risk_known_s += one.risk_known_s
+        self.applications += one.applications
+        self.known += one.applications_known
+        self.alarms += one.applications_with_alarm
+        if not self.peak_risk >= one.peak_risk:
+            self.peak_risk = one.peak_risk
+
+    @property
+    def unknown_share(self) -> float:
+        """Part of the braking time without a squeal risk; NaN where there was no braking."""
+        return 1.0 - self.risk_known_s / self.braking_s if self.braking_s else math.nan
+
+    @property
+    def share(self) -> tuple[float, float, float]:
+        """Part of known applications with predicted squeal, with the ends of its 95 % interval."""
+        share, low, high = map(float, wilson(self.alarms, self.known))
+        return share, low, high
+
+    @property
+    def rank(self) -> tuple[float, float, float]:
+        """Key of the worst first: by the low end of the interval, which few do not raise."""
+        share, low, _ = self.share
+        return tuple(-math.inf if math.isnan(one) else one  # type: ignore[return-value]
+                     for one in (low, share, self.peak_risk))
+
+
+class Region(NamedTuple):
+    """Cell of mean pressure and of rotor speed at the start of an application."""
+
+    pressure: int
+    speed: int
+
+
+@dataclass(frozen=True, eq=False)
+class FleetData:
+    """
+    All that the page shows.
+
+    Parameters
+    ----------
+    folder : FleetFolder
+    recordings : list of rows
+    total : Group
+    vehicles, brakes, mileage, dates : dict of Group
+        By name; vehicles worst first, the empty name where none is known.
+    regions : dict of Group
+        By `Region`; those without a pressure or a speed are left out.
+
+    """
+
+    folder: FleetFolder
+    recordings: list[Row]
+    total: Group
+    vehicles: dict[str, Group]
+    brakes: dict[str, Group]
+    mileage: dict[str, Group]
+    dates: dict[str, Group]
+    regions: dict[Region, Group] = field(default_factory=dict)
+
+
+def read_fleet(folder: FleetFolder) -> FleetData:
+    """
+    Read the tables of a fleet, row by row.
+
+    Raises
+    ------
+    ResultError
+        For tables that cannot be read.
+
+    """
+    rows: list[Row] = list(folder.rows('recordings'))
+    total = Group()
+    for _, record in rows:
+        total.add(record)
+    vehicles = _grouped((label.vehicle, one) for label, one in rows)
+    return FleetData(
+        folder, rows, total,
+        dict(sorted(vehicles.items(), key=lambda item: item[1].rank, reverse=True)),
+        _grouped((one.brake, one) for _, one in folder.rows('brakes')),
+        _classes(rows, lambda label: label.mileage_km, _mileage_step, _mileage_name),
+        _classes(rows, _day, _day_step, _day_name),
+        _regions(one for _, one in folder.rows('applications')))
+
+
+def _grouped(rows: Iterable[tuple[str, FleetRecording | FleetBrake]]) -> dict[str, Group]:
+    groups: dict[str, Group] = defaultdict(Group)
+    for name, record in rows:
+        groups[name].add(record)
+    return dict(groups)
+
+
+def _classes(rows: Sequence[Row], value: Callable[[FleetLabel], float],
+             step_of: Callable[[float], float],
+             name: Callable[[float, float], str]) -> dict[str, Group]:
+    """Return recordings by classes of a value, in its order; empty where it is never known."""
+    known = [(value(label), record) for label, record in rows if not math.isnan(value(label))]
+    if not known:
+        return {}
+    values = [one for one, _ in known]
+    step = step_of(max(values) - min(values))
+    groups: dict[str, Group] = {}
+    for at in sorted({math.floor(one / step) for one in values}):
+        group = groups.setdefault(name(at * step, step), Group(order=at * step))
+        for one, record in known:
+            if math.floor(one / step) == at:
+                group.add(record)
+    return groups
+
+
+def _mileage_step(span: float) -> float:
+    """Return the width of classes [km], 1, 2 or 5 times a power of ten."""
+    least = max(span / _MOST_CLASSES, 1.0)
+    power = 10.0 ** math.floor(math.log10(least))
+    return power * next(one for one in (1.0, 2.0, 5.0, 10.0) if one * power >= least)
+
+
+def _mileage_name(low: float, step: float) -> str:
+    return f'{low:,.0f} to {low + step:,.0f} km'
+
+
+def _day(label: FleetLabel) -> float:
+    try:
+        return float(date.fromisoformat(label.date).toordinal())
+    except ValueError:
+        return math.nan
+
+
+def _day_step(span: float) -> float:
+    return next((days for days in _DAYS if span / days <= _MOST_CLASSES), _DAYS[-1])
+
+
+def _day_name(low: float, step: float) -> str:
+    first = date.fromordinal(max(round(low), 1))
+    return f'{first}' if step == 1.0 else f'from {first}, {step:.0f} days'
+
+
+def _regions(applications: Iterable[ApplicationRecord]) -> dict[Region, Group]:
+    groups: dict[Region, Group] = defaultdict(Group)
+    for one in applications:
+        if math.isfinite(one.pressure_pa + one.rotor_speed_rad_s):
+            group = groups[Region(math.floor(one.pressure_pa / PRESSURE_STEP),
+                                  math.floor(abs(one.rotor_speed_rad_s) / SPEED_STEP))]
+            group.applications += 1
+            group.known += one.alarm is not None
+            group.alarms += bool(one.alarm)
+            if not group.peak_risk >= one.peak_risk:
+                group.peak_risk = one.peak_risk
+    return dict(groups)

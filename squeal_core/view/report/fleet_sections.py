@@ -1,0 +1,196 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""Tables of the page of a fleet: what is known, groups, operating regions, recordings."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from squeal_core.view.report.fleet_charts import known_regions, region_words
+from squeal_core.view.report.fleet_groups import FleetData, Group, Row
+from squeal_core.view.report.known import short_hash
+from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.words import DASH, duration, number, percent
+
+MOST_ROWS = 50  # of a table; the CSV files have all
+_MOST_RECORDINGS = 500
+_MOST_REASONS = 12
+_COLUMNS = ('braking time', 'risk not known', 'applications', 'known', 'squeal predicted',
+            'share of known (95 %)', 'largest risk')
+
+
+def known_section(data: FleetData) -> Iterator[Markup]:
+    """Yield how much of the braking is known, what failed, and why the rest is not known."""
+    total, manifest = data.total, data.folder.manifest
+    if manifest.get('partial'):
+        yield element('p', f'In part only: {manifest["partial"]}.', class_='warning')
+    if failed := manifest['recordings_failed']:
+        yield element('p', f'{failed} of {manifest["recordings_found"]} recordings were not '
+                      'evaluated; nothing below counts them.', class_='warning')
+    if total.braking_s and not total.risk_known_s:
+        yield element('p', 'Nothing is known of squeal in this fleet: the squeal risk was never '
+                      'known while a brake was used. Empty charts below are no silence.',
+                      class_='warning', role='alert')
+    yield element('p', _headline(data), class_='headline')
+    yield from _failures(data)
+    yield from _reasons(data)
+    yield _sources(manifest)
+
+
+def _headline(data: FleetData) -> str:
+    total = data.total
+    vehicles = len([name for name in data.vehicles if name])
+    where = (f'{total.recordings} recording{"s" * (total.recordings != 1)}'
+             + (f' of {vehicles} vehicle{"s" * (vehicles != 1)}' if vehicles else '')
+             + f', {duration(sum(one.duration_s for _, one in data.recordings))}')
+    if not total.braking_s:
+        return f'No braking in {where}, so there is nothing to assess.'
+    return (f'Squeal risk not known for {percent(total.unknown_share)} of the braking time '
+            f'({total.braking_s - total.risk_known_s:.1f} of {total.braking_s:.1f} s of all '
+            f'brakes) in {where}; of {total.known} known brake applications '
+            f'{total.alarms} with predicted squeal.')
+
+
+def _failures(data: FleetData) -> Iterator[Markup]:
+    rows = [(label.recording, label.vehicle or DASH, failure.error)
+            for label, failure in data.folder.rows('failures')]
+    if rows:
+        yield table(('recording', 'vehicle', 'why'), rows[:MOST_ROWS], numbers_from=9,
+                    caption='Not evaluated, and why')
+        yield from _more(len(rows), MOST_ROWS, 'failures')
+
+
+def _more(count: int, most: int, name: str) -> Iterator[Markup]:
+    if count > most:
+        yield element('p', f'{count - most} more are in {name}.csv.')
+
+
+def _reasons(data: FleetData) -> Iterator[Markup]:
+    """Yield why the risk was not known, by braking time: the main reason of each recording."""
+    found: dict[str, tuple[float, int, str]] = {}
+    for _, one in data.recordings:
+        unknown = one.braking_s - one.risk_known_s
+        if unknown > 0.0:
+            text, _, remedy = one.why_not_known.rpartition('; ')
+            seconds, count, first = found.get(remedy, (0.0, 0, text or remedy or DASH))
+            found[remedy] = seconds + unknown, count + 1, first
+    rows = [(duration(seconds), str(count), first, remedy or DASH)
+            for remedy, (seconds, count, first) in sorted(
+                found.items(), key=lambda item: item[1], reverse=True)]
+    if rows:
+        yield table(('braking time not known', 'recordings', 'main reason, at first', 'remedy'),
+                    rows[:_MOST_REASONS], numbers_from=9, caption='Not known, and why')
+
+
+def _sources(manifest: Mapping[str, Any]) -> Markup:
+    sources = manifest['sources']
+    rows: list[tuple[Content, ...]] = []
+    for kind in ('model', 'table', 'emulator', 'calibration'):
+        about = sources.get(kind) or {}
+        rows.append((kind, str(about.get('name') or Path(about.get('path') or 'none').name),
+                     short_hash(about.get('sha256'))))
+    settings, software = sources.get('settings') or {}, sources.get('software') or {}
+    rows.append(('settings', f'{sources.get("rate_hz")} Hz', short_hash(settings.get('sha256'))))
+    rows.append(('software', ', '.join(f'{name} {one}' for name, one in software.items()), DASH))
+    return table(('', 'name', 'SHA-256'), rows, caption='Model, settings and software',
+                 numbers_from=9)
+
+
+def group_table(groups: Mapping[str, Group], what: str, file: str) -> Iterator[Markup]:
+    """
+    Yield the table of groups.
+
+    Parameters
+    ----------
+    groups : mapping
+        By name, in the order of the rows.
+    what : str
+        Heading of the first column.
+    file : str
+        Name of the table in which all of them are.
+
+    """
+    rows: list[list[Content]] = [[name or 'not known', str(one.recordings), *_figures(one)]
+                                 for name, one in list(groups.items())[:MOST_ROWS]]
+    yield table((what, 'recordings', *_COLUMNS), rows)
+    yield from _more(len(groups), MOST_ROWS, file)
+
+
+def _figures(one: Group) -> list[Content]:
+    return [duration(one.braking_s), percent(one.unknown_share), *_shares(one)]
+
+
+def _shares(one: Group) -> list[Content]:
+    share, low, high = (100.0 * value for value in one.share)
+    return [str(one.applications), str(one.known), str(one.alarms) if one.known else DASH,
+            f'{share:.1f} % ({low:.0f} to {high:.0f} %)' if one.known else 'not known',
+            number(one.peak_risk, '.2f')]
+
+
+def region_table(data: FleetData) -> Iterator[Markup]:
+    """Yield the operating regions with most predicted squeal."""
+    worst = known_regions(data.regions)
+    if not worst:
+        yield element('p', 'No squeal is predicted in a brake application of which it is known.')
+        return
+    total = sum(one.alarms for _, one in worst)
+    yield table(('pressure bar', 'speed rad/s', 'of all predicted squeal', *_COLUMNS[2:]), [
+        [*region_words(at), percent(one.alarms / total), *_shares(one)]
+        for at, one in worst[:10]], numbers_from=2,
+        caption=f'{min(10, len(worst))} of {len(worst)} operating regions with predicted squeal')
+
+
+def recordings_section(data: FleetData, pages: Mapping[str, str], how: str) -> Iterator[Markup]:
+    """
+    Yield the recordings, worst first, each with a link to its page.
+
+    Parameters
+    ----------
+    data : FleetData
+    pages : mapping
+        Where the page of a result is, relative to this one.
+    how : str
+        How the pages are made that are not there.
+
+    """
+    ranked = worst_first(data)
+    yield table(('recording', 'vehicle', 'date', 'mileage km', 'duration', 'page', *_COLUMNS),
+                [_recording(row, pages) for row in ranked[:_MOST_RECORDINGS]], numbers_from=3)
+    yield from _more(len(ranked), _MOST_RECORDINGS, 'recordings')
+    if any(one.result not in pages for _, one in ranked):
+        yield element('p', how, class_='notice')
+
+
+def worst_first(data: FleetData) -> list[Row]:
+    """Return the recordings: those with most predicted squeal first, then by unknown time."""
+    def key(row: Row) -> tuple[float, ...]:
+        one = row[1]
+        return (-one.applications_with_alarm, -one.peak_risk if one.peak_risk >= 0.0 else 1.0,
+                one.risk_known_s - one.braking_s)
+
+    return sorted(data.recordings, key=key)
+
+
+def _recording(row: Row, pages: Mapping[str, str]) -> list[Content]:
+    label, one = row
+    group = Group()
+    group.add(one)
+    page = pages.get(one.result)
+    return [element('a', label.recording, href=quote(page)) if page else label.recording,
+            label.vehicle or DASH, label.date or DASH, number(label.mileage_km, ',.0f'),
+            duration(one.duration_s), element('a', 'page', href=quote(page)) if page else DASH,
+            *_figures(group)]
