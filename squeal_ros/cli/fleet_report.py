@@ -48,8 +48,9 @@ def fleet_report(options: argparse.Namespace) -> int:
     new = _write_pages(worst_first(data)[:count], data, folder)
     pages = {one.result: os.path.join(folder.name, _page_name(one.result))
              for _, one in data.recordings if (folder / _page_name(one.result)).is_file()}
-    how = (f'A dash: its page is not made yet. `squeal report {options.results[0]} -o {output} '
-           '--force --pages all` makes those of all recordings, --pages N of the N worst.')
+    how = ('A name without a link: its page is not made yet. `squeal report '
+           f'{options.results[0]} -o {output} --force --pages all` makes those of all '
+           'recordings, --pages N of the N worst.')
     with output_file(output, overwrite=options.force) as partial:
         partial.write_text(fleet_page(data, pages, how), encoding='utf-8')
     return _said(options, data, len(pages), new)

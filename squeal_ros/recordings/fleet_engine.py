@@ -78,6 +78,8 @@ class FleetEngine:
     def __enter__(self) -> Self:
         logging.getLogger('distributed').setLevel(logging.CRITICAL)
         dask.config.set({'distributed.scheduler.allowed-failures': self._retries,
+                         # none waits at a worker, to be suspected where the one before ends it
+                         'distributed.scheduler.worker-saturation': 1.0,
                          'distributed.comm.timeouts.connect': self._timeout})
         try:
             if not self.address:

@@ -52,7 +52,7 @@ def share_bars(groups: Mapping[str, Group], *, name: str, title: str, axis: str,
     return Figure(name, title, wide=wide, traces=[_unknown(shown), _squeal(shown)], caption=(
         'Hatched: braking time of which the squeal risk is not known. Blue: known brake '
         f'applications with predicted squeal; bars of error: 95 %.{more}'), layout={
-            'barmode': 'group', 'bargap': 0.25, 'legend': LEGEND,
+            'barmode': 'group', 'bargap': max(0.25, 1.0 - 0.1 * len(shown)), 'legend': LEGEND,
             'xaxis': {'type': 'category', 'title': {'text': axis}, 'automargin': True},
             'yaxis': {'title': {'text': 'share  %'}, 'rangemode': 'tozero'}})
 
@@ -88,7 +88,7 @@ def _squeal(groups: Mapping[str, Group]) -> Trace:
 
 def region_map(regions: Mapping[Region, Group]) -> Figure:
     """Return the share of applications with predicted squeal by pressure and speed."""
-    name, title = 'regions', 'Operating regions'
+    name, title = 'region-map', 'Operating regions'
     if not any(one.known for one in regions.values()):
         return Figure(name, title, wide=True, unknown='Not known: there is no brake application '
                       'of which the squeal risk is known.')

@@ -168,8 +168,8 @@ def recordings_section(data: FleetData, pages: Mapping[str, str], how: str) -> I
 
     """
     ranked = worst_first(data)
-    yield table(('recording', 'vehicle', 'date', 'mileage km', 'duration', 'page', *_COLUMNS),
-                [_recording(row, pages) for row in ranked[:_MOST_RECORDINGS]], numbers_from=3)
+    yield table(('recording', 'vehicle', 'date', 'mileage km', 'duration', *_COLUMNS),
+                [_recording(row, pages) for row in ranked[:_MOST_RECORDINGS]], numbers_from=2)
     yield from _more(len(ranked), _MOST_RECORDINGS, 'recordings')
     if any(one.result not in pages for _, one in ranked):
         yield element('p', how, class_='notice')
@@ -192,5 +192,4 @@ def _recording(row: Row, pages: Mapping[str, str]) -> list[Content]:
     page = pages.get(one.result)
     return [element('a', label.recording, href=quote(page)) if page else label.recording,
             label.vehicle or DASH, label.date or DASH, number(label.mileage_km, ',.0f'),
-            duration(one.duration_s), element('a', 'page', href=quote(page)) if page else DASH,
-            *_figures(group)]
+            duration(one.duration_s), *_figures(group)]
