@@ -111,6 +111,7 @@ def content_key(task: ReplayTask, path: Path, digest: str, files: str) -> str:
     Parameters
     ----------
     task : ReplayTask
+        What is done with the recording.
     path : Path
         Of the recording.
     digest : str

@@ -96,6 +96,7 @@ def vehicles_of(recordings: Mapping[str, Path],
     recordings : mapping
         Absolute paths by name.
     rows : sequence of VehicleRow
+        Of the table; none: without one.
 
     """
     common = Path(os.path.commonpath([path.parent for path in recordings.values()]))

@@ -40,6 +40,7 @@ def fleet_page(data: FleetData, pages: Mapping[str, str], how: str) -> str:
     Parameters
     ----------
     data : FleetData
+        What is shown.
     pages : mapping
         Where the page of a result is, relative to this one; of some or all recordings.
     how : str

@@ -161,6 +161,7 @@ def recordings_section(data: FleetData, pages: Mapping[str, str], how: str) -> I
     Parameters
     ----------
     data : FleetData
+        Whose recordings they are.
     pages : mapping
         Where the page of a result is, relative to this one.
     how : str

@@ -66,6 +66,7 @@ class Page:
         Parameters
         ----------
         title : str
+            Heading of the page.
         plotly : str
             Name of the file of plotly.js beside the page; by default it is in the page.
 
