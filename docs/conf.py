@@ -34,8 +34,9 @@ myst_enable_extensions = ['attrs_block', 'attrs_inline']
 
 autodoc_typehints = 'none'  # the sections of the docstrings name types, shapes and units
 autodoc_member_order = 'bysource'
+autodoc_preserve_defaults = True
 napoleon_google_docstring = False
-napoleon_use_rtype = False
+napoleon_use_param = napoleon_use_rtype = False  # arguments described together stay so
 
 html_theme = 'furo'
 html_title = f'squeal_ros {release}'
