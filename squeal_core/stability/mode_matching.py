@@ -27,8 +27,8 @@ from squeal_core.model.surface_shapes import SurfaceShapes
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.stability.mode_tracking import numbered, Tracked
 
-DOUBLET = 5e-3  # relative difference of frequencies up to which two modes may be a doublet
-LEAST_MAC = 0.5  # under it modes are not the same
+DOUBLET = 0.02  # relative difference of frequencies: pads and rotation split doublets by less
+LEAST_MAC = 0.6  # under it modes are not the same; planes with one shape in common have 0.5
 FARTHEST = 0.1  # relative difference of frequencies, beyond which modes without shapes are not
 _BREAKS_TIES = 1e-3  # what frequencies and single shapes count beside the MAC of doublets
 
@@ -101,10 +101,10 @@ def match_modes(first: ModeShapes, second: ModeShapes) -> ModeMatch:
     Notes
     -----
     Points of surfaces are taken for the same by their place in the pad or in the ring that the
-    pads sweep, so brakes of other dimensions can be compared. Shapes of a doublet, two modes of
-    nearly one frequency, are any combination of two: where both models have one, the MAC is that
-    of the planes that both shapes span, the mean of the squared cosines between them. It does not
-    depend on order, signs or orientation.
+    pads sweep, so brakes of other dimensions can be compared. Shapes of a doublet are any
+    combination of two, and small changes turn them: for two modes of nearly one frequency in both
+    models the MAC is that of the planes that the shapes span, the mean of the squared cosines
+    between them, where that is larger. It does not depend on order, signs or orientation.
 
     """
     why_not = _without_shapes(first, second)
@@ -128,29 +128,27 @@ def assurance(first: ComplexArray, second: ComplexArray) -> FloatArray:
     return np.asarray(np.divide(cross, norms, out=np.zeros_like(cross), where=norms > 0.0))
 
 
-def doublets(frequencies_hz: FloatArray) -> list[tuple[int, int]]:
-    """Return pairs of neighbours of nearly one frequency, the closest first; each mode once."""
-    gaps = np.diff(frequencies_hz) / frequencies_hz[1:]
-    found: list[tuple[int, int]] = []
-    taken: set[int] = set()
-    for low in np.argsort(gaps, kind='stable').tolist():
-        if gaps[low] <= DOUBLET and not {low, low + 1} & taken:
-            found.append((low, low + 1))
-            taken |= {low, low + 1}
-    return found
-
-
 def _of_doublets(first: ModeShapes, second: ModeShapes) -> FloatArray:
-    """Return the MAC of the planes of doublets, (n, m); 0 for modes that are in none."""
+    """Return the largest MAC of planes that two modes (n, m) are in; 0 for those in none."""
     found = np.zeros((first.frequencies_hz.size, second.frequencies_hz.size))
-    assert first.shapes is not None
-    assert second.shapes is not None
-    for own in doublets(first.frequencies_hz):
-        plane = np.linalg.qr(first.shapes[:, own])[0]
-        for other in doublets(second.frequencies_hz):
-            across = plane.conj().T @ np.linalg.qr(second.shapes[:, other])[0]
-            found[np.ix_(own, other)] = np.linalg.norm(across) ** 2 / 2.0
+    pairs, planes = zip(*map(_planes, (first, second)), strict=True)
+    if not all(map(len, pairs)):
+        return found
+    cosines = np.abs(planes[0].conj().T @ planes[1]) ** 2
+    mac = 0.5 * cosines.reshape(len(pairs[0]), 2, len(pairs[1]), 2).sum(axis=(1, 3))
+    for one in (0, 1):
+        for other in (0, 1):
+            np.maximum.at(found, np.ix_(pairs[0][:, one], pairs[1][:, other]), mac)
     return found
+
+
+def _planes(modes: ModeShapes) -> tuple[IndexArray, ComplexArray]:
+    """Return pairs (k, 2) of modes of nearly one frequency, and bases of planes (P, 2 k)."""
+    assert modes.shapes is not None
+    hertz = modes.frequencies_hz
+    pairs = np.argwhere(np.triu(np.abs(hertz[:, None] - hertz) <= DOUBLET * hertz, 1))
+    bases = [np.linalg.qr(modes.shapes[:, pair])[0] for pair in pairs]
+    return pairs, np.concatenate([np.empty((len(modes.shapes), 0)), *bases], axis=1)
 
 
 def _without_shapes(first: ModeShapes, second: ModeShapes) -> str:

@@ -64,7 +64,8 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
     about = f'{point_words(point)}; matched by ' + '; '.join(dict.fromkeys(
         match.basis for match in found.matches)) + (
             f'; the {_MOST} of {len(rows)} modes that grow most' if len(rows) > _MOST else '')
-    with slide(path, title or ' and '.join(names), about, overwrite=overwrite) as figure:
+    title = title or f'Brakes compared: {", ".join(names)}'
+    with slide(path, title, about, overwrite=overwrite) as figure:
         panels = figure.subplots(1, 4 if risks else 3, width_ratios=(4, 3, 3, 2.2)[
             :4 if risks else 3])
         _rows(panels[0], shown, _growths)
@@ -72,6 +73,7 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
         _rows(panels[2], shown, partial(_boundaries, found, bounds[1]))
         unstable = max(map(_growth, shown), default=0.0)
         panels[0].set_xscale('symlog', linthresh=unstable if unstable > 0.0 else 10.0)
+        panels[0].xaxis.set_major_formatter('{x:g}')
         panels[0].axvline(0.0, color='black', linewidth=1.0)
         panels[0].set(xlabel='growth rate  1/s\n(below zero logarithmic: stable)')
         panels[0].set_yticks(range(len(shown)), [_label(row) for row in shown])
@@ -150,9 +152,9 @@ def _risks(axes: Any, names: Sequence[str], risks: Sequence[DriveRisk], drive: s
         axes.bar(place, risk.mean_risk, width=0.6, color=look.colour, hatch=look.hatch,
                  edgecolor='white')
         axes.plot([place - 0.3, place + 0.3], 2 * [risk.peak_risk], color='black', linewidth=2.0)
-        axes.annotate(f'{risk.mean_risk:.2f}', (place, risk.mean_risk), (0, 4), ha='center',
-                      textcoords='offset points')
-    axes.set(ylim=(0.0, 1.05), xlim=(-0.6, len(names) - 0.4), xticks=[],
+    axes.set_xticks(range(len(risks)), ['–' if risk.unknown else f'{risk.mean_risk:.2f}'
+                                        for risk in risks])
+    axes.set(ylim=(0.0, 1.05), xlim=(-0.6, len(names) - 0.4),
              ylabel='squeal risk while braking', xlabel=f'mean over {drive}\n(line: largest)')
     axes.grid(axis='y', color='0.88')
 
