@@ -71,11 +71,7 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
         _rows(panels[0], shown, _growths)
         _rows(panels[1], shown, _shifts)
         _rows(panels[2], shown, partial(_boundaries, found, bounds[1]))
-        unstable = max(map(_growth, shown), default=0.0)
-        panels[0].set_xscale('symlog', linthresh=unstable if unstable > 0.0 else 10.0)
-        panels[0].xaxis.set_major_formatter('{x:g}')
-        panels[0].axvline(0.0, color='black', linewidth=1.0)
-        panels[0].set(xlabel='growth rate  1/s\n(below zero logarithmic: stable)')
+        _scale_growth(panels[0], max(map(_growth, shown), default=0.0))
         panels[0].set_yticks(range(len(shown)), [_label(row) for row in shown])
         panels[1].set(xlabel=f'frequency against\n{names[0]}  %')
         panels[2].set(xlabel=f'critical friction\n(at {bounds[1]:g}: stable up to it)',
@@ -87,6 +83,19 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
         if risks:
             _risks(panels[3], names, risks, drive)
         _legend(figure, panels[0], names)
+
+
+def _scale_growth(axes: Any, unstable: float) -> None:
+    """Scale growth rates: linear as far as modes are unstable, logarithmic far below zero."""
+    linear = float(f'{unstable:.1g}') if unstable > 0.0 else 10.0
+    axes.set_xscale('symlog', linthresh=linear, linscale=1.5)
+    decades = 10.0 ** np.arange(np.ceil(np.log10(2.0 * linear)), 7.0)
+    low, high = axes.get_xlim()
+    axes.set_xticks([tick for tick in (*-decades[::-1], 0.0, linear) if low <= tick <= high])
+    axes.xaxis.set_major_formatter('{x:g}')
+    axes.minorticks_off()
+    axes.axvline(0.0, color='black', linewidth=1.0)
+    axes.set(xlabel=f'growth rate  1/s\n(linear from −{linear:g} to {linear:g})')
 
 
 def _growth(row: _Row) -> float:

@@ -22,6 +22,7 @@ from pathlib import Path
 import time
 from typing import Any, NamedTuple
 
+from squeal_core.assembly.parts import PartCache
 from squeal_core.brake.brake_yaml import read_brake
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
@@ -110,18 +111,20 @@ def _read(names: Sequence[str]) -> list[Given]:
               for stem, name in zip(short, names, strict=True)]
     if len(set(labels)) < len(labels):  # the same one again
         labels = [f'{label} ({place})' for place, label in enumerate(labels, 1)]
-    models = {name: _model(name) for name in names if not is_table(name)}
+    parts = PartCache(resources.cache_folder())  # what variants have in common
+    models = {name: _model(name, parts) for name in names if not is_table(name)}
     return [Given(label, models[name]) if name in models
             else Given(label, _model_of(name, list(models.values())), name)
             for label, name in zip(labels, names, strict=True)]
 
 
-def _model(name: str) -> BrakeModel:
+def _model(name: str, parts: PartCache) -> BrakeModel:
     if Path(name).suffix not in ('.yaml', '.yml'):
         return BrakeModel.load(name)
     from squeal_core.assembly.build import build_model
     brake = read_brake(shipped('brakes', name, '.yaml'), warn=warn)
-    return build_model(brake, progress=lambda text: report_progress(f'{name}: {text}'))
+    return build_model(brake, parts=parts,
+                       progress=lambda text: report_progress(f'{name}: {text}'))
 
 
 def _model_of(table: str, models: Sequence[BrakeModel]) -> BrakeModel:
