@@ -50,7 +50,7 @@ def session(commands: list[str], home: Path) -> list[str]:
     variables = {name: value for name, value in os.environ.items()
                  if name not in ('SQUEAL_TABLES', 'XDG_CACHE_HOME')}  # those of the tests
     said = subprocess.run(
-        ['bash', '--norc'], input=script, text=True, cwd=ROOT, timeout=600,
+        ['bash', '--norc'], input=script, text=True, cwd=ROOT,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={
             **variables, 'HOME': str(home), 'OPENBLAS_NUM_THREADS': '1', 'COLUMNS': '100',
             'PATH': f'{Path(sys.executable).parent}:{variables["PATH"]}'}).stdout
@@ -62,6 +62,7 @@ def session(commands: list[str], home: Path) -> list[str]:
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
+@pytest.mark.usefixtures('own_domain')
 def test_tutorial(page: Path, tmp_path: Path) -> None:
     pytest.importorskip('rclpy', reason='needs rclpy')
     todo = list(steps(page.read_text(encoding='utf-8')))
