@@ -147,7 +147,7 @@ class FleetFolder:
     ----------
     path : Path
     manifest : dict
-        docs/fleet.md names the keys.
+        docs/howto/fleet.md names the keys.
 
     """
 

@@ -184,7 +184,7 @@ def _words(path: Path, error: Exception) -> str:
 
 
 def fleet_summary(manifest: Mapping[str, Any], run: FleetRun) -> dict[str, Any]:
-    """Return what became of a run, as plain data; docs/fleet.md names the keys."""
+    """Return what became of a run, as plain data; docs/howto/fleet.md names the keys."""
     return {key: manifest[key] for key in (
         'recordings_found', 'recordings_evaluated', 'recordings_failed', 'totals', 'failures')} | {
         'results_computed': run.computed, 'results_kept': run.kept, 'lost': run.lost or None,

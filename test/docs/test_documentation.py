@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The documentation as a whole: no sentence twice, a small sample, links of the README."""
+"""The documentation as a whole: no sentence twice, links, names of the code, a small sample."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -20,6 +20,7 @@ import re
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
+import pytest
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
@@ -55,6 +56,27 @@ def test_links_of_pages_outside_the_site_lead_somewhere() -> None:
     for page in (ROOT / 'README.md', ROOT / 'CONTRIBUTING.md'):
         links = re.findall(r'\]\((?!https?:)([^)#]+)', page.read_text(encoding='utf-8'))
         assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_contributing_names_what_is_there() -> None:
+    """Files by their paths or ends of paths, names as they are in the code."""
+    code = [path for folder in ('squeal_core', 'squeal_ros', 'squeal_msgs', 'test', 'docs')
+            for path in (ROOT / folder).rglob('*') if path.suffix in ('.py', '.md', '.msg')]
+    text = ' '.join(path.read_text(encoding='utf-8') for path in code)
+    for name in re.findall(r'`([^` ]+)`', (ROOT / 'CONTRIBUTING.md').read_text('utf-8')):
+        if '/' in name or name.endswith(('.py', '.md')):
+            assert (ROOT / name).exists() or any(
+                path.as_posix().endswith(f'/{name}') for path in code) or (
+                    ROOT / 'squeal_core' / name).is_dir(), name
+        elif re.fullmatch(r'[A-Z_][A-Za-z_]+', name):
+            assert re.search(rf'\b{name}\b', text), name
+
+
+def test_the_example_of_the_python_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (DOCS / 'reference' / 'api.md').read_text(encoding='utf-8')
+    example = next(token.content for token in PARSER.parse(page) if token.info == 'python')
+    exec(example, {})
+    assert 'flutter' in capsys.readouterr().out
 
 
 def test_messages_name_pages_that_are_there() -> None:
