@@ -88,10 +88,11 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
 def _scale_growth(axes: Any, unstable: float) -> None:
     """Scale growth rates: linear as far as modes are unstable, logarithmic far below zero."""
     linear = float(f'{unstable:.1g}') if unstable > 0.0 else 10.0
-    axes.set_xscale('symlog', linthresh=linear, linscale=1.5)
+    axes.set_xscale('symlog', linthresh=linear, linscale=0.9)
     decades = 10.0 ** np.arange(np.ceil(np.log10(2.0 * linear)), 7.0)
     low, high = axes.get_xlim()
     axes.set_xticks([tick for tick in (*-decades[::-1], 0.0, linear) if low <= tick <= high])
+    axes.tick_params(axis='x', labelsize=12)
     axes.xaxis.set_major_formatter('{x:g}')
     axes.minorticks_off()
     axes.axvline(0.0, color='black', linewidth=1.0)
