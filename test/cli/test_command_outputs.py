@@ -20,7 +20,6 @@ from importlib.util import find_spec
 import json
 import os
 from pathlib import Path
-import time
 from typing import Any
 
 import numpy as np
@@ -165,11 +164,9 @@ def test_models_that_are_no_files_are_refused_at_once(tmp_path: Path, capsys: An
     for name in ('pipe', 'zero', 'sparse'):
         for command in (['info'], ['build', '-o', tmp_path / 'out.npz'], ['drive'],
                         ['policy', '--config']):
-            begun = time.monotonic()
             code, _, error = run([*command, tmp_path / name], capsys)
             assert (code, error.count('\n')) == (2, 1), command
             assert 'no regular file' in error or 'bytes, more than the' in error
-            assert time.monotonic() - begun < 60.0  # a hang, not a duration
 
 
 def test_the_library_replaces_and_may_be_told_not_to(model: Path) -> None:

@@ -39,8 +39,8 @@ def parts(kang: BrakeModel, solved_once: None) -> Parts:
 
 @pytest.fixture(scope='module')
 def drawn(kang: BrakeModel, parts: Parts) -> Verification:
-    """Return what figures show, at every sixth point; `test_verify.py` looks at the claims."""
-    return Verification(model=kang, rows=(), records=sweeps(kang, parts, 0, 6), parts=parts,
+    """Return what figures show, at every tenth point; `test_verify.py` looks at the claims."""
+    return Verification(model=kang, rows=(), records=sweeps(kang, parts, 0, 10), parts=parts,
                         skipped=())
 
 
