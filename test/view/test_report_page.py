@@ -176,8 +176,8 @@ def test_the_timeline_holds_the_tick_after_the_last_message(tmp_path: Path,
 def test_measured_squeal(tmp_path: Path, drive: Path, capsys: pytest.CaptureFixture[str]) -> None:
     applications = [one for one in load_runs([drive])[0].known if one.alarm]
     measured = tmp_path / 'measured.csv'
-    measured.write_text('time_s,frequency_hz,brake\n' + ''.join(
-        f'{one.start_s + 2.5},{1.01 * one.frequency_hz},{one.brake}\n'
+    measured.write_text('time_s,frequency_hz,brake,end_s\n' + ''.join(
+        f'{one.start_s + 2.5},{1.01 * one.frequency_hz},{one.brake},{one.start_s + 3.0}\n'
         for one in applications[1:]))
     output = tmp_path / 'page.html'
     assert main(['report', str(drive), '-o', str(output), '--sound', str(measured), '--json']) == 0
@@ -198,6 +198,10 @@ def test_measured_squeal(tmp_path: Path, drive: Path, capsys: pytest.CaptureFixt
     start = load_runs([drive])[0].results[0].summary['recording']['start_s']
     assert unpacked(heard['x']) == pytest.approx(
         [one.start_s + 2.5 - start for one in applications[1:]])
+    lines = figures['timeline-0-0']['data'][-1]
+    assert lines['name'] == 'measured squeal'
+    assert unpacked(lines['x']).reshape(-1, 3)[:, :2] == pytest.approx(np.array(
+        [(one.start_s + 2.5 - start, one.start_s + 3.0 - start) for one in applications[1:]]))
     for figure in figures.values():
         graphs.Figure(figure['data'], figure['layout'])
 

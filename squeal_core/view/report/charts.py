@@ -19,8 +19,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from squeal_core.calibration.events import MeasuredEvent
 from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.result_files import ReplayResult
 from squeal_core.sound.comparison import Comparison
 from squeal_core.sound.matching import MatchedApplication
 from squeal_core.view.report.application_shares import classes, exceedance, Shares, shares
@@ -215,12 +217,8 @@ def _event_marks(run: Run, events: Sequence[Any], name: str, place: int) -> Trac
 
 def _measured_marks(run: Run, found: Comparison, is_named: bool, place: int) -> Trace | None:
     """Return the measured events of a run that have a pitch; None: there is none."""
-    at = [Located(i, event) for i, result in enumerate(run.results) for event in (
-        *(event for one in found.matches.applications if one.braking.recording == result.name
-          for event in one.events),
-        *(event for event in found.matches.unmatched if event.recording in ('', result.name)
-          and start_of(result) <= event.time <= end_of(result)))
-          if math.isfinite(event.frequency_hz)]
+    at = [Located(i, event) for i, result in enumerate(run.results)
+          for event in measured_in(result, found)]
     if not at:
         return None
     return {
@@ -231,6 +229,16 @@ def _measured_marks(run: Run, found: Comparison, is_named: bool, place: int) -> 
         'marker': {'color': style(place).colour if is_named else GREY, 'symbol': 'star-open',
                    'size': 11},
         'hovertemplate': 'measured %{y:.2f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
+
+
+def measured_in(result: ReplayResult, found: Comparison) -> list[MeasuredEvent]:
+    """Return the measured events of known pitch in a recording."""
+    return [event for event in (
+        *(event for one in found.matches.applications if one.braking.recording == result.name
+          for event in one.events),
+        *(event for event in found.matches.unmatched if event.recording in ('', result.name)
+          and start_of(result) <= event.time <= end_of(result)))
+          if math.isfinite(event.frequency_hz)]
 
 
 def worst_levels(runs: Sequence[Run]) -> Figure:

@@ -144,7 +144,7 @@ def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
         charts.main_peaks(runs), charts.worst_levels(runs),
         charts.frequencies_over_time(runs, comparisons), friction_chart(runs, boundary)))
     page.add('timeline', '4 Timeline', page.draw(*(
-        figure for drive in drives for figure in _timelines(drive))))
+        figure for drive in drives for figure in _timelines(drive, comparisons[drive.place:]))))
     page.add('map', '5 Operating map', page.draw(*(
         operating_map(drive.map, drive.path.numbers, f'map-{drive.place}', drive.of_path,
                       f'Operating map{drive.of_run}') for drive in drives)))
@@ -171,9 +171,12 @@ def _measured(page: Page, runs: Sequence[Run],
         yield page.draw(*measured_figures(found, str(place), of_run))
 
 
-def _timelines(drive: Drive) -> Iterator[Figure]:
+def _timelines(drive: Drive, comparisons: Sequence[Comparison]) -> Iterator[Figure]:
+    measured = [event for found in comparisons[:1]
+                for event in charts.measured_in(drive.result, found)]
     for place, (title, words, envelope) in enumerate(drive.stretches):
-        yield timeline(envelope, name=f'timeline-{drive.place}-{place}', title=title, what=words)
+        yield timeline(envelope, name=f'timeline-{drive.place}-{place}', title=title, what=words,
+                       measured=measured)
 
 
 def _worst_mode(drive: Drive) -> Iterator[Figure]:

@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from squeal_core.calibration.events import MeasuredEvent
 from squeal_core.view.report.charts import KELVIN
 from squeal_core.view.report.envelope import StretchEnvelope
 from squeal_core.view.report.figure import (
@@ -59,7 +60,8 @@ _PANELS = (
 _GAP = 0.018
 
 
-def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str) -> Figure:
+def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
+             measured: Sequence[MeasuredEvent] = ()) -> Figure:
     """
     Return the timeline of a stretch.
 
@@ -71,6 +73,8 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str) -> 
         Id and heading of the figure.
     what : str
         Of which recording and which stretch it is, for the caption.
+    measured : sequence of MeasuredEvent
+        Of the recording, of known pitch.
 
     """
     if not envelope.brakes:
@@ -80,12 +84,15 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str) -> 
     for place, brake in enumerate(brakes):
         traces += _curves(envelope, brake, place)
     traces += _modes(envelope)
+    heard = _heard(envelope, measured)
+    traces += heard
     points = ('one point a tick' if envelope.single else
               f'the smallest and the largest value in each {envelope.width:.3g} s')
     return Figure(name, title, wide=True, height=860, traces=traces, caption=(
         f'{what}; {points}. Blue: some brake is known to slide under load. Hatched: the squeal '
         'risk of some brake is not known; of which one, the first row says. Click a brake in the '
-        'legend to hide it.'), layout=_layout(envelope, brakes))
+        'legend to hide it.' + ' Stars and lines among the modes: measured squeal.' * bool(heard)),
+        layout=_layout(envelope, brakes))
 
 
 def _areas(envelope: StretchEnvelope) -> Iterator[Trace]:
@@ -138,6 +145,25 @@ def _modes(envelope: StretchEnvelope) -> Iterator[Trace]:
                            'title': {'text': 'growth<br>rate 1/s'}, 'len': 0.22, 'y': 0.09,
                            'thickness': 12}},
             'hovertemplate': '%{y:.2f} kHz, growth %{marker.color:.1f} 1/s'}
+
+
+def _heard(envelope: StretchEnvelope, measured: Sequence[MeasuredEvent]) -> list[Trace]:
+    """Return measured events as lines from start to end among the modes, with a star each."""
+    rows = [(start - envelope.origin, end - envelope.origin, event) for event in measured
+            for start, end in [(event.time, max(event.time, event.end))]
+            if end >= envelope.start and start <= envelope.end]
+    if not rows:
+        return []
+    return [{
+        'type': 'scatter', 'mode': 'lines+markers', 'name': 'measured squeal', 'xaxis': 'x',
+        'yaxis': _MODES, 'connectgaps': False, 'line': {'color': GREY, 'width': 3},
+        'x': packed(np.ravel([(start, end, np.nan) for start, end, _ in rows])),
+        'y': packed(np.ravel([(kilohertz, kilohertz, np.nan) for *_, event in rows
+                              for kilohertz in [event.frequency_hz / 1e3]])),
+        'marker': {'symbol': 'star-open', 'size': packed(np.tile([11.0, 0.0, 0.0], len(rows))),
+                   'color': GREY},
+        'text': [label(event.place or 'brake not known') for *_, event in rows for _ in range(3)],
+        'hovertemplate': 'measured %{y:.2f} kHz<br>%{text}<extra></extra>'}]
 
 
 def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
