@@ -83,7 +83,7 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
     traces = [*_areas(envelope), *_lanes(envelope, brakes)]
     for place, brake in enumerate(brakes):
         traces += _curves(envelope, brake, place)
-    traces += _modes(envelope)
+    traces += [*_modes(envelope), *_empty(envelope)]
     heard = _heard(envelope, measured)
     traces += heard
     points = ('one point a tick' if envelope.single else
@@ -131,6 +131,15 @@ def _curves(envelope: StretchEnvelope, brake: str, place: int) -> Iterator[Trace
             'x0': start, 'dx': step, 'y': packed(value * panel.scale + panel.offset),
             'line': {'color': own.colour, 'dash': own.dash, 'width': 1.4},
             'connectgaps': False, 'hovertemplate': '%{y:.4g}'}
+
+
+def _empty(envelope: StretchEnvelope) -> Iterator[Trace]:
+    """Yield a trace without a point for panels of which nothing is known: they are drawn, too."""
+    for panel in _PANELS:
+        if panel.column and not _is_known(envelope, panel) or (
+                panel.axis == _MODES and not envelope.modes().size):
+            yield {'type': 'scatter', 'xaxis': 'x', 'yaxis': panel.axis, 'showlegend': False,
+                   'x': [float(envelope.times[0])], 'y': [None]}
 
 
 def _modes(envelope: StretchEnvelope) -> Iterator[Trace]:
@@ -183,8 +192,7 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
         axis = {'title': {'text': panel.title, 'font': {'size': 11}}, 'domain': [bottom, top],
                 'anchor': 'x', 'rangemode': 'tozero' if panel.offset == 0.0 else 'normal'}
         layout[f'yaxis{panel.axis[1:]}'] = axis
-        if panel.column and not any(np.isfinite(own.high[panel.column]).any()
-                                    for own in envelope.brakes.values()):
+        if panel.column and not _is_known(envelope, panel):
             _say(layout, panel, 'not known in this stretch')
         top = bottom - _GAP
     layout['yaxis2'] |= {'tickvals': list(range(len(brakes))), 'range': [len(brakes) - 0.5, -0.5],
@@ -195,6 +203,10 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
         _say(layout, _PANELS[-1], 'no unstable mode where it is known')
         layout['yaxis8']['range'] = [0, 16]
     return layout
+
+
+def _is_known(envelope: StretchEnvelope, panel: _Panel) -> bool:
+    return any(np.isfinite(own.high[panel.column]).any() for own in envelope.brakes.values())
 
 
 def _say(layout: dict[str, Any], panel: _Panel, text: str) -> None:
