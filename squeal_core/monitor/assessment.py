@@ -59,6 +59,8 @@ class Assessment:
         All unstable modes, worst first: flutter in and below the squeal band, divergence.
     risk : float
         Squeal risk: probability that a mode has built up until it is audible [-].
+    application_risk : float
+        At the tick of a release that of the application, with the time to its end [-]; else NaN.
     instability_probability : float
         That a mode in the squeal band is unstable, over the ensemble of brakes [-].
     build_up : float
@@ -90,6 +92,7 @@ class Assessment:
     point: OperatingPoint | None = None
     modes: tuple[Mode, ...] = ()
     risk: float = math.nan
+    application_risk: float = math.nan
     instability_probability: float = math.nan
     build_up: float = math.nan
     time_to_squeal: float = math.nan

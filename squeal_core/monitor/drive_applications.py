@@ -151,7 +151,8 @@ class ApplicationDetector:
         self._time: dict[str, float] = {}  # of the last tick of each brake [s]
         self._ended: list[ApplicationRecord] = []
 
-    def add(self, row: AssessmentRecord, sliding: bool | None, *, alarm: bool) -> None:
+    def add(self, row: AssessmentRecord, sliding: bool | None, *, alarm: bool,
+            risk: float = math.nan) -> None:
         """
         Take the next row of a brake.
 
@@ -163,12 +164,16 @@ class ApplicationDetector:
             Whether the brake slides under load; None: not known.
         alarm : bool
             Whether its alarm is up.
+        risk : float
+            At a release that of the application, with half an interval that no tick saw.
 
         """
         brake, time = row.brake, row.time_s
         present = self._open.get(brake)
         step = time - self._time.get(brake, time)
         self._time[brake] = time
+        if present and not math.isnan(risk):
+            present.stretch.raise_to(risk, row.build_up_nepers)
         if present and (sliding is False or not 0.0 <= step < 1.5 * self._period
                         or present.unknown * self._period > _LONGEST_UNKNOWN):
             self._ended.append(self._open.pop(brake).record)

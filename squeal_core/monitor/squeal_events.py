@@ -85,10 +85,14 @@ class Stretch:
         self.last = row
         if _exceeds(row.growth_rate_1_s, self.worst.growth_rate_1_s):
             self.worst = row
-        if _exceeds(row.squeal_risk, self.peak_risk):
-            self.peak_risk = row.squeal_risk
-        if _exceeds(row.build_up_nepers, self.build_up):
-            self.build_up = row.build_up_nepers
+        self.raise_to(row.squeal_risk, row.build_up_nepers)
+
+    def raise_to(self, risk: float, build_up: float) -> None:
+        """Take values that may be the largest."""
+        if _exceeds(risk, self.peak_risk):
+            self.peak_risk = risk
+        if _exceeds(build_up, self.build_up):
+            self.build_up = build_up
 
     @property
     def event(self) -> SquealEvent:

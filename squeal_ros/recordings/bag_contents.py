@@ -120,7 +120,8 @@ def _numbers(message: Any, before: str) -> Iterator[tuple[str, float]]:
     """Yield the path and the value of each number in a message."""
     names = getattr(message, 'name', None)
     for field in getattr(message, '__dataclass_fields__', {}):
-        if field.startswith('__') or 'covariance' in field or field in ('header', 'stamp'):
+        if field.startswith('__') or 'covariance' in field or field in ('header', 'stamp') or (
+                hasattr(type(message), field)):  # a constant
             continue
         value, path = getattr(message, field), f'{before}{field}'
         if isinstance(value, np.ndarray):

@@ -14,9 +14,10 @@
 
 """Which column or field is probably which input of which brake, by its name, unit and range."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 import math
+import re
 
 from squeal_core.common.measured_units import find_unit, Unit, UNITS
 from squeal_core.monitor.setting_specs import Signal, SIGNALS
@@ -86,6 +87,8 @@ _CORNERS = {code: f'{axle}_{side}' for axle, side, codes in (
     ('rear', 'left', 'rl lr hl arg rearleft hintenlinks arrieregauche'),
     ('rear', 'right', 'rr hr ard rearright hintenrechts arrieredroite arrieredroit'))
     for code in codes.split()}
+_WHEELS = ('front_left', 'front_right', 'rear_left', 'rear_right')
+_ELEMENT = re.compile(r'(.*)\[(\d+)\](.*)')
 _PREFIXES = ('p', 'n', 'v', 't', 'mu', 'press', 'druck', 'temp', 'speed', 'ws', 'wss',
              'bremsdruck')
 
@@ -148,8 +151,9 @@ class Proposal:
 def propose(entries: Sequence[Entry]) -> Proposal:
     """Return the inputs of each brake, as far as names, units and ranges tell."""
     best: dict[tuple[str, Signal], Guess] = {}
+    labels = {entry.label for entry in entries}
     for entry in entries:
-        for guess in _guesses(entry):
+        for guess in _by_element(_guesses(entry), labels):
             key = guess.brake, guess.signal
             if key not in best or guess.score > best[key].score:
                 best[key] = guess
@@ -173,6 +177,22 @@ def position_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
                    and -most <= entry.minimum <= entry.maximum <= most), None)
              for words, most in ((_LATITUDE, 90.0), (_LONGITUDE, 180.0))]
     return tuple(entry for entry in found if entry) if all(found) else ()
+
+
+def _by_element(guesses: Iterator[Guess], labels: Collection[str]) -> Iterator[Guess]:
+    """Yield guesses of elements of arrays as such; of four they are in the usual order."""
+    for guess in guesses:
+        element = _ELEMENT.fullmatch(guess.entry.field)
+        count = 0
+        while element and f'{guess.entry.name} {element[1]}[{count}]{element[3]}' in labels:
+            count += 1
+        if not element or guess.brake or count < 2:
+            yield guess
+        elif count == len(_WHEELS):
+            yield replace(guess, brake=_WHEELS[int(element[2])], notes=(
+                *guess.notes, f'by its place among four: {", ".join(_WHEELS)}'))
+        else:
+            yield replace(guess, notes=(*guess.notes, f'one of {count} elements'))
 
 
 def _order(name: str) -> tuple[bool, str]:
@@ -203,8 +223,8 @@ def _guesses(entry: Entry) -> Iterator[Guess]:
     """Yield the signals that an entry may be."""
     if entry.type in ('text', 'time') or not entry.count:
         return
-    words = plain_words(entry.label.replace('[', ' ').replace(']', ' ') if entry.field
-                        else entry.label)
+    label = entry.label.replace('[', ' ').replace(']', ' ') if entry.field else entry.label
+    words = plain_words(label)
     joined = ''.join(words)
     stated = find_unit(entry.unit) if entry.unit else None
     against = sum(_OTHER_THINGS.get(word, 0.0) for word in set(words)) - 6.0 * any(
@@ -229,8 +249,7 @@ def _guesses(entry: Entry) -> Iterator[Guess]:
 
 def _completed(brake: str, signal: Signal, entry: Entry, unit: Unit, score: float,
                why: str) -> Guess:
-    notes = [f'unit {why}'] if why else []
-    slow = entry.rate_hz < 5.0
+    notes, slow = [f'unit {why}'] if why else [], entry.rate_hz < 5.0
     low = unit.scale * entry.minimum + unit.offset
     absolute = signal == 'pressure' and not unit.reference and 0.85e5 < low < 1.1e5
     if absolute:

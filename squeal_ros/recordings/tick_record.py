@@ -91,7 +91,8 @@ class Recorder:
         rows = [*map(row_of, assessments)]
         for assessment, row in zip(assessments, rows, strict=True):
             alarm = self.detector.add(row, assessment.time)
-            self.applications.add(row, self.summary.slides(assessment), alarm=alarm)
+            self.applications.add(row, self.summary.slides(assessment), alarm=alarm,
+                                  risk=assessment.application_risk)
         events = [messages.event_status(self._node, event)
                   for event in self._alarms.update(assessments)]
         return TickRecord(

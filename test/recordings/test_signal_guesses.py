@@ -127,6 +127,22 @@ def test_one_is_singular_and_units_have_one_pair_of_brackets(
     assert 'proposed: 1 brake (brake)' in said
 
 
+def test_arrays_of_four_are_wheels_in_the_usual_order_and_said_to_be_guessed() -> None:
+    wheels = [Entry(name='/chassis', field=f'{name}[{place}]', type='a/msg/B', count=9,
+                    rate_hz=50.0, minimum=0.0, maximum=60.0)
+              for name in ('wheel_speed', 'brake_pressure') for place in range(4)]
+    friction = Entry(name='/friction', field='data', type='std_msgs/msg/Float64', count=9,
+                     rate_hz=50.0, minimum=0.4, maximum=0.4)
+    found = propose([*wheels, friction]).brakes
+    assert list(found) == ['front_left', 'front_right', 'rear_left', 'rear_right']
+    assert [guess.entry.field for guess in found['rear_left']] == [
+        'wheel_speed[2]', 'brake_pressure[2]', 'data']
+    assert all('by its place among four' in ' '.join(guess.notes)
+               for guess in found['rear_left'][:2])
+    three = propose([*wheels[:3], *wheels[4:7], friction]).brakes
+    assert [guess.notes[-1] for guess in three['brake'][:2]] == ['one of 3 elements'] * 2
+
+
 def test_a_bag_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     joints = [Message(one.topic, one.type, one.time, make(
         JOINTS, header=one.message.header, name=['steering', 'front_left_wheel'],
