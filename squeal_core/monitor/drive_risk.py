@@ -14,6 +14,7 @@
 
 """The squeal risk of a brake over a drive, from signals and without a recording."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -96,7 +97,15 @@ def drive_risk(model: BrakeModel, signals: BrakeSignals, settings: MonitorSettin
         peak_risk=max((brake.peak_risk for brake in brakes if brake.risks), default=math.nan),
         known_share=summary.risk_share, braking_s=summary.braking_time,
         alarm_s=alarms * settings.period * 1e-9,
-        unknown='' if known else 'no braking with a known risk in this drive')
+        unknown='' if known else _why_unknown(summary))
+
+
+def _why_unknown(summary: DriveSummary) -> str:
+    """Return the most frequent reason for which no tick has a risk."""
+    if not summary.braking_time:
+        return 'the brakes are not applied in this drive'
+    reasons = sum((brake.unknown_risks for brake in summary.brakes.values()), Counter[str]())
+    return next((text for text, _ in reasons.most_common(1)), 'no tick could be assessed')
 
 
 def _prepared(inputs: VehicleInputs, signals: BrakeSignals,

@@ -76,3 +76,9 @@ def test_without_an_emulator_it_is_said_that_nothing_is_known(settings: MonitorS
     found = drive_risk(model, signals(3.0), settings)
     assert 'squeal tabulate' in found.unknown
     assert math.isnan(found.mean_risk)
+
+
+def test_a_drive_without_braking_has_no_risk_and_says_why(settings: MonitorSettings) -> None:
+    found = drive_risk(BrakeModel.load('kang2009_damped'), signals(1.5), settings)
+    assert 'not applied' in found.unknown
+    assert found.braking_s == 0.0
