@@ -169,21 +169,17 @@ def compared_model(name: str, model: BrakeModel, point: OperatingPoint, *,
         Told in a few words what is being done.
 
     """
-    progress(f'{name}: modes')
+    progress(f'{name}: modes and critical friction')
     start, shapes = frictionless_modes(model, point)
     here = identify(model, point)
-    progress(f'{name}: critical friction')
     critical = critical_frictions(model, point, bounds)
     first = model.size - shapes.frequencies_hz.size
     vectors = start.spectrum.right[-model.size:].T
-    modes = [_at_point(here, start.modes[place].index, hertz, critical, _component(model, vector))
+    modes = [_at_point(here, start.modes[place].index, hertz, critical, (
+                 participation(model, vector, top=1)[0].name if model.names else ''))
              for place, (hertz, vector) in enumerate(zip(
                  shapes.frequencies_hz.tolist(), vectors, strict=True), first)]
     return ComparedBrake(name, tuple(modes), shapes)
-
-
-def _component(model: BrakeModel, vector: ComplexArray) -> str:
-    return participation(model, vector, top=1)[0].name if model.names else ''
 
 
 def _at_point(here: Tracked, number: int, hertz: float, critical: dict[int, float],
@@ -292,9 +288,8 @@ def compared_table(name: str, table: ExpansionTable, model: BrakeModel,
     found = table.evaluate(table.domain.places(model, [point]), limits)
     if not found.answered[0]:
         raise SquealError(
-            f'{name}: this table does not answer at the point: it is outside the range that '
-            '`squeal info` shows, too near to a stability boundary, or not on the friction law, '
-            'whose slope tables have; give --friction-law, or another point')
+            f'{name}: does not answer at the point: outside the range that `squeal info` shows, too '
+            'near to a boundary, or not on the friction law; give --friction-law or another point')
     modes = [ComparedMode(str(mode.index), math.nan, mode.frequency_hz, mode.growth_rate,
                           mode.damping_ratio, mode.unstable, math.nan)
              for mode in found.modes(0).modes if mode.kind in ('flutter', 'stable')]
