@@ -288,8 +288,9 @@ def compared_table(name: str, table: ExpansionTable, model: BrakeModel,
     found = table.evaluate(table.domain.places(model, [point]), limits)
     if not found.answered[0]:
         raise SquealError(
-            f'{name}: does not answer at the point: outside the range that `squeal info` shows, too '
-            'near to a boundary, or not on the friction law; give --friction-law or another point')
+            f'{name}: does not answer at the point: outside the range that `squeal info` shows, '
+            'too near to a boundary, or not on the friction law; give --friction-law or another '
+            'point')
     modes = [ComparedMode(str(mode.index), math.nan, mode.frequency_hz, mode.growth_rate,
                           mode.damping_ratio, mode.unstable, math.nan)
              for mode in found.modes(0).modes if mode.kind in ('flutter', 'stable')]
