@@ -119,7 +119,8 @@ def read_emulator_header(path: str | Path) -> dict[str, Any]:
     """Return the header of an emulator file, checked against its contents, and its domain."""
     header, arrays = _read(path)
     return {**header, 'low': arrays['domain_low'].tolist(), 'high': arrays['domain_high'].tolist(),
-            'terms': len(arrays['exponents']), 'pieces': len(arrays['weights'])}
+            'terms': len(arrays['exponents']), 'pieces': len(arrays['weights']),
+            'piece_ends': [*arrays['low'][:, 3].tolist(), float(arrays['high'][-1, 3])]}
 
 
 def is_emulator(path: str | Path) -> bool:

@@ -50,8 +50,8 @@ and on its damping; factor on the friction slope by the model's law."""
 
 _WITH_FRICTION = np.array([[0.0], [1.0], [1.0], [1.0]])  # which of them are in proportion to it
 _WITH_DAMPING = np.array([[0.0], [1.0]])
-_STABLE = -5.0  # 1/s; families that nowhere grow faster do not build up
-_CHUNK = 256  # rows evaluated at once: their terms stay in the cache
+STABLE = -5.0  # 1/s; families that nowhere grow faster do not build up
+_CHUNK = 1024  # rows evaluated at once
 
 
 def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -117,7 +117,7 @@ class GrowthEmulator:
         self.basis, self.weights, self.common = basis, readonly(weights), common
         self.error = error
         self._single = sum(len(one.numbers) == 1 for one in every)
-        self._places = np.flatnonzero([one.largest_growth > _STABLE for one in every])
+        self._places = np.flatnonzero([one.largest_growth > STABLE for one in every])
         self._pairs = self._places[self._places >= self._single] - self._single
         self.families = tuple(every[place] for place in self._places)
 

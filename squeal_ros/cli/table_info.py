@@ -14,7 +14,8 @@
 
 """What `squeal info` says of a table and of a growth emulator."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 import math
 from pathlib import Path
 import textwrap
@@ -23,7 +24,7 @@ from typing import Any
 from squeal_core.common.errors import printable
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_file import find_emulator, read_emulator_header
-from squeal_core.risk.growth_emulator import INPUTS
+from squeal_core.risk.growth_emulator import INPUTS, STABLE
 from squeal_core.surrogate.table_file import find_table, read_table_header
 
 
@@ -70,8 +71,8 @@ def model_table_lines(model: BrakeModel, name: str) -> Iterator[str]:
         yield from table_lines(found[0])
 
 
-def emulator_lines(path: str | Path) -> Iterator[str]:
-    """Yield the lines that describe the file of a growth emulator."""
+def emulator_lines(path: str | Path, contact_area: float = math.nan) -> Iterator[str]:
+    """Yield the lines that describe the file of a growth emulator; area of its contact [m^2]."""
     header = read_emulator_header(path)
     yield f'growth emulator  {path}, {Path(path).stat().st_size / 1e6:.2f} MB'
     yield f'model            {printable(header.get("model"))}'
@@ -84,15 +85,43 @@ def emulator_lines(path: str | Path) -> Iterator[str]:
             plain, " times the model's")
         title = plain.replace('_', ' ').removeprefix('contact ')
         yield f'{title:16} {ends[0]:.3g} to {ends[1]:.3g}{unit}'
+    steepest = header.get('steepest')
+    if isinstance(steepest, float):
+        yield ('limit            preload x friction / rotor speed up to '
+               f'{steepest * contact_area:.4g} N s' if contact_area > 0.0 else
+               f'limit            pressure x friction / rotor speed up to {steepest:.4g} Pa s')
     families = header.get('families')
     listed = [_mapping(item) for item in families] if isinstance(families, list) else []
-    yield textwrap.fill(f'{"families, Hz":16} ' + ', '.join(
-        _number(item.get('frequency_hz'), '.0f') + len(item.get('numbers', ())[1:]) * ' (2)'
-        for item in listed), 99, subsequent_indent=17 * ' ')
+    pitches = [_number(item.get('frequency_hz'), '.0f') for item in listed]
+    yield _filled('families, Hz', (pitch + len(item.get('numbers', ())[1:]) * ' (2)'
+                                   for pitch, item in zip(pitches, listed, strict=True)))
+    yield _filled('never grow, Hz', (
+        f'{pitch} (at most {item["largest_growth"]:.1f} 1/s)'
+        for pitch, item in zip(pitches, listed, strict=True)
+        if isinstance(item.get('largest_growth'), float) and item['largest_growth'] <= STABLE))
+    yield from _piece_lines(header, pitches)
     error = _mapping(header.get('error'))
     yield (f'error            {_number(error.get("rms"))} 1/s rms, '
            f'{_number(error.get("largest"))} 1/s at most, by '
            f'{printable(error.get("points"))} full solutions')
+
+
+def _piece_lines(header: Mapping[str, Any], pitches: Sequence[str]) -> Iterator[str]:
+    """Yield a line a piece of contact stiffness, with the families that cross in it."""
+    common = header.get('common')
+    matrices = [_mapping(item) for item in common] if isinstance(common, list) else []
+    for piece, ends in enumerate(pairwise(header['piece_ends'])):
+        places = [item['families'] for item in matrices if item.get('piece') == piece
+                  and isinstance(item.get('families'), list)]
+        yield _filled(f'piece {piece + 1} of {header["pieces"]}', [
+            f'contact stiffness {ends[0]:.3g} to {ends[1]:.3g} N/m^3',
+            *(' + '.join(pitches[i] for i in own if i in range(len(pitches))) + ' Hz cross'
+              for own in places)])
+
+
+def _filled(title: str, items: Iterable[str]) -> str:
+    return textwrap.fill(f'{title:16} ' + (', '.join(items) or 'none'), 99,
+                         subsequent_indent=17 * ' ')
 
 
 def model_emulator_lines(model: BrakeModel, name: str) -> Iterator[str]:
@@ -101,7 +130,7 @@ def model_emulator_lines(model: BrakeModel, name: str) -> Iterator[str]:
     if found is None:
         yield f'growth emulator  none; build one with `squeal tabulate {name} --growth-only`'
     else:
-        yield from emulator_lines(found[0])
+        yield from emulator_lines(found[0], model.contact_area)
 
 
 def _number(value: object, form: str = '.3g') -> str:

@@ -166,6 +166,8 @@ def test_the_growth_emulator_is_built_alone_shown_and_not_replaced_unasked(
     shown = capsys.readouterr().out
     assert f'{summary["error"]["rms"]:.3g} 1/s rms' in shown
     assert 'rotor speed      0.5 to 120 rad/s' in shown
+    assert 'pressure x friction / rotor speed up to' in shown
+    assert re.search(r'piece 1 of [1-9]\d* +contact stiffness', shown)
     assert main(alone) == 2
     assert 'brake.growth.npz: exists; give --force' in capsys.readouterr().err
     assert main([*alone, '--force', '--friction', '0.3', '0.4']) == 2

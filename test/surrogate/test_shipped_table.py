@@ -60,7 +60,10 @@ def test_it_is_found_for_its_model_and_small(
     assert path.stat().st_size < 10e6
     assert table.domain == TableDomain.usual(model)
     assert main(['info', name]) == 0
-    assert f'table            {path}' in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert f'table            {path}' in shown
+    assert 'preload x friction / rotor speed up to 1000 N s' in shown
+    assert '6516 + 6661 Hz cross' in shown or '3204 + 3458 Hz cross' in shown
 
 
 def test_random_points_are_answered_within_the_tolerance(
