@@ -32,7 +32,7 @@ from squeal_core.studies.point_options import PointOptions
 from squeal_core.studies.study import run_study
 from squeal_core.studies.study_spec import StudySpec
 from squeal_core.studies.study_tasks import MapTask
-from squeal_core.surrogate.grid_stability import EXPANSION
+from squeal_core.surrogate.grid_columns import EXPANSION
 
 MILLION = {'friction': np.linspace(0.2, 0.6, 50), 'rotor_speed': np.linspace(2.0, 40.0, 25),
            'preload': np.linspace(500.0, 6000.0, 20),

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
-from squeal_core.surrogate.grid_stability import EXPANSION, FULL, IMPOSSIBLE
+from squeal_core.surrogate.grid_columns import EXPANSION, FULL, IMPOSSIBLE
 
 SOURCES = {0.0: 'not done', FULL: 'full', EXPANSION: 'expansion', IMPOSSIBLE: 'impossible'}
 

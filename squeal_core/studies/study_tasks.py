@@ -31,7 +31,8 @@ from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
 from squeal_core.stability.mode_tracking import identify, track, Tracked
 from squeal_core.stability.parameter_paths import Law, moved
-from squeal_core.surrogate.grid_stability import COLUMNS, FULL, GridStability, IMPOSSIBLE
+from squeal_core.surrogate.grid_columns import COLUMNS, FULL, IMPOSSIBLE
+from squeal_core.surrogate.grid_stability import GridStability
 from squeal_core.surrogate.table_cell import TableTolerances
 
 Columns: TypeAlias = dict[str, FloatArray]

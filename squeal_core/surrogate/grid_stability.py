@@ -15,15 +15,14 @@
 """
 Stability at the points of a grid, by local expansions of the spectrum that full solutions check.
 
-A box of the grid is expanded around its middle and compared with full solutions at its corners,
-where a power series is worst; a box that is off by more than the tolerance is halved. Few points
-are solved in full, and so are those whose verdict hangs on the error. Within boxes some points
-are solved in full, too, to measure the error where nothing was fitted.
+A box of the grid is expanded around its middle and compared with full solutions at the corners
+where the last terms of the power series are largest; a box that is off by more than the tolerance
+is halved. Few points are solved in full, and so are those whose verdict hangs on the error. Within
+boxes some points are solved in full, too, to measure the error.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -32,22 +31,20 @@ from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import eigenvalues, Tolerances
 from squeal_core.surrogate.expansion_builder import expand_spectrum
+from squeal_core.surrogate.grid_columns import COLUMNS, columns_of, EXPANSION, FULL, IMPOSSIBLE
+from squeal_core.surrogate.spectral_deviation import Deviation
 from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_cell import TableTolerances
 
-COLUMNS = ('growth_rate', 'frequency_hz', 'damping_ratio', 'mode', 'squeal_modes',
-           'flutter_modes', 'divergent_modes', 'error', 'source')
-"""Of each point: growth rate [1/s], frequency, damping ratio and number of the least stable mode
-in the band; flutter modes in the band, in all; divergent ones; error bound [1/s]; source."""
-FULL, EXPANSION, IMPOSSIBLE = 1.0, 2.0, 3.0  # sources; 0: not done
-
 _FEW = 24  # points of a box that full solutions take no longer for than an expansion
-_CORNERS = 8  # at which an expansion is checked
-_HOPELESS = 10.0  # tolerances that the last terms of a series may be before it is checked
+_DEGREE = 3  # of the series: higher ones reach further but cost more than that saves
+_CORNERS = 3  # at which an expansion is checked: those where its last terms are largest
+_REACH, _LEAST = 200.0, 5.0  # tolerances that the last terms may be, at first and at least
+_SHORTER, _LONGER = 0.6, 1.2  # of that where it was too much; of what was not
 _CHECK_EVERY = 499  # points from one check within boxes to the next
-_CLOSE = 10.0  # tolerances from zero growth up to which an error is one of verdicts
+_FREQUENCY = 2e-5  # largest error of a frequency, relative
 _MARGIN = 2.0  # measured errors that a growth rate has to be away from the limit
-_WIDTH = 2.0 * np.pi
+_TURN = 2.0 * np.pi
 
 Box: TypeAlias = tuple[tuple[int, int], ...]
 
@@ -89,12 +86,12 @@ class GridStability:
     def solve(self, points: Sequence[OperatingPoint | None],
               shape: Sequence[int]) -> dict[str, FloatArray]:
         """
-        Return `COLUMNS` (P,) at the points of a grid; None is a point that there cannot be.
+        Return `COLUMNS` (P,) at the points of a grid.
 
         Parameters
         ----------
         points : sequence of OperatingPoint
-            The last axis runs fastest.
+            The last axis runs fastest; None is a point that there cannot be.
         shape : ints
             Of the grid.
 
@@ -117,24 +114,41 @@ class _Grid:
         self._scales = np.array([np.nan if p is None else p.damping_scale for p in points])
         self._coefficients = np.array([[np.nan] * 9 if p is None else p.coefficients()
                                        for p in points])
+        tolerances = solver.tolerances
+        self._reach = _REACH * tolerances.growth if tolerances else 0.0
         self.columns = {name: np.full(len(points), np.nan) for name in COLUMNS}
         self.columns['source'][:] = 0.0
 
-    def fill(self, box: Box) -> None:
-        """Fill the columns of a box, by halves where one expansion does not do."""
-        places = self._places[tuple(slice(*ends) for ends in box)]
+    def fill(self, box: Box, ends: FloatArray | None = None) -> None:
+        """
+        Fill the columns of a box, by halves where one expansion does not do.
+
+        Parameters
+        ----------
+        box : pairs of ints
+            First place and the one after the last, along each axis.
+        ends : (axes,) array, optional
+            Last terms of a series at the ends of each axis, as that of a larger box has them.
+
+        """
+        places = self._places[tuple(slice(*pair) for pair in box)]
         if self._solver.tolerances is None or places.size <= _FEW:
             self._in_full(places.ravel())
             return
         axis = self._uneven(places)
+        if axis is None and (ends is None or _together(ends) <= self._reach):
+            ends = self._expanded(places)
+            if ends is None:
+                return
         if axis is None:
-            axis = self._expanded(places)
-        if axis is None:
-            return
+            assert ends is not None
+            axis = int(np.argmax(places.shape)) if np.isnan(ends).any() else int(np.argmax(ends))
+        if ends is not None:
+            ends = np.where(np.arange(ends.size) == axis, 0.5**_DEGREE, 1.0) * ends
         low, high = box[axis]
         middle = (low + high) // 2
-        for ends in ((low, middle), (middle, high)):
-            self.fill((*box[:axis], ends, *box[axis + 1:]))
+        for pair in ((low, middle), (middle, high)):
+            self.fill((*box[:axis], pair, *box[axis + 1:]), ends)
 
     def _uneven(self, places: IndexArray) -> int | None:
         """Return an axis along which an expansion does not reach: damping, or no point there."""
@@ -145,35 +159,39 @@ class _Grid:
                 return axis
         return None if not np.isnan(scales).any() else int(np.argmax(places.shape))
 
-    def _expanded(self, places: IndexArray) -> int | None:
-        """Fill a box by an expansion and return None, or the axis to halve."""
+    def _expanded(self, places: IndexArray) -> FloatArray | None:
+        """Fill a box by an expansion and return None, or its last terms at the ends of axes."""
         tolerances, middle = self._solver.tolerances, tuple(n // 2 for n in places.shape)
         centre = self._points[places[middle]]
         assert tolerances is not None
         assert centre is not None
-        longest = int(np.argmax(places.shape))
         try:
-            expansion = expand_spectrum(self._solver.model, centre)
+            expansion = expand_spectrum(self._solver.model, centre, degree=_DEGREE)
         except np.linalg.LinAlgError:
-            return longest
+            return np.full(places.ndim, np.nan)
         self._solver.counts.expansions += 1
-        ends = [self._last_terms(expansion, places[tuple(
-            slice(None) if i == axis else slice(at, at + 1) for i, at in enumerate(middle))])
-            for axis in range(places.ndim)]
-        axis = int(np.argmax(ends)) if max(ends) > 0.0 else longest
-        corners = _corners(places)
-        if self._last_terms(expansion, corners) > _HOPELESS * tolerances.growth:
-            return axis
-        found = expansion.eigenvalues(self._coefficients[corners])
-        worst = _Deviation()
-        for place, roots in zip(corners.tolist(), found, strict=True):
+        ends = np.array([0.0 if n == 1 else self._last_terms(expansion, places[(
+            *middle[:axis], slice(None, None, n - 1), *middle[axis + 1:])]).max()
+            for axis, n in enumerate(places.shape)])
+        if not ends.any():
+            ends[:] = np.nan
+        corners = places[np.ix_(*([0, -1] if n > 1 else [0] for n in places.shape))].ravel()
+        last = self._last_terms(expansion, corners)
+        if last.max() > self._reach:
+            return ends
+        corners = corners[np.argsort(-last, kind='stable')[:_CORNERS]]
+        worst = Deviation.none(expansion)
+        for place, roots in zip(corners.tolist(), expansion.eigenvalues(
+                self._coefficients[corners]), strict=True):
             worst = worst.with_(self._deviation(roots, self._roots(place)))
             if worst.off > 1.0:
-                return axis
-        return None if self._accept(expansion, places.ravel(), worst) else axis
+                self._reach = max(_SHORTER * self._reach, _LEAST * tolerances.growth)
+                return ends
+        self._reach = max(self._reach, _LONGER * float(last.max()))
+        return None if self._accept(expansion, places.ravel(), worst) else ends
 
     def _accept(self, expansion: SpectralExpansion, places: IndexArray,
-                worst: '_Deviation') -> bool:
+                worst: Deviation) -> bool:
         """Fill the columns by an expansion, unless a check within the box finds it wrong."""
         counts = self._solver.counts
         roots = expansion.eigenvalues(self._coefficients[places])
@@ -184,7 +202,7 @@ class _Grid:
                 return False
             worst = worst.with_(here)
             counts.largest_error = max(counts.largest_error, here.growth)
-        close = np.abs(roots.real - self._limits.growth) <= _MARGIN * worst.of_verdicts
+        close = np.abs(roots.real - self._limits.growth) <= _MARGIN * worst.of_each(expansion)
         self._keep(places, roots, worst.growth, EXPANSION)
         self._in_full(places[(close & (roots.imag > self._limits.oscillation)).any(axis=1)])
         return True
@@ -211,102 +229,63 @@ class _Grid:
         for name, values in found.items():
             self.columns[name][places] = values
 
-    def _last_terms(self, expansion: SpectralExpansion, places: IndexArray) -> float:
-        """Return the largest sum of the series' terms of the highest degree at both ends [1/s]."""
-        ends = places.ravel()[[0, -1]] if places.ndim > 1 else places
-        steps = (self._coefficients[ends][:, expansion.rows] - expansion.centre) / expansion.scales
+    def _last_terms(self, expansion: SpectralExpansion, places: IndexArray) -> FloatArray:
+        """Return the largest sum of the series' terms of the highest degree at places [1/s]."""
+        steps = (self._coefficients[places][:, expansion.rows] - expansion.centre) / (
+            expansion.scales)
         count = len(expansion.monomials.terms[-1])
-        terms = expansion.monomials.at(steps)[:, -count:] @ expansion.series[-count:]
-        return float(np.abs(terms[:, :expansion.sizes.size]).max(initial=0.0))
+        terms = expansion.monomials.at(steps)[:, -count:] @ expansion.series[
+            -count:, self._entries(expansion)]
+        return np.abs(terms).max(axis=1, initial=0.0)
 
-    def _deviation(self, found: ComplexArray, truth: ComplexArray) -> '_Deviation':
+    def _entries(self, expansion: SpectralExpansion) -> Any:
+        """Tell which entries of the blocks are those of modes that matter at the centre."""
+        tolerances, highest = self._solver.tolerances, _TURN * self._solver.band[1]
+        assert tolerances is not None
+        entries, start = np.zeros(expansion.series.shape[1], bool), 0
+        for size in expansion.sizes.tolist():
+            own = expansion.series[0, start:start + size**2:size + 1]
+            entries[start:start + size**2] = np.any(
+                (own.real > tolerances.matters) & (own.imag <= highest))
+            start += size**2
+        return entries
+
+    def _deviation(self, found: ComplexArray, truth: ComplexArray) -> Deviation:
         """Compare spectra: modes close to growing, and the least stable one in the band."""
         tolerances = self._solver.tolerances
         assert tolerances is not None
-        worst = _Deviation()
+        each, off = np.full(found.size, -1.0), 0.0
         for one, other in ((found, truth), (truth, found)):
-            mine = one[self._matters(one, tolerances)]
-            if not mine.size or not other.size:
-                worst = worst.with_(_Deviation(np.inf if mine.size else 0.0))
+            matter = self._matters(one, tolerances)
+            if not matter.any() or not other.size:
+                off = np.inf if matter.any() else off
                 continue
+            mine = one[matter]
             nearest = other[np.abs(mine[:, None] - other).argmin(axis=1)]
-            growth = np.abs(mine.real - nearest.real)
-            close = np.abs(mine.real - self._limits.growth) <= _CLOSE * tolerances.growth
-            worst = worst.with_(_Deviation(
-                float((np.abs(mine - nearest) / tolerances.allowed(mine)).max()),
-                float(growth.max()), float(growth[close].max(initial=-1.0))))
-        return worst
+            growth, turning = np.abs(mine.real - nearest.real), np.abs(mine.imag - nearest.imag)
+            allowed = tolerances.allowed(mine)
+            off = max(off, float((growth / allowed).max()), float((
+                turning / np.maximum(allowed, _FREQUENCY * np.abs(mine.imag))).max()))
+            if one is found:
+                each[matter] = growth
+        return Deviation(off, each)
 
     def _matters(self, roots: ComplexArray, tolerances: TableTolerances) -> Any:
         oscillating = roots.imag > self._limits.oscillation
         close = np.where(oscillating, roots.real > tolerances.matters,
                          (roots.real > tolerances.growth) & (
                              np.abs(roots.imag) <= self._limits.oscillation))
-        low, high = (_WIDTH * end for end in self._solver.band)
+        low, high = (_TURN * end for end in self._solver.band)
         inside = np.where(oscillating & (roots.imag >= low) & (roots.imag <= high),
                           roots.real, -np.inf)
         close[np.argmax(inside)] |= np.isfinite(inside.max())
         return close
 
 
-@dataclass(frozen=True)
-class _Deviation:
-    """Largest distance in tolerances, errors of growth of all modes and of those close to 0."""
-
-    off: float = 0.0
-    growth: float = 0.0
-    close: float = -1.0  # 1/s; below 0: there are none
-
-    def with_(self, other: '_Deviation') -> '_Deviation':
-        return _Deviation(max(self.off, other.off), max(self.growth, other.growth),
-                          max(self.close, other.close))
-
-    @property
-    def of_verdicts(self) -> float:
-        """Return the error of growth rates that verdicts hang on [1/s]."""
-        return self.close if self.close >= 0.0 else self.growth
+def _together(ends: FloatArray) -> float:
+    """Return the last terms at a corner, by those at the ends of axes."""
+    return float(np.sum(ends ** (1.0 / _DEGREE)) ** _DEGREE)
 
 
-def _corners(places: IndexArray) -> IndexArray:
-    """Return the places of a box's corners, those of opposite ends first, so many at most."""
-    ends = [(0,) if n == 1 else (0, n - 1) for n in places.shape]
-    every = list(product(*ends))
-    if len(every) > _CORNERS:  # evenly out of them, each with the opposite one
-        half = len(every) // 2
-        chosen = np.linspace(0, half - 1, _CORNERS // 2).round().astype(int).tolist()
-        every = [every[i] for i in (*chosen, *(len(every) - 1 - i for i in chosen))]
-    return np.array([places[corner] for corner in every])
-
-
-def columns_of(roots: ComplexArray, modes: int, limits: Tolerances,
-               band: tuple[float, float]) -> Mapping[str, FloatArray]:
-    """
-    Return what `COLUMNS` says of spectra.
-
-    Parameters
-    ----------
-    roots : (P, n) complex array
-        Eigenvalues in any order [1/s]; those with Im < 0 may be missing.
-    modes : int
-        N of the model.
-    limits : Tolerances
-        What counts as oscillation and growth.
-    band : (2,) floats
-        [Hz]
-
-    """
-    oscillating, growing = roots.imag > limits.oscillation, roots.real > limits.growth
-    hertz = roots.imag / _WIDTH
-    inside = oscillating & (hertz >= band[0]) & (hertz <= band[1])
-    growth = np.where(inside, roots.real, -np.inf)
-    rows, worst = np.arange(len(roots)), growth.argmax(axis=1)
-    least = np.where(inside.any(axis=1), roots[rows, worst], complex(np.nan, np.nan))
-    above = (oscillating & (roots.imag > least.imag[:, None])).sum(axis=1)
-    still = np.abs(roots.imag) <= limits.oscillation
-    return {
-        'growth_rate': least.real, 'frequency_hz': least.imag / _WIDTH,
-        'damping_ratio': -least.real / np.abs(least),
-        'mode': np.where(np.isnan(least.real), np.nan, modes - above),
-        'squeal_modes': (inside & growing).sum(axis=1).astype(float),
-        'flutter_modes': (oscillating & growing).sum(axis=1).astype(float),
-        'divergent_modes': (still & growing).sum(axis=1).astype(float)}
+def _longest(places: IndexArray) -> int:
+    return int(np.argmax(places.shape))

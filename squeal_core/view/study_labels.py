@@ -17,7 +17,7 @@
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.ranges import SYMBOLS
 from squeal_core.studies.study_record import Study
-from squeal_core.surrogate.grid_stability import IMPOSSIBLE
+from squeal_core.surrogate.grid_columns import IMPOSSIBLE
 
 _UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0), 'friction': ('friction', '', 1.0),
           'friction_slope': ('friction slope', 's/m', 1.0),

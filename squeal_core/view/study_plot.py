@@ -32,7 +32,7 @@ except ImportError as error:
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.studies.study_record import Study
-from squeal_core.surrogate.grid_stability import IMPOSSIBLE
+from squeal_core.surrogate.grid_columns import IMPOSSIBLE
 from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.stability_map import axis_ends, GROWTH_OR_NOT, STYLE
 from squeal_core.view.study_labels import parameter_in_words, study_axis, study_conditions

@@ -35,7 +35,7 @@ from squeal_core.studies.study_file import rows_of, save_study
 from squeal_core.studies.study_record import Study
 from squeal_core.studies.study_spec import StudySpec
 from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
-from squeal_core.surrogate.grid_stability import EXPANSION, FULL, IMPOSSIBLE
+from squeal_core.surrogate.grid_columns import EXPANSION, FULL, IMPOSSIBLE
 from squeal_ros.cli.arguments import point_options
 from squeal_ros.cli.console import plain, ProgressBar, time_left, warn
 from squeal_ros.cli.swept_axes import StudySource
