@@ -88,7 +88,7 @@ class StudyCheckpoint:
                 except StudyPartError as error:
                     self.say(str(error))
         if found:
-            self.say(f'{len(found)} parts were kept from an earlier run')
+            self.say(f'kept from an earlier run: {len(found)} of its parts')
         return found
 
     def keep(self, job: int, result: BoxResult) -> None:

@@ -236,7 +236,7 @@ class _Grid:
         count = len(expansion.monomials.terms[-1])
         terms = expansion.monomials.at(steps)[:, -count:] @ expansion.series[
             -count:, self._entries(expansion)]
-        return np.abs(terms).max(axis=1, initial=0.0)
+        return np.asarray(np.abs(terms).max(axis=1, initial=0.0))
 
     def _entries(self, expansion: SpectralExpansion) -> Any:
         """Tell which entries of the blocks are those of modes that matter at the centre."""

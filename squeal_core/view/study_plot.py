@@ -40,6 +40,7 @@ from squeal_core.view.study_labels import parameter_in_words, study_axis, study_
 _SHARE = colormaps['Blues']
 _LINES = ('-', '--', '-.', ':')
 _COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
+_LEAST_SPAN = 0.02  # of an axis of frequency, relative: less is no change to look at
 _MOST_LINES = 60  # of one panel
 
 
@@ -61,7 +62,8 @@ def plot_study(study: Study, path: FigureTarget, *, title: str = '',
 
     """
     task = study.about['task']
-    with rc_context({**STYLE, 'hatch.linewidth': 0.6, 'hatch.color': '0.55'}):
+    with rc_context({**STYLE, 'hatch.linewidth': 0.6, 'hatch.color': '0.55',
+                     'axes.formatter.useoffset': False}):
         if task == 'locus':
             figure = _loci(study)
         else:
@@ -134,17 +136,15 @@ def _line(study: Study, shown: _Shown) -> Figure:
         top.legend(frameon=False)
         bottom.set_ylabel('frequency there  kHz')
     bottom.set(xlabel=label, xlim=axis_ends(x))
+    low, high = bottom.get_ylim()
+    room = max(0.0, _LEAST_SPAN * high - (high - low)) / 2.0
+    bottom.set_ylim(low - room, high + room)
+    lost = x[study.columns['source'] == IMPOSSIBLE]
     for panel in (top, bottom):
         panel.grid(color='0.93')
-        _mark_impossible(panel, study, x)
-    return figure
-
-
-def _mark_impossible(panel: Any, study: Study, x: FloatArray) -> None:
-    lost = x[study.columns['source'] == IMPOSSIBLE]
-    if lost.size:
-        panel.plot(lost, np.full(lost.size, 0.03), 'x', color='black', clip_on=False,
+        panel.plot(lost, 0.0 * lost + 0.03, 'x', color='black', clip_on=False,
                    transform=panel.get_xaxis_transform())
+    return figure
 
 
 def _map(study: Study, shown: _Shown) -> Figure:
@@ -231,7 +231,7 @@ class _Mean:
 
 
 def _marginal(panel: Any, study: Study, axis: int, share: FloatArray) -> None:
-    x, _ = study_axis(study, list(study.axes)[axis])
+    x = study_axis(study, list(study.axes)[axis])[0]
     others = tuple(i for i in range(share.ndim) if i != axis)
     panel.plot(x, _Mean.reduce(share, others), color='#1b5e9b', marker='o', markersize=3)
     panel.set(ylim=(-3.0, 103.0), xlim=axis_ends(x))
@@ -294,7 +294,5 @@ def _loci(study: Study) -> Figure:
 
 
 def _colour_key(values: FloatArray) -> Any:
-    colours = colormaps['viridis'](np.linspace(0.0, 0.9, 256))
-    low, high = axis_ends(values)
-    return ScalarMappable(Normalize(low, high),
-                          LinearSegmentedColormap.from_list('second parameter', colours))
+    colours = LinearSegmentedColormap.from_list('', colormaps['viridis'](np.linspace(0, 0.9, 256)))
+    return ScalarMappable(Normalize(*axis_ends(values)), colours)

@@ -18,7 +18,6 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from importlib import import_module
 import json
 import math
 from pathlib import Path
@@ -82,8 +81,9 @@ def _runner(options: argparse.Namespace) -> Iterator[Run]:
     if not options.scheduler:
         yield partial(run_jobs, workers=options.workers)
         return
-    fleet = import_module('squeal_ros.recordings.fleet_engine')  # asks for Dask
-    with fleet.FleetEngine(options.scheduler) as engine:
+    from squeal_ros.recordings.fleet_engine import FleetEngine  # asks for Dask
+
+    with FleetEngine(options.scheduler) as engine:
         def run(function: Any, jobs: Any) -> Iterator[tuple[int, Any]]:
             named = {str(key): job for key, job in jobs.items()}
             for key, result in engine.results(function, named, lambda: True):

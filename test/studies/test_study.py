@@ -180,7 +180,7 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bits(tmp_path: Path) -> N
     again = run_study(spec, HERE, checkpoint=checkpoint)
     assert same(whole, again)
     assert ['computed again' in text for text in said] == [True, False]
-    assert '2 parts were kept' in said[1]
+    assert 'an earlier run: 2 of' in said[1]
     assert spec.key != replace(spec, law=True).key
     checkpoint.remove()
     assert list(tmp_path.iterdir()) == []
