@@ -142,8 +142,9 @@ def _line(study: Study, shown: _Shown) -> Figure:
     lost = x[study.columns['source'] == IMPOSSIBLE]
     for panel in (top, bottom):
         panel.grid(color='0.93')
-        panel.plot(lost, 0.0 * lost + 0.03, 'x', color='black', clip_on=False,
-                   transform=panel.get_xaxis_transform())
+        if lost.size:  # the layout takes an empty line for one of great length
+            panel.plot(lost, 0.0 * lost + 0.03, 'x', color='black', clip_on=False,
+                       transform=panel.get_xaxis_transform())
     return figure
 
 
@@ -161,7 +162,7 @@ def _map(study: Study, shown: _Shown) -> Figure:
 
 def _legend(study: Study, shown: _Shown) -> str:
     parts = [] if shown.level is None else ['white: stable']
-    parts += ['hatched: none, impossible or not done'] if np.isnan(shown.values).any() else []
+    parts += ['hatched: none'] if np.isnan(shown.values).any() else []
     return f'({", ".join(parts)})' if parts else ''
 
 
@@ -202,7 +203,7 @@ def _matrix(study: Study, shown: _Shown) -> Figure:
     figure.colorbar(shades[True], ax=panels, pad=0.01, aspect=45, location='right',
                     extend='min' if shown.level is not None else 'neither',
                     label=f'below the diagonal: {shown.label},\n{shown.worst_in_words} over all '
-                    f'other parameters {_legend(study, shown)}')
+                    f'other parameters\n{_legend(study, shown)}'.strip())
     figure.colorbar(shades[False], ax=panels, pad=0.01, aspect=45, location='bottom',
                     label=f'on and above the diagonal: {share.label}, over all other parameters')
     return figure

@@ -23,7 +23,8 @@ import pytest
 from squeal_core import BrakeModel
 from squeal_core.studies.sweep_file import load_sweep
 from squeal_ros.cli.main import main
-from support.commands import answer, FEW
+from support.commands import answer, FEW, squeal
+from support.sweeps import PAIR
 
 RADIUS = 2.0 / 3.0 * (0.142**3 - 0.1**3) / (0.142**2 - 0.1**2)  # m, of K09's patch
 LAW = [(0.32 + fall, -fall) for fall in (0.18 * math.exp(-RADIUS * speed)
@@ -84,3 +85,49 @@ def test_a_locus_with_and_without_rotation(tmp_path: Path,
     # it merges at 0.348, wherever the path begins
     assert other.merged(14).tolist() == [False, True, True, True, True]
     assert other.names(13).tolist()[::4] == ['13', '13/14']
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['map', '--over', 'friction=0.6:0.2:3'], 'runs down; give the lower end first'),
+    (['map', '--over', 'friction=0.2:0.2:3'], 'has no width'),
+    (['map', '--over', 'disc.rotor_thicknes_mm=14:18:3'], 'did you mean disc.rotor_thickness_mm'),
+    (['map', '--over', 'disc.rotor_thickness_mm=0.014:0.018:3'], '0.014 m would be 14 mm'),
+    (['map', '--over', 'preload=1000:2000:3', '--over', 'pressure=1e5:2e5:3'], 'one load'),
+    (['locus', '--over', 'disc.hat_height_mm=25:30:3'], '--modes: give the modes'),
+    (['critical', '--parameter', 'disc.hat_height_mm'], '--bounds: give the lowest'),
+    (['critical', '--over', 'friction=0.1:0.2:2'], 'is what is searched along'),
+    (['critical', '-o', 'a.csv'], 'sweep with --over')])
+def test_what_is_no_study(arguments: list[str], words: str, tmp_path: Path,
+                          monkeypatch: pytest.MonkeyPatch,
+                          capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    command, *rest = arguments
+    code, out, err = squeal(capsys, command, 'kang2009', *rest)
+    assert (code, out) == (2, '')
+    assert len(err.splitlines()) == 1
+    assert words in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_studies_print_draw_and_write(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Impossible points are told while the others are computed; pictures of one to three axes."""
+    PAIR.save(tmp_path / 'pair.npz')
+    model = str(tmp_path / 'pair.npz')
+    over = ['--over', 'friction=0.1:0.6:3', '--over', 'rotor_speed=-2:2:3', '--over',
+            'damping_scale=0.5:2:3']
+    found = answer(capsys, 'map', model, *over)
+    assert (found['points'], found['impossible_points']) == (27, 9)
+    assert found['impossible'][0]['reason'].startswith('rotor_speed is 0 rad/s')
+    assert [row['source'] for row in found['results'][:9]] == ['full'] * 3 + [
+        'impossible'] * 3 + ['full'] * 3
+    bounds = ['--rotor-speed', '5', '--friction', '0.1']
+    for i, arguments in enumerate([
+            ['map', model, *over], ['map', model, '--over', 'damping_scale=1:2:3', *bounds],
+            ['map', model, *over[2:], '--friction', '0.5'],
+            ['locus', model, *over[:2], *over[4:], '--modes', '1,2'],
+            ['critical', model, *over[4:], *bounds],
+            ['critical', model, '--over', 'contact_stiffness=1e10:2e10:3', *over[4:], *bounds]]):
+        picture, file = tmp_path / f'{i}.png', tmp_path / f'{i}.csv'
+        assert main([*arguments, '--plot', str(picture), '-o', str(file)]) == 0
+        assert picture.read_bytes().startswith(b'\x89PNG')
+        assert file.read_text().startswith('# {"format": "squeal_ros study"')
