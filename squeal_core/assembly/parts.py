@@ -36,6 +36,7 @@ from squeal_core.modes.modal_basis import ModalBasis, Quadrature, SampledShapes
 _Part = TypeVar('_Part')
 _DIGITS = 12  # of a height [m] above a pad's lower face: that of a thicker rotor rounds otherwise
 MOST_BYTES = 400_000_000
+_MOST_PARTS = 12  # some 40 MB each; those used longest ago go first
 
 
 class PartCache:
@@ -53,7 +54,7 @@ class PartCache:
 
     def __init__(self, folder: str | Path | None = None, *, most_bytes: int = MOST_BYTES) -> None:
         self.folder, self._most_bytes = folder, most_bytes
-        self._parts: dict[Hashable, Any] = {}
+        self._parts: OrderedDict[Hashable, Any] = OrderedDict()
         self._samples: OrderedDict[Hashable, SampledShapes] = OrderedDict()
         self._bytes = 0
 
@@ -128,6 +129,9 @@ class PartCache:
     def _once(self, key: Hashable, compute: Callable[[], _Part]) -> _Part:
         if key not in self._parts:
             self._parts[key] = compute()
+            while len(self._parts) > _MOST_PARTS:
+                self._parts.popitem(last=False)
+        self._parts.move_to_end(key)
         found: _Part = self._parts[key]
         return found
 

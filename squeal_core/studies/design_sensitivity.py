@@ -140,7 +140,7 @@ class SensitivityStudy:
 
     def risks(self) -> tuple[float, ...]:
         """Return the squeal risk at each target's point as the brake is."""
-        return tuple(braking.risk for braking in self.braking)
+        return tuple(braking.risk for braking in self.braking)  # solved once, for workers too
 
     def effect(self, parameter: str) -> ParameterEffect:
         """Return the effect of a parameter; what keeps it from being known is in `reason`."""

@@ -34,7 +34,7 @@ from squeal_core.stability.mode_tracking import Identity, Tracked
 from squeal_core.studies.design_effects import ModeFollower, Variant
 from squeal_core.studies.target_modes import TargetMode
 
-ANGLES = 12
+ANGLES = 24
 _PAIR = 1e-2  # relative distance of frequencies within which two modes are a doublet
 _LARGEST_SPLIT = 0.1  # masses are small against the disc's, or its modes are not those any more
 _SECANTS = 6

@@ -70,23 +70,30 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
             _bars(panel, [(one.modes[place].at_minus, one.modes[place].at_plus)
                           for one in known])
             panel.set_title(f'mode {target.identity}, {target.frequency_hz:.0f} Hz\n'
-                            f'growth rate {target.growth_rate:+.1f} 1/s', fontsize=12)
+                            f'growth rate {target.growth_rate:+.1f} 1/s\n{_at(target.point)}',
+                            fontsize=11, loc='center')
             panel.set_xlabel('change of the growth rate  1/s')
         if risky:
             _bars(panels[-1], [(-100.0 * one.risk[0], 100.0 * one.risk[0]) for one in known])
             panels[-1].set_title(f'squeal risk {100.0 * study.braking[0].risk:.0f} %\n'
-                                 f'of {study.braking[0].duration:g} s of braking', fontsize=12)
+                                 f'of {study.braking[0].duration:g} s of braking\n'
+                                 f'{_at(study.targets[0].point)}', fontsize=11, loc='center')
             panels[-1].set_xlabel('change of the risk  percentage points')
         panels[0].set_yticks(list(places), [_label(one.parameter, *units[one.parameter])
                                             for one in known])
         panels[0].invert_yaxis()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles[:2], labels[:2], loc='outside lower center', ncols=2, frameon=False)
-        point = study.targets[0].point
-        figure.suptitle(f'{title}: {point.rotor_speed:.3g} rad/s, friction '
-                        f'{abs(point.friction):.3f}, contact pressure '
-                        f'{point.contact_pressure / 1e5:.2f} bar'.removeprefix(': '), fontsize=14)
+        left = len([effect for effect in effects if not effect.reason]) - len(known)
+        figure.suptitle(f'{title}: one per cent of each parameter'.removeprefix(': ')
+                        + (f' (the {len(known)} strongest on the first mode)' if left else ''),
+                        fontsize=14)
         save_figure(figure, path, dpi=120, overwrite=overwrite)
+
+
+def _at(point: OperatingPoint) -> str:
+    return (f'{point.rotor_speed:.3g} rad/s, µ {abs(point.friction):.3f}, '
+            f'{point.contact_pressure / 1e5:.2f} bar')
 
 
 def _bars(panel: Any, sides: Sequence[tuple[float, float]]) -> None:
@@ -106,7 +113,8 @@ def _label(parameter: str, value: float, unit: str) -> str:
     for suffix in ('_mm', '_gpa', '_mpa', '_pa', '_kg_m3', '_deg', '_n_m3', '_ns_m3', '_s_m',
                    '_hz', '_m'):
         words = words.removesuffix(suffix)
-    words = words.replace('.', ' ').replace('_', ' ')
+    words = words.replace('young_modulus', "Young's modulus").replace('.', ' ')
+    words = words.replace('_', ' ')
     return words if math.isnan(value) else f'{words}, {value:.4g} {unit}'.rstrip()
 
 
@@ -137,6 +145,9 @@ def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingP
     with rc_context({**STYLE, 'font.size': 13}):
         figure = Figure(figsize=_SLIDE, layout='constrained')
         axes = figure.subplots()
+        worst = growth.least_stable.over_angle
+        axes.plot(angles, np.append(worst, worst[0]), color='0.8', linewidth=9.0,
+                  label='least stable of the band')
         for mode, style, marker, grey in zip((growth.modes[0], *others), ('-', '--', '-.', ':'),
                                              'osd^', ('0.0', '0.25', '0.4', '0.5'), strict=False):
             axes.plot(angles, np.append(mode.over_angle, mode.over_angle[0]), style, color=grey,

@@ -163,14 +163,15 @@ def _variants(options: argparse.Namespace) -> tuple[BrakeVariants | AffineVarian
         model = build_model(brake, progress=report_progress, parts=parts)
         # workers get their own: what was solved is on disk
         return _of_brake(model, path.parent, partial(
-            build_model, parts=PartCache(resources.cache_folder())))
+            build_model, parts=PartCache(resources.cache_folder()), audit=False))
     model = BrakeModel.load(options.model)
     if not isinstance(model.provenance.get('description'), dict):
         affine = AffineVariants(model)
         return affine, affine.parameters, affine_only(options.model)
     folder = Path(resources.find('models', options.model, '.npz')).parent
     return _of_brake(model, folder, partial(
-        build_model, parts=parts, follower=model.follower is not None, **_settings(model)))
+        build_model, parts=parts, audit=False, follower=model.follower is not None,
+        **_settings(model)))
 
 
 def _of_brake(model: BrakeModel, folder: Path,
