@@ -28,6 +28,8 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
 from squeal_core.model.change_of_basis import aligned
 
+_FURTHER = 4  # modes of each part
+
 
 class BrakeVariants:
     """
@@ -79,7 +81,10 @@ class BrakeVariants:
         """
         changed = self._brake(scaled(self.content, path, factor))
         if not self._same_modes(changed):
-            return aligned(self._build(changed), self.model)
+            # a few modes more: where two change places at the end of the list, both are there
+            return aligned(self._build(replace(
+                changed, disc_modes=changed.disc_modes + _FURTHER,
+                pad_modes=changed.pad_modes + _FURTHER)), self.model)
         stretch, size = self._of_modes(changed)
         frequencies = stretch * self.model.angular_frequencies
         arrays: dict[str, Any] = {

@@ -22,6 +22,8 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.model.brake_model import BrakeModel, OPERATORS
 
+_NEAR = 0.05  # relative distance of frequencies of modes that may be the same one
+
 
 def in_basis(model: BrakeModel, basis: FloatArray, *, reference: BrakeModel) -> BrakeModel:
     """
@@ -53,6 +55,14 @@ def in_basis(model: BrakeModel, basis: FloatArray, *, reference: BrakeModel) -> 
         **arrays)
 
 
+def _nearness(own: FloatArray, others: FloatArray) -> FloatArray:
+    """Return weights (m, n) of pairs of angular frequencies; 1 where both are zero."""
+    scale = own[:, None] + others
+    apart = np.divide(2.0 * (own[:, None] - others), scale, out=np.zeros_like(scale),
+                      where=scale > 0.0)
+    return np.asarray(np.exp(-0.5 * (apart / _NEAR)**2))
+
+
 def aligned(model: BrakeModel, reference: BrakeModel) -> BrakeModel:
     """
     Return a model in coordinates that are as near as possible to those of a similar one.
@@ -63,7 +73,7 @@ def aligned(model: BrakeModel, reference: BrakeModel) -> BrakeModel:
     Parameters
     ----------
     model, reference : BrakeModel
-        Both with surface shapes, of the same grid and as many modes in each part.
+        Both with surface shapes, of the same grid; the model has as many modes or more.
 
     Raises
     ------
@@ -73,8 +83,10 @@ def aligned(model: BrakeModel, reference: BrakeModel) -> BrakeModel:
     Notes
     -----
     The orthogonal Procrustes problem for the shapes on each part's surface: with the singular
-    value decomposition U s V^T of S^T S_0 the basis is U V^T. Coordinates that no stiffness acts
-    on are taken apart from the others, so that they stay exactly free.
+    value decomposition U s V^T of S^T S_0 the basis is U V^T. Shapes count the less the farther
+    apart their frequencies are: on its surface alone a part's mode may look like one far above.
+    Further modes of the model that have no counterpart are left out. Coordinates that no
+    stiffness acts on are taken apart from the others, so that they stay exactly free.
 
     """
     if model.surface is None or reference.surface is None or (
@@ -95,6 +107,8 @@ def aligned(model: BrakeModel, reference: BrakeModel) -> BrakeModel:
             if len(columns) < len(own):
                 raise ModelError(f'{patch.name}: has {len(columns)} modes where {len(own)} are '
                                  'to be matched; keep as many')
-            u, _, v = np.linalg.svd(shapes[:, columns].T @ wanted[:, own], full_matrices=False)
+            likeness = shapes[:, columns].T @ wanted[:, own] * _nearness(
+                model.angular_frequencies[columns], reference.angular_frequencies[own])
+            u, _, v = np.linalg.svd(likeness, full_matrices=False)
             basis[np.ix_(columns, own)] = u @ v
     return in_basis(model, basis, reference=reference)

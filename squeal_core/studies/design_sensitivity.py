@@ -46,6 +46,7 @@ from squeal_core.studies.design_effects import (
 )
 from squeal_core.studies.target_modes import target_modes, TargetMode
 
+_AGREE, _SMALL = 0.25, 0.02  # of a growth rate's change, and of a small one [1/s]
 OPERATING = ('friction', 'rotor_speed', 'contact_pressure')
 """Parameters of the operating point that are varied beside those of the brake."""
 
@@ -87,6 +88,11 @@ class ModeEffect:
     at_plus: float
     critical_friction: float
     others: tuple[float, ...]
+
+    @property
+    def reliable(self) -> bool:
+        """Whether derivative and differences agree, so that what else rests on it is known."""
+        return self.error <= _AGREE * max(abs(self.growth_rate), _SMALL)
 
 
 @dataclass(frozen=True)

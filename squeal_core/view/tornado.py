@@ -59,8 +59,9 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
         Whether an existing file may be replaced.
 
     """
-    known = sorted((effect for effect in effects if not effect.reason),
-                   key=lambda effect: -abs(effect.modes[0].growth_rate))[:_MOST_BARS]
+    known = sorted((effect for effect in effects
+                    if not effect.reason and effect.modes[0].reliable), key=lambda effect: -abs(
+                        effect.modes[0].growth_rate))[:_MOST_BARS]
     count = min(len(study.targets), _MOST_MODES)
     places, risky = range(len(known)), bool(study.braking)
     with rc_context({**STYLE, 'font.size': 12}):
@@ -84,7 +85,7 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
         panels[0].invert_yaxis()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles[:2], labels[:2], loc='outside lower center', ncols=2, frameon=False)
-        left = len([effect for effect in effects if not effect.reason]) - len(known)
+        left = len(effects) - len(known)
         figure.suptitle(f'{title}: one per cent of each parameter'.removeprefix(': ')
                         + (f' (the {len(known)} strongest on the first mode)' if left else ''),
                         fontsize=14)

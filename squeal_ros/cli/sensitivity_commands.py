@@ -48,7 +48,7 @@ from squeal_ros.cli.arguments import (
     check_output,
     check_workers,
     is_there,
-    operating_point,
+    point_options,
     positive,
     shipped,
 )
@@ -66,7 +66,7 @@ from squeal_ros.cli.sweep_commands import PICTURES
 
 _YAML = ('.yaml', '.yml')
 _POINT = ('rotor_speed', 'friction', 'friction_slope', 'friction_law', 'preload', 'pressure',
-          'contact_stiffness', 'damping_scale')
+          'contact_stiffness')
 _OPERATING_UNITS = {'friction': '', 'rotor_speed': 'rad/s', 'contact_pressure': 'Pa'}
 _MOST_MODES = 6
 _MOST_DIAMETERS = 20
@@ -146,7 +146,7 @@ def _check(options: argparse.Namespace) -> None:
         raise SquealError(f'--count: is {options.count}; give 1 to {_MOST_MODES}')
     if len(options.modes) > _MOST_MODES:
         raise SquealError(f'--modes: are {len(options.modes)}; give {_MOST_MODES} at most')
-    given = [name for name in _POINT[:-1] if getattr(options, name) not in (None, False)]
+    given = [name for name in _POINT if getattr(options, name) not in (None, False)]
     if options.drive and given:
         raise SquealError(f'--drive: has operating points of its own; leave out '
                           f'--{given[0].replace("_", "-")}')
@@ -212,8 +212,7 @@ def _points(options: argparse.Namespace, model: BrakeModel
         raise SquealError(f'--modes: {short_repr(options.modes)}; give numbers of modes, 1 to '
                           f'{model.size}')
     if not options.drive:
-        point = argparse.Namespace(**{name: getattr(options, name) for name in _POINT})
-        return [partial(operating_point, options=point)], [tuple(options.modes)]
+        return [point_options(options).at], [tuple(options.modes)]
     with ProgressBar('operating points') as progress:
         worst = worst_points(model, *_driven(options, model),
                              count=_MOST_MODES if options.modes else options.count,

@@ -69,14 +69,18 @@ def _heading(target: TargetMode, risk: float, duration: float) -> Iterator[str]:
 
 
 def ranked(effects: Sequence[ParameterEffect], place: int) -> list[ParameterEffect]:
-    """Return the effects that are known, the strongest on a mode's growth rate first."""
-    return sorted((effect for effect in effects if not effect.reason),
-                  key=lambda effect: -abs(effect.modes[place].growth_rate))
+    """Return effects, the strongest on a mode's growth rate first, unreliable ones last."""
+    return sorted((effect for effect in effects if not effect.reason), key=lambda effect: (
+        not effect.modes[place].reliable, -abs(effect.modes[place].growth_rate)))
 
 
 def _line(effect: ParameterEffect, place: int, target: TargetMode, value: float,
           unit: str) -> str:
     own = effect.modes[place]
+    if not own.reliable:
+        return (f'{effect.parameter:34} not known: the derivative is {own.growth_rate:+.3g} 1/s, '
+                f'at -1 and +1 % the growth rate changes by {own.at_minus:+.3g} and '
+                f'{own.at_plus:+.3g}')
     now = 'as given' if math.isnan(value) else f'{value:.5g} {unit}'.rstrip()
     critical = '' if math.isnan(own.critical_friction) else f'{own.critical_friction:+.5f}'
     risk = f'{100.0 * effect.risk[place]:+.2f}' if effect.risk else ''
@@ -132,7 +136,8 @@ def sensitivity_json(study: SensitivityStudy, effects: Sequence[ParameterEffect]
             'unit': units[effect.parameter][1],
             'of': 'operating point' if effect.parameter in OPERATING else 'brake',
             'method': method(study, effect.parameter), 'reason': effect.reason,
-            'modes': [{**asdict(own), 'side_effect': _side_json(own, target)}
+            'modes': [{**asdict(own), 'reliable': own.reliable,
+                       'side_effect': _side_json(own, target)}
                       for own, target in zip(effect.modes, study.targets, strict=False)],
             'squeal_risk': list(effect.risk)} for effect in effects]}
 
