@@ -112,7 +112,6 @@ class FleetRun:
                 key = content_key(self.task.of(path), path, digest, self.files)
                 names.setdefault(key, []).append(name)
         expected, packed = self._expected(), pickle.dumps(self.task)
-        there = {key for key in names if (self._results / key).is_dir()}
         jobs = {key: (packed, str(self.paths[own[0]]), str(self._results / key),
                       expected.get(key, '')) for key, own in names.items()}
         for key, found in engine.results(evaluate_recording, jobs, self._going_on('evaluated')):
@@ -124,8 +123,8 @@ class FleetRun:
                 else:
                     self._results_of[name] = found
             if not error:
-                is_kept = key in there and expected.get(key, found.sha256) == found.sha256
-                self.kept, self.computed = self.kept + is_kept, self.computed + (not is_kept)
+                self.computed += found.written
+                self.kept += not found.written
             self.show('evaluated', names[key])
 
     def _going_on(self, phase: str) -> Callable[[], bool]:

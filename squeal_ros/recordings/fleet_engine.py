@@ -42,6 +42,7 @@ _TICK = 0.25  # s, between looks at the progress
 _PROBE = 5.0  # s without a result, after which the scheduler is asked whether it is there
 _WINDOW = 1_000  # jobs that the scheduler has at once
 _CLOSING = 10.0  # s
+_STARTING = 600.0  # s that a worker of a local cluster may take to start, on a busy machine
 _OWN = 'Dask Worker'  # begins the names of the worker processes of a local cluster
 
 
@@ -71,7 +72,8 @@ class FleetEngine:
     def __init__(self, address: str = '', *, workers: int = 1, retries: int = 3,
                  timeout: float = 60.0, stall: float = 7200.0) -> None:
         self.address, self._workers = address, workers
-        self._retries, self._timeout, self._stall = retries, timeout, stall
+        self._retries, self._stall = retries, stall
+        self._timeout = timeout if address else max(timeout, _STARTING)
         self._cluster: Any = None
         self._client: Any = None
 
@@ -86,7 +88,8 @@ class FleetEngine:
                 with no_interrupts():  # Ctrl-C is for this process alone
                     self._cluster = LocalCluster(
                         n_workers=self._workers, threads_per_worker=1, processes=True,
-                        dashboard_address=None, silence_logs=logging.CRITICAL)
+                        silence_logs=logging.CRITICAL, scheduler_kwargs={
+                            'dashboard': False, 'dashboard_address': '127.0.0.1:0'})
             self._connect()
         except (OSError, ValueError, ImportError, RuntimeError) as error:
             self._close()

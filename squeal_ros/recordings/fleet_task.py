@@ -40,11 +40,12 @@ class FleetError(LocatedError):
 
 
 class Evaluated(NamedTuple):
-    """What a worker returns: the folder of a result and its SHA-256, or why there is none."""
+    """What a worker returns: a path and its SHA-256, or the error; whether it wrote the path."""
 
     path: str
     sha256: str
     error: str = ''
+    written: bool = False
 
 
 def recording_digest(path: str) -> Evaluated:
@@ -84,7 +85,7 @@ def evaluate_recording(packed: bytes, path: str, target: str, expected: str) -> 
         raise
     except SquealError as error:
         return Evaluated(path, '', str(error))
-    return Evaluated(target, file_hash(folder)[0])
+    return Evaluated(target, file_hash(folder)[0], written=True)
 
 
 @lru_cache(maxsize=4)

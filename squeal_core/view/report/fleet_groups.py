@@ -181,7 +181,7 @@ def _mileage_step(span: float) -> float:
 
 
 def _mileage_name(low: float, step: float) -> str:
-    return f'{low:,.0f} to {low + step:,.0f} km'
+    return f'{low:,.0f} to {low + step:,.0f}'
 
 
 def _day(label: FleetLabel) -> float:

@@ -57,7 +57,7 @@ def fleet_page(data: FleetData, pages: Mapping[str, str], how: str) -> str:
         data.brakes, name='by-brake', title='By brake', axis='brake',
         unknown='Nothing was evaluated.')), *group_table(data.brakes, 'brake', 'brakes'))
     page.add('time', '4 Mileage and date', page.draw(
-        share_bars(data.mileage, name='by-mileage', title='Over mileage', axis='mileage',
+        share_bars(data.mileage, name='by-mileage', title='Over mileage', axis='mileage  km',
                    unknown=_NO_MILEAGE, wide=False),
         share_bars(data.dates, name='by-date', title='Over date', axis='date (UTC)',
                    unknown=_NO_DATE, wide=False)))
