@@ -26,6 +26,7 @@ from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.common.output import make_folder, OutputError
 from squeal_core.common.partial_files import clear_leftovers, PARTIAL
 from squeal_core.monitor.fleet_files import FleetFolder, is_fleet, MANIFEST, RECORDINGS
+from squeal_core.monitor.result_summary import file_hash
 from squeal_ros.recordings.fleet_engine import FleetEngine, FleetLost
 from squeal_ros.recordings.fleet_tables import Member, write_tables
 from squeal_ros.recordings.fleet_task import (
@@ -83,6 +84,7 @@ class FleetRun:
         self._results = make_folder(self.folder / RECORDINGS)
         self.paths = {one.name: one.path for one in plan_batch(self.recordings, self._results)}
         self._digests: dict[str, str] = {}
+        self._keys: dict[str, str] = {}
         self._results_of: dict[str, Evaluated] = {}
         self._errors: dict[str, str] = {}
 
@@ -95,6 +97,14 @@ class FleetRun:
         except FleetLost as error:
             self.lost = str(error)
         clear_leftovers(self._results)
+        self._take_what_is_there()
+
+    def _take_what_is_there(self) -> None:
+        """Take results that an earlier run wrote, where this one did not come to them."""
+        for name, key in self._keys.items():
+            folder = self._results / key
+            if name not in self._results_of and name not in self._errors and folder.is_dir():
+                self._results_of[name] = Evaluated(str(folder), file_hash(folder)[0])
 
     def _read(self, engine: FleetEngine) -> None:
         jobs = {name: (str(path),) for name, path in self.paths.items()}
@@ -111,6 +121,7 @@ class FleetRun:
             if digest := self._digests.get(name):
                 key = content_key(self.task.of(path), path, digest, self.files)
                 names.setdefault(key, []).append(name)
+                self._keys[name] = key
         expected, packed = self._expected(), pickle.dumps(self.task)
         jobs = {key: (packed, str(self.paths[own[0]]), str(self._results / key),
                       expected.get(key, '')) for key, own in names.items()}

@@ -21,6 +21,7 @@ from contextlib import suppress
 from itertools import islice
 import logging
 import multiprocessing
+from multiprocessing import resource_tracker
 import queue
 import time
 from types import TracebackType
@@ -85,6 +86,7 @@ class FleetEngine:
                          'distributed.comm.timeouts.connect': self._timeout})
         try:
             if not self.address:
+                resource_tracker.ensure_running()  # which lets interrupts through as it starts
                 with no_interrupts():  # Ctrl-C is for this process alone
                     self._cluster = LocalCluster(
                         n_workers=self._workers, threads_per_worker=1, processes=True,

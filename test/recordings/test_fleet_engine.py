@@ -1,0 +1,89 @@
+# Copyright 2026 squeal_ros developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+
+"""Jobs on Dask with real processes: workers and schedulers that are ended, hang, are not there."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+import operator
+import os
+from pathlib import Path
+import signal
+
+import pytest
+
+pytest.importorskip('distributed', reason='needs dask')
+
+from squeal_ros.recordings.fleet_engine import FleetEngine, FleetLost  # noqa: E402
+from support.fleets import cluster, deadly, free_port, held, Release  # noqa: E402, I100
+from support.processes import linux  # noqa: E402
+
+
+@linux
+def test_a_worker_killed_in_the_middle(tmp_path: Path) -> None:
+    """Its job is done by another one; one that ends every worker is named, as is an error."""
+    release = Release(tmp_path, lambda pid: os.kill(pid, signal.SIGKILL))
+    with FleetEngine(workers=2, retries=1) as engine:
+        first = dict(engine.results(held, {'held': (str(tmp_path),)}, release))
+        jobs = {'deadly': (deadly, ()), 'wrong': (operator.truediv, (1, 0)),
+                'good': (operator.add, (1, 2))}
+        found = dict(engine.results(_called, jobs, lambda: True))
+    assert release.ended not in (0, first['held'])
+    assert found['good'] == 3
+    assert isinstance(found['wrong'], ZeroDivisionError)
+    assert 'ended from outside each time' in str(found['deadly'])
+
+
+def _called(function: object, arguments: tuple[object, ...]) -> object:
+    assert callable(function)
+    return function(*arguments)
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as found:
+        yield found
+
+
+@linux
+def test_a_scheduler_that_is_restarted_hangs_or_has_no_worker(
+        tmp_path: Path, stack: ExitStack) -> None:
+    port = free_port()
+    address = f'tcp://127.0.0.1:{port}'
+    scheduler, worker = stack.enter_context(cluster(port))
+
+    def restart(_: int) -> None:
+        nonlocal scheduler, worker
+        scheduler.kill()
+        worker.kill()
+        scheduler.wait()
+        scheduler, worker = stack.enter_context(cluster(port))
+
+    release = Release(tmp_path, restart)
+    with FleetEngine(address, timeout=120.0) as engine:
+        first = dict(engine.results(held, {'held': (str(tmp_path),)}, release))
+    assert first['held'] == worker.pid != release.ended
+    with FleetEngine(address, timeout=120.0) as engine:
+        engine._timeout = 1.0
+        worker.kill()
+        with pytest.raises(FleetLost, match=f'{address}: has had no worker for 1 s; see'):
+            list(engine.results(held, {'held': (str(tmp_path),)}, lambda: True))
+        scheduler.send_signal(signal.SIGSTOP)
+        with pytest.raises(FleetLost, match=f'{address}: has not answered for 1 s; see'):
+            list(engine.results(held, {'held': (str(tmp_path),)}, lambda: True))
+    for wrong in (f'tcp://127.0.0.1:{free_port()}', 'nowhere://x'):
+        with (pytest.raises(FleetLost, match=f'{wrong}: cannot be reached within 0.5 s'),
+              FleetEngine(wrong, timeout=0.5)):
+            pass
