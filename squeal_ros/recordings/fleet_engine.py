@@ -83,6 +83,8 @@ class FleetEngine:
         dask.config.set({'distributed.scheduler.allowed-failures': self._retries,
                          # none waits at a worker, to be suspected where the one before ends it
                          'distributed.scheduler.worker-saturation': 1.0,
+                         # a worker that starts anew is no lost one
+                         'distributed.deploy.lost-worker-timeout': f'{_STARTING:.0f}s',
                          'distributed.comm.timeouts.connect': self._timeout})
         try:
             if not self.address:

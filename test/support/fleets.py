@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
-import signal
 import socket
 import time
 from typing import Any
@@ -57,11 +56,6 @@ def held(folder: str) -> int:
     while not (Path(folder) / 'go').exists():
         time.sleep(0.01)
     return os.getpid()
-
-
-def deadly() -> None:
-    """End the worker."""
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 class Release:
