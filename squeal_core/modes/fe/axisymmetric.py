@@ -43,6 +43,7 @@ from squeal_core.modes.fe.eigen import gathered
 from squeal_core.modes.fe.mode_cache import content_key, remembered
 from squeal_core.modes.modal_basis import keep_whole_doublets, Quadrature, SampledShapes
 
+_DIGITS = 12  # of a place in the section [m]
 _GRADING = 0.15  # ratio of neighbouring elements towards a re-entrant corner: hp theory's choice
 
 
@@ -73,7 +74,8 @@ class HarmonicModes:
         return tuple(f'disc ({m.diameters},{m.family}){m.half}' for m in self.section_modes)
 
     def sample(self, points: Quadrature) -> SampledShapes:
-        section = np.vstack([points.radius, points.height])
+        # as the mesh is: a face may lie a last bit outside of it
+        section = np.vstack([points.radius, points.height]).round(_DIGITS)
         unique, place = np.unique(section, axis=1, return_inverse=True)
         shapes = np.array([m.shape for m in self.section_modes])
         probe = self.basis.split_bases()[0].probes(unique)
@@ -182,7 +184,7 @@ def _graded(corners: tuple[float, ...], element_size: float, layers: int,
         for corner, neighbour in ((span[0], span[1]), (span[-1], span[-2])):
             if corner != smooth:
                 cuts.append(corner + (neighbour - corner) * steps)
-    return np.unique(np.concatenate(cuts).round(12))
+    return np.unique(np.concatenate(cuts).round(_DIGITS))
 
 
 def _lowest(basis: skfem.CellBasis, material: Material, clamped: FloatArray,
