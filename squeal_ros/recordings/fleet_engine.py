@@ -22,6 +22,7 @@ from itertools import islice
 import logging
 import multiprocessing
 from multiprocessing import resource_tracker
+import pickle
 import queue
 import time
 from types import TracebackType
@@ -207,8 +208,8 @@ class _Attempt:
                 future.cancel()
 
     def _submit(self, name: str, key: str, job: tuple[Any, ...]) -> None:
-        future = self._client.submit(self._function, *job, key=name, retries=self._retries,
-                                     pure=False)
+        future = self._client.submit(pickle.loads, pickle.dumps(_Call(self._function, job)),
+                                     key=name, retries=self._retries, pure=False)
         self._running[name] = key, future
         future.add_done_callback(self._done.put)
 
@@ -229,6 +230,20 @@ class _Attempt:
         key, _ = self._running.pop(ended.key)
         del self._left[key]
         return key, found
+
+
+class _Call:
+    """
+    Is called where it is unpickled.
+
+    By the job, that is: a worker that unpickles what it cannot import is ended, and starts anew.
+    """
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self._call = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self._call
 
 
 def _of_job(error: Exception) -> Exception:

@@ -12,7 +12,6 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-
 """Jobs on Dask with real processes: workers and schedulers that are ended, hang, are not there."""
 
 from collections.abc import Iterator
@@ -21,6 +20,8 @@ import operator
 import os
 from pathlib import Path
 import signal
+import sys
+from types import ModuleType
 
 import pytest
 
@@ -32,16 +33,22 @@ from support.processes import linux  # noqa: E402
 
 
 @linux
-def test_a_worker_killed_in_the_middle(tmp_path: Path) -> None:
-    """Its job is done by another one; an error is that of its job."""
+def test_a_worker_killed_in_the_middle(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its job is done by another one; an error is that of its job, also what is not installed."""
+    here = ModuleType('only_here')
+    exec('def job(): pass', here.__dict__)
+    monkeypatch.setitem(sys.modules, 'only_here', here)
     release = Release(tmp_path, lambda pid: os.kill(pid, signal.SIGKILL))
     with FleetEngine(workers=2, retries=1) as engine:
         first = dict(engine.results(held, {'held': (str(tmp_path),)}, release))
         jobs = {'wrong': (1, 0), 'good': (1, 2)}
         found = dict(engine.results(operator.truediv, jobs, lambda: True))
+        missing = dict(engine.results(here.job, {'missing': ()}, lambda: True))
     assert release.ended not in (0, first['held'])
     assert found['good'] == 0.5
     assert isinstance(found['wrong'], ZeroDivisionError)
+    assert isinstance(missing['missing'], ModuleNotFoundError)
 
 
 @pytest.fixture
