@@ -103,7 +103,7 @@ class SoundRecord:
             return None
         found = [tone for i, record in self.channels.items() if i not in self.unknown
                  for tone in heard_tones(record, self.settings, channel=i, speed=speed,
-                                      braking=braking)]
+                                         braking=braking)]
         return one_of_channels(found, brakes)
 
 

@@ -119,12 +119,12 @@ def heard_tones(record: ChannelRecord, settings: ListeningSettings, *, channel: 
     pieces = unsteady_joined(notes)
     ringing = alarms(pieces, timing)
     tones = [*joined([piece for i, piece in enumerate(pieces) if i not in ringing],
-                      gap), *(pieces[i] for i in ringing)]
+                     gap), *(pieces[i] for i in ringing)]
     bursts = {id(pieces[i]) for i in ringing}
     index = TimeIndex([tone for tone in tones if tone.mean_prominence >= settings.prominence
-                        or id(tone) in bursts])
+                       or id(tone) in bursts])
     melody = TimeIndex([note for note in joined(notes, gap)
-                         if note.mean_prominence >= settings.prominence])
+                        if note.mean_prominence >= settings.prominence])
     rules: dict[int, str] = {}
     multiples: dict[int, list[int]] = {}
     for tone in sorted(index.tones, key=lambda tone: tone.mean_frequency):
