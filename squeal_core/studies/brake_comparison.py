@@ -27,13 +27,13 @@ from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.eigensolution import Mode, Tolerances
-from squeal_core.stability.mechanism import participation
 from squeal_core.stability.mode_matching import (
     frictionless_modes,
     match_modes,
     ModeMatch,
     ModeShapes,
 )
+from squeal_core.stability.mode_name import short_name
 from squeal_core.stability.mode_tracking import follow, identify, track, Tracked
 from squeal_core.stability.parameter_paths import between, moved
 from squeal_core.surrogate.expansion_table import ExpansionTable
@@ -61,7 +61,7 @@ class ComparedMode(NamedTuple):
     critical_friction : float
         From which on it is unstable; NaN where it is stable up to the bound, or not known.
     component : str
-        The component mode that takes most part in it without friction.
+        Its short name at the point.
 
     """
 
@@ -172,29 +172,30 @@ def compared_model(name: str, model: BrakeModel, point: OperatingPoint, *,
     progress(f'{name}: modes and critical friction')
     start, shapes = frictionless_modes(model, point)
     here = identify(model, point)
-    critical = critical_frictions(model, point, bounds)
-    first = model.size - shapes.frequencies_hz.size
-    vectors = start.spectrum.right[-model.size:].T
-    modes = [_at_point(here, start.modes[place].index, hertz, critical, (
-                 participation(model, vector, top=1)[0].name if model.names else ''))
-             for place, (hertz, vector) in enumerate(zip(
-                 shapes.frequencies_hz.tolist(), vectors, strict=True), first)]
+    names, critical = _short_names(model, here), critical_frictions(model, point, bounds)
+    still = start.modes[model.size - shapes.frequencies_hz.size:]  # those that oscillate
+    modes = [_at_point(here, mode.index, mode.frequency_hz, critical, names) for mode in still]
     return ComparedBrake(name, tuple(modes), shapes)
 
 
+def _short_names(model: BrakeModel, here: Tracked) -> dict[Mode, str]:
+    vectors = here.spectrum.right[-model.size:].T  # of the last modes
+    return {mode: short_name(model, vector) for mode, vector in zip(
+        here.modes[-len(vectors):], vectors, strict=True)}
+
+
 def _at_point(here: Tracked, number: int, hertz: float, critical: dict[int, float],
-              component: str) -> ComparedMode:
+              names: dict[Mode, str]) -> ComparedMode:
     """Return the mode of a number; of those that merged the lowest number is the least stable."""
     own = [(identity, mode) for mode, identity in zip(here.modes, here.identities, strict=True)
            if number in identity.numbers]
     limit = critical.get(number, math.nan)
     if not own:
-        return ComparedMode(str(number), hertz, math.nan, math.nan, math.nan, False, limit,
-                            component)
+        return ComparedMode(str(number), hertz, math.nan, math.nan, math.nan, False, limit)
     own.sort(key=lambda one: -one[1].growth_rate)
     identity, mode = own[min(own[0][0].numbers.index(number), len(own) - 1)]
     return ComparedMode(str(identity), hertz, mode.frequency_hz, mode.growth_rate,
-                        mode.damping_ratio, mode.unstable, limit, component)
+                        mode.damping_ratio, mode.unstable, limit, names[mode])
 
 
 def critical_frictions(model: BrakeModel, point: OperatingPoint,

@@ -23,7 +23,8 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Mode
 from squeal_core.stability.eigenvectors import mode_vectors
-from squeal_core.stability.mechanism import mechanisms, participation, without_rotation
+from squeal_core.stability.mechanism import mechanisms, without_rotation
+from squeal_core.stability.mode_name import short_name
 from squeal_core.stability.parameter_paths import PARAMETERS
 from squeal_core.studies.sweep_record import Sweep
 
@@ -88,7 +89,7 @@ def point_of(record: Sweep, place: int) -> OperatingPoint:
 def mode_names(model: BrakeModel, record: Sweep,
                modes: Sequence[UnstableMode]) -> dict[str, str]:
     """
-    Return the names of unstable modes by identity: its numbers and the component that leads.
+    Return the names of unstable modes by identity: its numbers and what leads in it.
 
     Parameters
     ----------
@@ -107,8 +108,6 @@ def mode_names(model: BrakeModel, record: Sweep,
 
 
 def _leading(model: BrakeModel, record: Sweep, mode: UnstableMode) -> str:
-    if not model.names:
-        return ''
     root = complex(mode.growth_rate, 2.0 * np.pi * mode.frequency_hz)
     right = mode_vectors(model, point_of(record, mode.place), root).right
-    return participation(model, right, top=1)[0].name
+    return short_name(model, right)

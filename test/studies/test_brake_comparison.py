@@ -63,3 +63,11 @@ def test_a_mode_that_is_stable_up_to_the_bound_has_no_critical_friction() -> Non
     found = compared_model('a', fluttering(6e-3), POINT, bounds=(0.0, 0.2))
     assert boundary(6e-3) > 0.2
     assert all(math.isnan(mode.critical_friction) for mode in found.modes)
+
+
+def test_a_mode_is_named_by_who_leads_at_the_point() -> None:
+    """Without friction each of two is one component alone; merged they are both."""
+    model = replace(fluttering(6e-3), names=('roll', 'pitch'))
+    for friction, names in ((0.0, [{'roll'}, {'pitch'}]), (0.5, [{'roll', 'pitch'}] * 2)):
+        found = compared_model('a', model, replace(POINT, friction=friction, friction_slope=0.0))
+        assert [{*mode.component.split('+')} for mode in found.modes] == names
