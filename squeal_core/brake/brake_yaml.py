@@ -158,8 +158,9 @@ def _disc(section: QuantityReader, folder: Path) -> HatDisc | ModalResults:
     if disc.clamp_radius >= disc.hat_wall_inner_radius:
         raise BrakeDescriptionError(
             f'{section.where}.hat_wall_thickness',
-            f'is {disc.hat_wall_thickness:g} m, so the wall reaches in to '
-            f'{disc.hat_wall_inner_radius:g} m (clamp_radius {disc.clamp_radius:g} m)',
+            f'is {1e3 * disc.hat_wall_thickness:g} mm, so the wall reaches in to '
+            f'{1e3 * disc.hat_wall_inner_radius:g} mm '
+            f'(clamp_radius {1e3 * disc.clamp_radius:g} mm)',
             'make the wall thinner or the clamp smaller')
     _in_order(section.where, 'the plate lies within the hat',
               top_plate_thickness=disc.top_plate_thickness, hat_height=disc.hat_height)
@@ -268,13 +269,13 @@ def _check_patch_on_disc(where: str, contact: Contact, disc: HatDisc) -> None:
     if contact.outer_radius > disc.rotor_outer_radius:
         raise BrakeDescriptionError(
             f'{where}.contact.outer_radius',
-            f'is {contact.outer_radius:g} m, off the disc (rotor_outer_radius '
-            f'{disc.rotor_outer_radius:g} m)', 'move the contact patch inwards')
+            f'is {1e3 * contact.outer_radius:g} mm, off the disc (rotor_outer_radius '
+            f'{1e3 * disc.rotor_outer_radius:g} mm)', 'move the contact patch inwards')
     if contact.inner_radius < disc.hat_wall_outer_radius:
         raise BrakeDescriptionError(
             f'{where}.contact.inner_radius',
-            f'is {contact.inner_radius:g} m, within the hat (hat_wall_outer_radius '
-            f'{disc.hat_wall_outer_radius:g} m)', 'move the contact patch outwards')
+            f'is {1e3 * contact.inner_radius:g} mm, within the hat (hat_wall_outer_radius '
+            f'{1e3 * disc.hat_wall_outer_radius:g} mm)', 'move the contact patch outwards')
 
 
 def _in_order(where: str, why: str, **lengths: float) -> None:
@@ -282,5 +283,6 @@ def _in_order(where: str, why: str, **lengths: float) -> None:
     for (inner, low), (outer, high) in zip(pairs, pairs[1:], strict=False):
         if not low < high:
             raise BrakeDescriptionError(
-                f'{where}.{outer}', f'{outer} is {high:g} m and {inner} {low:g} m ({why})',
+                f'{where}.{outer}',
+                f'{outer} is {1e3 * high:g} mm and {inner} {1e3 * low:g} mm ({why})',
                 f'make {outer} the larger')

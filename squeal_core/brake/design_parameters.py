@@ -58,7 +58,8 @@ def design_parameters(content: Mapping[str, Any]) -> tuple[DesignParameter, ...]
 def _numbers(content: Mapping[str, Any], before: str) -> Iterator[DesignParameter]:
     from_file = 'modes_from' in content
     for key, item in content.items():
-        name, unit = _name_and_unit(key)
+        suffix = unit_suffix(key)
+        name, unit = key.removesuffix(f'_{suffix}'), SYMBOLS.get(suffix, suffix)
         # what a file holds of a part does not change with its density or thickness
         if name in _LEFT_OUT or (from_file and name not in ('support', 'shim')):
             continue
@@ -76,11 +77,9 @@ def _numbers(content: Mapping[str, Any], before: str) -> Iterator[DesignParamete
             yield DesignParameter(f'{before}{key}', value, unit)
 
 
-def _name_and_unit(key: str) -> tuple[str, str]:
-    for suffix in _SUFFIXES:
-        if key.endswith(f'_{suffix}'):
-            return key.removesuffix(f'_{suffix}'), SYMBOLS.get(suffix, suffix)
-    return key, ''
+def unit_suffix(path: str) -> str:
+    """Return the suffix that says in which unit a number is, as 'mm'; '' of a plain number."""
+    return next((suffix for suffix in _SUFFIXES if path.endswith(f'_{suffix}')), '')
 
 
 def scaled(content: Mapping[str, Any], path: str, factor: float) -> dict[str, Any]:

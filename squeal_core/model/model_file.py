@@ -108,6 +108,9 @@ def load_model(path: str | Path) -> BrakeModel:
 def load_with_header(path: str | Path) -> tuple[Header, BrakeModel]:
     """Read a model and the header of its file, as `load_model`."""
     path = resources.find('models', str(path), '.npz')
+    if path.suffix.lower() in ('.yaml', '.yml') and path.exists():
+        raise ModelFileError(path, 'is a description and no model file', 'build its model with '
+                             f'`squeal build {path} -o {path.stem}.npz` and give that')
     header, arrays = _read(path)
     try:
         return header, _model(header, arrays)

@@ -28,6 +28,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.studies.point_options import PointOptions
 
 MOST_WORKERS = 256
+DEFAULT_SPEED = 5.0  # rad/s, of sweeps and of sensitivity
 
 
 def operating_point(model: BrakeModel, options: argparse.Namespace) -> OperatingPoint:

@@ -20,7 +20,7 @@ import time
 from squeal_core.common.errors import in_one_line
 from squeal_core.common.json_values import plain
 
-__all__ = ['plain', 'ProgressBar', 'report_progress', 'time_left', 'warn']
+__all__ = ['note', 'plain', 'ProgressBar', 'report_progress', 'time_left', 'warn']
 
 
 def report_progress(text: str) -> None:
@@ -31,6 +31,11 @@ def report_progress(text: str) -> None:
 def warn(text: str) -> None:
     """Say on stderr what is doubted; the command goes on."""
     print(f'squeal: warning: {in_one_line(text)}', file=sys.stderr)
+
+
+def note(text: str) -> None:
+    """Say on stderr what is good to know."""
+    print(f'squeal: {in_one_line(text)}', file=sys.stderr)
 
 
 class ProgressBar:

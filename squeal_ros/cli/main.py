@@ -216,7 +216,8 @@ def _critical(p: argparse.ArgumentParser) -> None:
     p.add_argument('--bounds', type=float, nargs=2, metavar=('LOW', 'HIGH'),
                    help='default: friction 0 to 1, else up to twice what it is')
     p.add_argument('--modes', type=mode_numbers, default=[], metavar='13,14',
-                   help="the modes that are meant (K09's numbering); default: any in the band")
+                   help="the modes that are meant (K09's numbering); default, and always along a "
+                   'number of the brake description: any in the band')
     p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
                    help='Hz, default {:g} {:g}'.format(*SQUEAL_BAND))
     add_without_rotation(p)

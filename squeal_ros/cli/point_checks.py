@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
+from squeal_core.brake.design_parameters import unit_suffix
 from squeal_core.common.errors import SquealError
-from squeal_core.common.ranges import Ends, hint, span
+from squeal_core.common.ranges import Ends, hint, span, SYMBOLS, UNITS
 from squeal_core.monitor.setting_specs import MONITOR_KEYS
 from squeal_ros.cli.console import warn
 
@@ -94,6 +95,20 @@ def check_value(where: str, name: str, value: float | None) -> None:
     if not about.usual[0] <= size <= about.usual[1]:
         warn(f'{where}: is {value:g} {about.unit}'.rstrip() + f'; {about.source} '
              f'{span(about.usual, 1.0, about.unit)}: check it{near}')
+
+
+def check_design_bounds(path: str, start: float, bounds: Ends | None) -> None:
+    """Refuse bounds of a number of the description that do not hold what it is now."""
+    if bounds and bounds[0] <= start <= bounds[1]:
+        return
+    suffix = unit_suffix(path)
+    unit = SYMBOLS.get(suffix, suffix)
+    dimension = next((name for name, units in UNITS.items() if suffix in units), '')
+    scale = UNITS[dimension][suffix] if dimension else 1.0
+    near = hint(bounds[0], dimension, scale, unit, (0.5 * start * scale, 2.0 * start * scale)
+                ) if bounds else ''
+    raise SquealError(f'--bounds: give the lowest and the highest {path}, on either side of '
+                      f'{start:g} {unit}'.rstrip() + near)
 
 
 def check_band(band: Iterable[float]) -> None:

@@ -47,6 +47,7 @@ from squeal_core.studies.worst_points import worst_points
 from squeal_ros.cli.arguments import (
     check_output,
     check_workers,
+    DEFAULT_SPEED,
     is_there,
     point_options,
     positive,
@@ -151,7 +152,7 @@ def _check(options: argparse.Namespace) -> None:
         raise SquealError(f'--drive: has operating points of its own; leave out '
                           f'--{given[0].replace("_", "-")}')
     if not options.drive and options.rotor_speed is None:
-        raise SquealError('--rotor-speed: is missing; give an operating point, or --drive')
+        options.rotor_speed = DEFAULT_SPEED
 
 
 def _variants(options: argparse.Namespace) -> tuple[BrakeVariants | AffineVariants, Units, str]:

@@ -61,8 +61,9 @@ def _heading(target: TargetMode, risk: float, duration: float) -> Iterator[str]:
     yield (f'mode {target.identity}, {target.frequency_hz:.0f} Hz, growth rate '
            f'{target.growth_rate:+.2f} 1/s at {point.rotor_speed:.4g} rad/s, friction '
            f'{point.friction:.3f}, contact pressure {point.contact_pressure / 1e5:.3g} bar')
-    critical = ('none on this side of 0 to 1' if math.isnan(target.critical_friction)
-                else f'{target.critical_friction:.4f}')
+    critical = (f'{target.critical_friction:.4f}' if not math.isnan(target.critical_friction)
+                else 'none, unstable down to 0' if target.growth_rate > 0.0
+                else 'none, stable up to 1')
     known = '' if math.isnan(risk) else (
         f'; squeal risk of {duration:g} s of braking there {100.0 * risk:.1f} % (prior ensemble)')
     yield f'critical friction {critical}{known}'

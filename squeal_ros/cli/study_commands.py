@@ -15,7 +15,7 @@
 """Maps, loci and critical values over any number of parameters, of the operation and design."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 import json
@@ -26,6 +26,7 @@ from typing import Any
 
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
+from squeal_core.common.wording import counted
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.stability.parameter_paths import Law, OPERATING, PARAMETERS
 from squeal_core.studies.study import Run, run_study
@@ -36,10 +37,11 @@ from squeal_core.studies.study_spec import StudySpec
 from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
 from squeal_core.surrogate.grid_columns import EXPANSION, FULL, IMPOSSIBLE
 from squeal_ros.cli.arguments import point_options
-from squeal_ros.cli.console import plain, ProgressBar, time_left, warn
+from squeal_ros.cli.console import note, plain, ProgressBar, time_left, warn
 from squeal_ros.cli.swept_axes import StudySource
 
 MOST_PRINTED = 10_000  # points without a file
+_MOST_WARNINGS = 3  # of one kind
 _FEW = 20_000  # points of a map of one or two parameters that are all solved in full
 
 
@@ -62,7 +64,7 @@ def study(options: argparse.Namespace, source: StudySource, axes: dict[str, Floa
         source=source.require_design(path) if built else source.model, axes=axes, task=task,
         options=point_options(options), law=law, cache=source.cache,
         rotation=not getattr(options, 'without_rotation', False))
-    checkpoint = (StudyCheckpoint(Path(options.output), spec.key, say=warn)
+    checkpoint = (StudyCheckpoint(Path(options.output), spec.key, say=note)
                   if options.output else None)
     doubts = dict[str, None]()
     begun = time.monotonic()
@@ -70,8 +72,7 @@ def study(options: argparse.Namespace, source: StudySource, axes: dict[str, Floa
         found = run_study(
             spec, run, checkpoint=checkpoint, warn=lambda text: doubts.setdefault(text),
             progress=lambda done, all_: bar(done, all_, time_left(begun, done, all_)))
-    for text in list(doubts)[:3]:
-        warn(text)
+    _warn_some(list(doubts))
     return _report(found, options, checkpoint, time.monotonic() - begun)
 
 
@@ -112,12 +113,22 @@ def _report(found: Study, options: argparse.Namespace, checkpoint: StudyCheckpoi
         if printed:
             print('\n'.join(study_lines(found)))
         print(_in_words(summary))
-    for one in found.about['impossible'][:3]:
-        at = ', '.join(f'{name} = {value:g}' for name, value in one['values'].items())
-        warn(f'{one["points"]} points impossible{f" at {at}" if at else ""}: {one["reason"]}')
+    _warn_some([_refused(**one) for one in found.about['impossible']])
     if not complete and checkpoint:
         warn(f'not finished: what is done is kept in {checkpoint.folder}; run this again to go on')
     return 0 if complete else 1
+
+
+def _refused(points: int, reason: str, values: Mapping[str, float]) -> str:
+    at = ', '.join(f'{name} = {value:g}' for name, value in values.items())
+    return f'{counted(points, "point")} impossible{f" at {at}" if at else ""}: {reason}'
+
+
+def _warn_some(texts: list[str]) -> None:
+    for text in texts[:_MOST_WARNINGS]:
+        warn(text)
+    if len(texts) > _MOST_WARNINGS:
+        warn(f'and {len(texts) - _MOST_WARNINGS} more such warnings')
 
 
 def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dict[str, Any]:

@@ -39,10 +39,10 @@ from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep
 from squeal_core.studies.sweep_record import Sweep
 from squeal_core.studies.unstable_modes import mode_names, unstable_modes
-from squeal_ros.cli.arguments import check_output, check_workers, operating_point
+from squeal_ros.cli.arguments import check_output, check_workers, DEFAULT_SPEED, operating_point
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
 from squeal_ros.cli.listing import sweep_lines, sweep_rows
-from squeal_ros.cli.point_checks import check_band, check_point, check_values
+from squeal_ros.cli.point_checks import check_band, check_design_bounds, check_point, check_values
 from squeal_ros.cli.study_commands import is_study, study
 from squeal_ros.cli.swept_axes import follows_law, read_axes, settle_point, StudySource
 
@@ -133,7 +133,7 @@ def critical(options: argparse.Namespace) -> int:
     _check_numbers(options.modes, model)
     if options.without_rotation:
         model = without_rotation(model)
-    options.rotor_speed = 5.0 if options.rotor_speed is None else options.rotor_speed
+    options.rotor_speed = DEFAULT_SPEED if options.rotor_speed is None else options.rotor_speed
     point = operating_point(model, options)
     law = follows_law(model.friction_law is not None, options, options.parameter)
     found = critical_value(
@@ -167,10 +167,9 @@ def _check_bounds(options: argparse.Namespace, parameter: str, source: StudySour
                           f'{", ".join(PARAMETERS)}, or a path of the brake description')
     start = source.require_design(parameter).number(parameter)
     if options.modes:
-        raise SquealError(f'--modes: along {parameter} any mode in --band is meant; leave it out')
-    if not options.bounds or not options.bounds[0] <= start <= options.bounds[1]:
-        raise SquealError(f'--bounds: give the lowest and the highest {parameter}, on either side '
-                          f'of {start:g}')
+        raise SquealError(f'--modes: along {parameter} any mode in --band is meant; leave it out, '
+                          f'narrow --band, or search along {", ".join(PARAMETERS)}')
+    check_design_bounds(parameter, start, options.bounds)
 
 
 def _critical_study(options: argparse.Namespace, source: StudySource,
@@ -182,7 +181,7 @@ def _critical_study(options: argparse.Namespace, source: StudySource,
     if options.parameter in axes:
         raise SquealError(f'--over: {options.parameter} is what is searched along; leave it out')
     along = follows_law(source.has_friction_law, options, options.parameter)
-    law = settle_point(options, axes, source)
+    law = settle_point(options, axes, source, options.parameter)
     return study(options, source, axes, CriticalTask(
         parameter=options.parameter, bounds=tuple(options.bounds) if options.bounds else None,
         numbers=tuple(options.modes), band=tuple(options.band), law=along), law)

@@ -28,11 +28,12 @@ from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.parameter_paths import Law, OPERATING
 from squeal_core.studies.design import BrakeDesign, DesignModels
+from squeal_ros.cli.arguments import DEFAULT_SPEED
+from squeal_ros.cli.axis_conflicts import LOADS, refuse_conflicts
 from squeal_ros.cli.console import warn
 from squeal_ros.cli.point_checks import check_values
 
 MOST_VALUES = 100_000  # of one axis
-_LOADS = ('preload', 'pressure', 'contact_pressure')
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,13 @@ class StudySource:
         """Whether friction may follow a law; descriptions have one."""
         return self.described or self.model.friction_law is not None
 
+    @property
+    def has_stiffness_table(self) -> bool:
+        """Whether contact stiffness follows a table over contact pressure."""
+        if not self.described:
+            return self.model.stiffness_table is not None
+        return 'stiffness_table' in (self.require_design('').content.get('contact') or {})
+
     def parameter(self, option: str, name: str, axis: str = '') -> str:
         """Return the name of a parameter that there is, of the operation or a path."""
         if name in OPERATING:
@@ -107,7 +115,7 @@ def read_axes(texts: Sequence[str], source: StudySource) -> dict[str, FloatArray
         axes[name] = values
         if name in OPERATING:
             check_values(f'--over {name}', name, {float(values[0]), float(values[-1])})
-    loads = [name for name in axes if name in _LOADS]
+    loads = [name for name in axes if name in LOADS]
     if len(loads) > 1:
         raise SquealError(f'--over: {" and ".join(loads)} are one load; give one of them')
     return axes
@@ -136,10 +144,12 @@ def _axis(text: str, source: StudySource) -> tuple[str, FloatArray]:
 
 
 def settle_point(options: argparse.Namespace, axes: dict[str, FloatArray],
-                 source: StudySource) -> Law:
+                 source: StudySource, searched: str = '') -> Law:
     """Settle speed and friction that are swept or not given, and return what follows the law."""
+    refuse_conflicts(options, axes, searched, stiffness_table=source.has_stiffness_table)
     if options.rotor_speed is None:
-        options.rotor_speed = float(axes['rotor_speed'][0]) if 'rotor_speed' in axes else 5.0
+        options.rotor_speed = float(axes['rotor_speed'][0] if 'rotor_speed' in axes
+                                    else DEFAULT_SPEED)
     law = follows_law(source.has_friction_law, options, *axes)
     if 'friction' in axes and options.friction is None:
         # what is swept is given: constant friction, or a law's scaled to it, as with --friction

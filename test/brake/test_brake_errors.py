@@ -122,15 +122,15 @@ def test_value_just_out_of_range(key: str, value: Any, remedy: str) -> None:
     ('disc.clamp_radius_mm', 81.8, 'disc.clamp_radius', ('leaves 0.1 mm of the top plate',)),
     ('disc.top_plate_thickness_mm', 27.25, 'disc.hat_height', ('leaves 0.05 mm of hat wall',)),
     ('contact.inner_radius_mm', 141.5, 'contact.outer_radius', ('a patch 0.5 mm wide',)),
-    ('contact.outer_radius_mm', 149, 'contact.outer_radius', ('0.149 m', 'off the disc')),
-    ('contact.inner_radius_mm', 80, 'contact.inner_radius', ('0.08 m', 'within the hat')),
-    ('contact.inner_radius_mm', 142, 'contact.outer_radius', ('0.142 m', 'make outer_radius')),
-    ('disc.rotor_outer_radius_mm', 89, 'disc.rotor_outer_radius', ('0.089 m', 'the larger')),
-    ('disc.top_plate_thickness_mm', 28, 'disc.hat_height', ('0.028 m', 'the larger')),
-    ('disc.clamp_radius_mm', 85, 'disc.hat_wall_thickness', ('0.0075 m', '0.085 m', 'thinner')),
-    ('disc.clamp_radius_mm', 90, 'disc.hat_wall_outer_radius', ('0.09 m', 'the larger')),
-    ('disc.hat_wall_thickness_mm', 60, 'disc.hat_wall_thickness', ('0.06 m', 'clamp smaller')),
-    ('disc.hat_wall_thickness_mm', 90, 'disc.hat_wall_outer_radius', ('0.09 m', 'the larger'))])
+    ('contact.outer_radius_mm', 149, 'contact.outer_radius', ('149 mm', 'off the disc')),
+    ('contact.inner_radius_mm', 80, 'contact.inner_radius', ('80 mm', 'within the hat')),
+    ('contact.inner_radius_mm', 142, 'contact.outer_radius', ('142 mm', 'make outer_radius')),
+    ('disc.rotor_outer_radius_mm', 89, 'disc.rotor_outer_radius', ('89 mm', 'the larger')),
+    ('disc.top_plate_thickness_mm', 28, 'disc.hat_height', ('28 mm', 'the larger')),
+    ('disc.clamp_radius_mm', 85, 'disc.hat_wall_thickness', ('7.5 mm', '85 mm', 'thinner')),
+    ('disc.clamp_radius_mm', 90, 'disc.hat_wall_outer_radius', ('90 mm', 'the larger')),
+    ('disc.hat_wall_thickness_mm', 60, 'disc.hat_wall_thickness', ('60 mm', 'clamp smaller')),
+    ('disc.hat_wall_thickness_mm', 90, 'disc.hat_wall_outer_radius', ('90 mm', 'the larger'))])
 def test_parts_that_do_not_fit(key: str, value: float, named: str, parts: Any) -> None:
     check(refusal(edited({key: value})), f'brake.{named}', *parts)
 

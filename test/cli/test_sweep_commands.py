@@ -15,17 +15,26 @@
 """`squeal map` and `squeal locus`: friction at each point, what is counted, what is kept."""
 
 import csv
+from dataclasses import replace
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from squeal_core import BrakeModel
+from squeal_core.studies.point_options import point_with
 from squeal_core.studies.sweep_file import load_sweep
-from squeal_ros.cli.main import main
+from squeal_ros.cli.arguments import point_options
+from squeal_ros.cli.main import main, parser
+from squeal_ros.cli.swept_axes import settle_point, StudySource
 from support.commands import answer, FEW, squeal
 from support.sweeps import PAIR
 
+AXES = {'contact.stiffness_n_m3': '2e10:4e10:2', 'contact_stiffness': '2e10:4e10:2',
+        'caliper.piston_diameter_mm': '50:60:2', 'caliper.efficiency': '0.8:0.9:2',
+        'preload': '1000:2000:2', 'pressure': '4e5:8e5:2', 'contact_pressure': '4e5:8e5:2',
+        'friction.static': '0.4:0.6:2', 'friction.decay_s_m': '0.5:1:2', 'friction': '0.3:0.5:2',
+        'friction_slope': '-0.02:-0.01:2'}
 RADIUS = 2.0 / 3.0 * (0.142**3 - 0.1**3) / (0.142**2 - 0.1**2)  # m, of K09's patch
 LAW = [(0.32 + fall, -fall) for fall in (0.18 * math.exp(-RADIUS * speed)
                                          for speed in (2.0, 10.0))]
@@ -95,6 +104,10 @@ def test_a_locus_with_and_without_rotation(tmp_path: Path,
     (['map', '--over', 'preload=1000:2000:3', '--over', 'pressure=1e5:2e5:3'], 'one load'),
     (['locus', '--over', 'disc.hat_height_mm=25:30:3'], '--modes: give the modes'),
     (['critical', '--parameter', 'disc.hat_height_mm'], '--bounds: give the lowest'),
+    (['critical', '--parameter', 'disc.rotor_thickness_mm', '--bounds', '0.014', '0.018'],
+     'on either side of 16 mm (0.014 m would be 14 mm)'),
+    (['critical', '--parameter', 'disc.rotor_thickness_mm', '--bounds', '15', '17', '--modes',
+      '13,14'], 'leave it out, narrow --band, or search along rotor_speed'),
     (['critical', '--over', 'friction=0.1:0.2:2'], 'is what is searched along'),
     (['critical', '-o', 'a.csv'], 'sweep with --over')])
 def test_what_is_no_study(arguments: list[str], words: str, tmp_path: Path,
@@ -107,6 +120,52 @@ def test_what_is_no_study(arguments: list[str], words: str, tmp_path: Path,
     assert len(err.splitlines()) == 1
     assert words in err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(('axes', 'options', 'why'), [
+    ('contact.stiffness_n_m3', '--contact-stiffness 3e10', 'as --contact-stiffness sets'),
+    ('contact.stiffness_n_m3 contact_stiffness', '', 'as --over contact_stiffness sets'),
+    ('caliper.piston_diameter_mm', '', 'give --pressure PA'),
+    ('caliper.efficiency preload', '--friction 0.4', 'give --over pressure in its place'),
+    ('friction.static', '--friction 0.4', 'or add --friction-law'),
+    ('friction.decay_s_m friction', '', 'as --over friction takes the place'),
+    ('friction.static friction_slope', '--friction 0.4 --friction-law', '--friction-law: has no'),
+    ('preload', '--pressure 8e5', '--pressure: has no effect beside --over preload'),
+    ('contact_pressure', '--preload 2000', '--preload: has no effect'),
+])
+def test_what_no_point_depends_on(axes: str, options: str, why: str,
+                                  capsys: pytest.CaptureFixture[str]) -> None:
+    over = [word for name in axes.split() for word in ('--over', f'{name}={AXES[name]}')]
+    for command in (['map'], ['locus', '--modes', '13']):
+        code, out, err = squeal(capsys, *command, 'kang2009', *over, *options.split())
+        assert (code, out) == (2, '')
+        assert len(err.splitlines()) == 1
+        assert 'has no effect' in err
+        assert why in err
+
+
+@pytest.mark.parametrize(('axes', 'options'), [
+    ('contact.stiffness_n_m3', []), ('caliper.efficiency', ['--pressure', '8e5']),
+    ('caliper.efficiency pressure', []), ('friction.static', []),
+    ('friction.static', ['--friction', '0.4', '--friction-law']),
+    ('friction.static friction_slope', []), ('preload', ['--preload', '2000'])])
+def test_what_points_depend_on(axes: str, options: list[str]) -> None:
+    """Points, or stiffness, differ along each axis; nothing is refused."""
+    chosen = parser().parse_args(['map', 'kang2009', *options])
+    source = StudySource('kang2009')
+    ends = {name: [float(end) for end in AXES[name].split(':')[:2]] for name in axes.split()}
+    law = settle_point(chosen, {name: np.array(ends[name]) for name in ends}, source)
+    brake = source.require_design('').brake
+    for name in ends:
+        points = []
+        for end in ends[name]:
+            values = {**{other: ends[other][0] for other in ends}, name: end}
+            read = brake({path: values[path] for path in values if '.' in path})
+            model = replace(source.model, caliper=read.caliper, friction_law=read.friction_law,
+                            nominal_contact_stiffness=read.contact.stiffness)
+            points.append(point_with(model, point_options(chosen).at(model), {
+                path: values[path] for path in values if '.' not in path}, law))
+        assert points[0] != points[1]
 
 
 def test_studies_print_draw_and_write(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -57,6 +57,11 @@ def test_what_is_no_model_file(tmp_path: Path, data: bytes) -> None:
     assert 'damaged or no model file' in refusal(tmp_path / 'model.npz')
 
 
+def test_a_brake_description(tmp_path: Path) -> None:
+    (tmp_path / 'mine.yaml').write_text('name: mine')
+    assert 'squeal build' in refusal(tmp_path / 'mine.yaml')
+
+
 @pytest.mark.parametrize('name', ['kang2010', 'none/such', '/no.npz'])
 def test_no_such_file(name: str) -> None:
     assert 'does not exist; give the path of a model file or the name' in refusal(name)

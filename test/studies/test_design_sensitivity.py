@@ -14,6 +14,7 @@
 
 """What to change on a brake: derivatives against closed forms, differences and other builds."""
 
+from dataclasses import replace
 from functools import partial
 import json
 import math
@@ -146,6 +147,17 @@ def test_values_that_cannot_be_are_named(study: SensitivityStudy) -> None:
     assert 'caliper.efficiency' in effect.reason
 
 
+def test_solvers_that_fail_cost_one_parameter(study: SensitivityStudy) -> None:
+    """As scikit-fem's ValueError of a mesh that is none: not known, with the reason."""
+    def build(_: object) -> BrakeModel:
+        raise ValueError('Point is outside\nof the mesh')
+
+    failing = replace(study, variants=BrakeVariants(study.variants.model, CONTENT, Path(), build))
+    lost, known = failing.effects(['disc.hat_height_mm', 'friction.static'])
+    assert lost.reason == 'cannot be computed (ValueError: Point is outside of the mesh)'
+    assert (known.reason, len(known.modes)) == ('', 1)
+
+
 def test_parameters_of_a_description() -> None:
     """All numbers but those of modes and tables over temperature."""
     paths = {one.path for one in design_parameters(CONTENT)}
@@ -209,7 +221,7 @@ def test_command_without_a_description(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 @pytest.mark.parametrize(('options', 'said'), [
-    ((), '--rotor-speed'),
+    (('--only', 'foo.bar'), 'begins no parameter'),
     (('--rotor-speed', '5', '--only', 'disk'), 'disc.'),
     (('--rotor-speed', '5', '--modes', '93'), '--modes'),
     (('--rotor-speed', '5', '--split', '1'), '--split-doublet'),
