@@ -34,7 +34,7 @@ from squeal_core.monitor.history import MAX_BYTES
 from squeal_core.monitor.record_tables import read_joined, ResultError
 from squeal_core.monitor.squeal_events import SquealEvent
 
-MANIFEST, RECORDINGS, FORMAT = 'fleet.json', 'recordings', 1
+MANIFEST, RECORDINGS, FORMAT = 'fleet.json', 'recordings', 2
 _MAX_MANIFEST = 500_000_000  # bytes
 _REMEDY = 'give a folder that `squeal fleet` wrote, or write it again'
 
@@ -84,6 +84,10 @@ class FleetRecording(NamedTuple):
         Brakes that braked without a squeal risk that is known.
     why_not_known : str
         Why most of the unknown braking time is so, and the remedy.
+    notes : str
+        What was lost or supposed as it was read; empty: nothing.
+    copy_of : str
+        Recording with the same content, which alone counts and has rows in the other tables.
 
     """
 
@@ -104,6 +108,8 @@ class FleetRecording(NamedTuple):
     peak_risk: float
     never_known: str
     why_not_known: str
+    notes: str
+    copy_of: str
 
     @property
     def duration_s(self) -> float:
@@ -126,10 +132,11 @@ class FleetBrake(NamedTuple):
 
 
 class FleetFailure(NamedTuple):
-    """A recording without a result, and why: a row of `failures.csv`."""
+    """A recording without a result, why, and whether it failed or the run did not come to it."""
 
     path: str
     error: str
+    reached: bool
 
 
 TABLES: Mapping[str, Any] = {
@@ -191,6 +198,7 @@ class FleetFolder:
 
 
 _KEYS = {'recordings_found': int, 'recordings_evaluated': int, 'recordings_failed': int,
+         'recordings_not_reached': int, 'recordings_with_notes': int, 'recordings_copied': int,
          'tables': dict, 'sources': dict}
 
 

@@ -86,6 +86,7 @@ def _cell(value: object, name: str) -> object:
 
 _PARSERS: dict[object, Any] = {
     str: str, int: lambda text: int(text or 0), float: lambda text: float(text or math.nan),
+    bool: lambda text: bool(int(text)),
     bool | None: lambda text: bool(int(text)) if text else None}
 
 

@@ -108,6 +108,8 @@ class _Progress:
         self.stopping = False
 
     def stop(self) -> None:
+        if not self._phase:
+            raise KeyboardInterrupt  # as it connects: nothing has begun
         self.stopping = True
 
     def begin(self, paths: Mapping[str, Path]) -> None:
@@ -130,7 +132,8 @@ def _print(options: argparse.Namespace, manifest: dict[str, Any], run: FleetRun)
 
 
 def _lines(summary: Mapping[str, Any]) -> Iterator[str]:
-    totals, failures = summary['totals'], summary['failures']
+    totals = summary['totals']
+    failures = [one for one in summary['failures'] if one['reached']]
     where = f'{summary["recordings_evaluated"]} of {summary["recordings_found"]} recordings'
     if totals['braking_s']:
         yield (f'squeal risk known for {percent_down(totals["risk_known_share"])} of the braking '
@@ -140,12 +143,18 @@ def _lines(summary: Mapping[str, Any]) -> Iterator[str]:
         yield f'no braking in {where}, so nothing to assess'
     if summary['lost']:
         yield f'stopped: {summary["lost"]}'
+    if summary['recordings_not_reached']:
+        yield f'not reached: {counted(summary["recordings_not_reached"], "recording")}'
     for one in failures[:_MOST_LINES]:
         yield f'not evaluated: {one["recording"]}: {one["error"]}'
     if len(failures) > _MOST_LINES:
         yield f'and {len(failures) - _MOST_LINES} more: see failures.csv'
+    if summary['recordings_with_notes']:
+        yield (f'{counted(summary["recordings_with_notes"], "recording")} with notes, as of '
+               'damage: see notes in recordings.csv')
     yield (f'{counted(summary["results_computed"], "result")} computed, '
-           f'{summary["results_kept"]} kept from earlier runs')
+           f'{summary["results_kept"]} kept from earlier runs; copies of other recordings, '
+           f'which count once: {summary["recordings_copied"]}')
     yield (f'total: {totals["duration_s"] / 3600.0:.2f} h; '
            f'{counted(totals["events"], "squeal event")}; '
            f'{totals["applications_with_alarm"]} of {totals["applications"]} brake applications '

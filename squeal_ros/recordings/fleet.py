@@ -38,7 +38,7 @@ from squeal_ros.recordings.fleet_task import (
 from squeal_ros.recordings.fleet_vehicles import VehicleRow, vehicles_of
 from squeal_ros.recordings.replay_batch import plan_batch, ReplayTask
 
-NOT_BEGUN = 'not evaluated: the run was interrupted; run it again'
+INTERRUPTED = 'the run was interrupted; run it again: what is finished is kept'
 
 
 @dataclass
@@ -63,9 +63,9 @@ class FleetRun:
     Attributes
     ----------
     computed, kept : int
-        Results that this run wrote, and that were there.
+        Results that this run wrote, and that were there; one for all copies of a recording.
     lost : str
-        Why the rest was not evaluated; empty where all was.
+        Why the run did not come to the rest; empty where it came to all.
 
     """
 
@@ -87,6 +87,7 @@ class FleetRun:
         self._keys: dict[str, str] = {}
         self._results_of: dict[str, Evaluated] = {}
         self._errors: dict[str, str] = {}
+        self._before = {folder.name for folder in self._results.iterdir()}
 
     def evaluate(self, engine: FleetEngine) -> None:
         """Evaluate what is new; what fails or is not reached is noted by recording."""
@@ -98,13 +99,19 @@ class FleetRun:
             self.lost = str(error)
         clear_leftovers(self._results)
         self._take_what_is_there()
+        if not self.lost and len(self._results_of) + len(self._errors) < len(self.paths):
+            self.lost = INTERRUPTED
 
     def _take_what_is_there(self) -> None:
-        """Take results that an earlier run wrote, where this one did not come to them."""
-        for name, key in self._keys.items():
-            folder = self._results / key
-            if name not in self._results_of and name not in self._errors and folder.is_dir():
-                self._results_of[name] = Evaluated(str(folder), file_hash(folder)[0])
+        """Take results of which nobody told: of an earlier run, or of a worker cut off."""
+        untold = {key: self._results / key for name, key in self._keys.items()
+                  if name not in self._results_of and name not in self._errors}
+        found = {key: Evaluated(str(folder), file_hash(folder)[0])
+                 for key, folder in untold.items() if folder.is_dir()}
+        self._results_of |= {name: found[key] for name, key in self._keys.items()
+                             if key in found}
+        self.kept += len(self._before & found.keys())
+        self.computed += len(found.keys() - self._before)
 
     def _read(self, engine: FleetEngine) -> None:
         jobs = {name: (str(path),) for name, path in self.paths.items()}
@@ -161,8 +168,8 @@ class FleetRun:
     def _member(self, name: str, path: Path, row: VehicleRow) -> Member:
         found = self._results_of.get(name)
         if found is None:
-            return Member(name, path, row, self._digests.get(name, ''), error=self._errors.get(
-                name, self.lost and f'not evaluated: {self.lost}' or NOT_BEGUN))
+            return Member(name, path, row, self._digests.get(name, ''),
+                          error=self._errors.get(name, self.lost), reached=name in self._errors)
         return Member(name, path, row, self._digests[name], Path(found.path), found.sha256)
 
 
@@ -196,6 +203,7 @@ def _words(path: Path, error: Exception) -> str:
 def fleet_summary(manifest: Mapping[str, Any], run: FleetRun) -> dict[str, Any]:
     """Return what became of a run, as plain data; docs/howto/fleet.md names the keys."""
     return {key: manifest[key] for key in (
-        'recordings_found', 'recordings_evaluated', 'recordings_failed', 'totals', 'failures')} | {
+        'recordings_found', 'recordings_evaluated', 'recordings_copied', 'recordings_failed',
+        'recordings_not_reached', 'recordings_with_notes', 'totals', 'failures')} | {
         'results_computed': run.computed, 'results_kept': run.kept, 'lost': run.lost or None,
         'output': str(run.folder)}

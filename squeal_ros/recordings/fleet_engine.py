@@ -38,6 +38,7 @@ except ImportError as error:
 
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.common.worker_processes import no_interrupts
+from squeal_ros.recordings.fleet_scheduler import answers, silence
 from squeal_ros.recordings.fleet_task import FleetError
 
 _TICK = 0.25  # s, between looks at the progress
@@ -80,7 +81,7 @@ class FleetEngine:
         self._client: Any = None
 
     def __enter__(self) -> Self:
-        logging.getLogger('distributed').setLevel(logging.CRITICAL)
+        silence()
         dask.config.set({'distributed.scheduler.allowed-failures': self._retries,
                          # none waits at a worker, to be suspected where the one before ends it
                          'distributed.scheduler.worker-saturation': 1.0,
@@ -117,14 +118,17 @@ class FleetEngine:
             if one is not None:
                 with suppress(Exception):  # it is not to hide what went before
                     one.close(timeout=_CLOSING)
-        if self._cluster is not None:
+        if not self.address:
             for process in multiprocessing.active_children():
                 if process.name.startswith(_OWN):
                     process.kill()
         self._client = self._cluster = None
 
-    def _connect(self) -> None:
+    def _connect(self, going_on: Callable[[], bool] = lambda: True) -> bool:
+        """Connect to the scheduler; return whether that was before the work was stopped."""
         try:
+            if self.address and not answers(self.address, self._timeout, going_on):
+                return False
             self._client = Client(self._cluster or self.address, timeout=self._timeout,
                                   set_as_default=False)
         except (OSError, ValueError, ImportError) as error:  # no answer, or no address
@@ -132,6 +136,7 @@ class FleetEngine:
                 f'the scheduler {self.address}', f'cannot be reached within {self._timeout:g} s '
                 f'({in_one_line(error, 120)})', 'check --scheduler, and that `dask scheduler` '
                 'runs there') from None
+        return True
 
     def results(self, function: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]],
                 going_on: Callable[[], bool]) -> Iterator[tuple[str, Any]]:
@@ -153,12 +158,15 @@ class FleetEngine:
             Where the scheduler is gone, hangs, has no worker or ends no job.
 
         """
+        if not going_on():
+            return
         left = dict(jobs)
         for attempt in range(self._retries + 1):
             if attempt:
                 with suppress(Exception):  # it is lost
                     self._client.close(timeout=_CLOSING)
-                self._connect()
+                if not self._connect(going_on):
+                    return
             run = _Attempt(self._client, function, left, self._retries, going_on)
             yield from run.results(self._timeout, self._stall, self.address)
             if not left or run.stopped:

@@ -16,13 +16,14 @@
 """The tables of a fleet and their manifest, from the results of its recordings."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 import json
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from squeal_core.common.errors import in_one_line
 from squeal_core.common.json_values import plain
 from squeal_core.common.output import OutputFiles
 from squeal_core.monitor.drive_applications import ApplicationRecord
@@ -44,10 +45,11 @@ from squeal_ros.recordings.fleet_vehicles import VehicleRow
 
 _TOTALS = ('duration_s', 'braking_s', 'assessed_s', 'risk_known_s', 'applications',
            'applications_known', 'applications_with_alarm', 'events')
+_MOST_NOTES = 2_000  # characters
 
 
 class Member(NamedTuple):
-    """One recording of a fleet: its name, path, vehicle, digest, and its result or the error."""
+    """One recording of a fleet: its result, or the error and whether the run came to it."""
 
     name: str
     path: Path
@@ -56,6 +58,8 @@ class Member(NamedTuple):
     result: Path | None = None
     result_digest: str = ''
     error: str = ''
+    reached: bool = True
+    copy_of: str = ''
 
 
 def write_tables(folder: Path, members: Sequence[Member], about: Mapping[str, Any],
@@ -82,11 +86,13 @@ def write_tables(folder: Path, members: Sequence[Member], about: Mapping[str, An
         with ExitStack() as stack:
             writers = {key: stack.enter_context(_writer(*key, output.partial))
                        for key, output in outputs.items()}
-            rows, totals, failed = _write_rows(members, writers)
+            rows, totals, failed = _write_rows(_with_originals(members), writers)
+        reached = sum(failure.reached for _, failure in failed)
         content = {
             'format': FORMAT, 'recordings_found': len(members),
-            'recordings_evaluated': rows[RECORDINGS], 'recordings_failed': len(failed),
-            'totals': totals, **about,
+            'recordings_evaluated': rows[RECORDINGS], 'recordings_copied': rows['copies'],
+            'recordings_failed': reached, 'recordings_not_reached': len(failed) - reached,
+            'recordings_with_notes': rows['notes'], 'totals': totals, **about,
             'failures': [{'recording': label.recording, 'vehicle': label.vehicle,
                           **failure._asdict()} for label, failure in failed],
             'tables': {f'{name}.{kind}': {'rows': rows[name], 'sha256': file_hash(
@@ -103,7 +109,15 @@ def _writer(name: str, kind: TableFormat, path: Path) -> Any:
     return JoinedWriter(path, kinds)
 
 
-def _write_rows(members: Sequence[Member], writers: Mapping[tuple[str, TableFormat], Any]
+def _with_originals(members: Iterable[Member]) -> Iterator[Member]:
+    """Yield members, those with the content of an earlier one with its name."""
+    first: dict[Path, str] = {}
+    for one in members:
+        original = first.setdefault(one.result, one.name) if one.result else one.name
+        yield one if original == one.name else one._replace(copy_of=original)
+
+
+def _write_rows(members: Iterable[Member], writers: Mapping[tuple[str, TableFormat], Any]
                 ) -> tuple[Counter[str], dict[str, float], list[tuple[FleetLabel, FleetFailure]]]:
     """Write the rows of all recordings; return their numbers by table, totals and failures."""
     rows: Counter[str] = Counter()
@@ -116,6 +130,9 @@ def _write_rows(members: Sequence[Member], writers: Mapping[tuple[str, TableForm
             if name == 'failures':
                 failed.append((label, record))
             elif name == RECORDINGS:
+                rows['copies'] += bool(record.copy_of)
+                rows['notes'] += bool(record.notes)
+            if name == RECORDINGS and not record.copy_of:
                 totals = {key: total + getattr(record, key) for key, total in totals.items()}
             for (table, _), writer in writers.items():
                 if table == name:
@@ -136,7 +153,7 @@ def _labelled(member: Member) -> tuple[FleetLabel, list[tuple[str, Any]]]:
             return label._replace(date=clock_time(start)[:10]), [*_records(member, result)]
         except (ResultError, KeyError, TypeError, ValueError) as wrong:
             error = f'{wrong}; remove {member.result} and run this again'
-    return label, [('failures', FleetFailure(str(member.path), error))]
+    return label, [('failures', FleetFailure(str(member.path), error, member.reached))]
 
 
 def _records(member: Member, result: ReplayResult) -> Iterator[tuple[str, Any]]:
@@ -152,7 +169,10 @@ def _records(member: Member, result: ReplayResult) -> Iterator[tuple[str, Any]]:
         **{key: sum(getattr(one, key) for one in brakes) for key in (
             'applications', 'applications_known', 'applications_with_alarm', 'events')},
         peak_risk=_largest([one.peak_risk for one in brakes]),
-        never_known=' '.join(report['never_known']), why_not_known=_why(report))
+        never_known=' '.join(report['never_known']), why_not_known=_why(report),
+        notes=in_one_line('; '.join(report['notes']), _MOST_NOTES), copy_of=member.copy_of)
+    if member.copy_of:
+        return
     yield from (('brakes', one) for one in brakes)
     yield from (('events', one) for one in result.events)
     yield from (('applications', one) for one in result.applications)

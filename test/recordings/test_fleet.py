@@ -15,12 +15,15 @@
 
 """Fleets: one result for each content, tables over all, what fails, what is kept, their page."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 import csv
+from functools import partial
 import json
 import os
 from pathlib import Path
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -34,7 +37,8 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 from squeal_core.common.partial_files import PARTIAL  # noqa: E402
 from squeal_core.monitor.result_summary import file_hash  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
-from squeal_ros.recordings.fleet_task import FleetError  # noqa: E402
+from squeal_ros.recordings.fleet_engine import FleetLost  # noqa: E402
+from squeal_ros.recordings.fleet_task import evaluate_recording, FleetError  # noqa: E402
 from squeal_ros.recordings.fleet_vehicles import read_vehicles  # noqa: E402
 from support.bags import braking, settings_file, storage_file, write_bag  # noqa: E402, I100
 from support.commands import squeal  # noqa: E402
@@ -92,12 +96,15 @@ def test_only_what_is_new_is_computed(cars: Path, capsys: pytest.CaptureFixture[
     assert 'cannot be read' in failure['error']
     recordings = {row['recording']: row for row in rows(cars, 'recordings')}
     assert recordings['one']['result'] == recordings['same']['result']
+    assert {name for name, row in recordings.items() if row['copy_of'] == 'one'} == {'same'}
+    assert (found['recordings_copied'], found['recordings_with_notes']) == (1, 0)
     assert [recordings[name]['vehicle'] for name in ('one', 'two', 'three')] == ['X 1', 'a', 'b']
     assert recordings['two']['mileage_km'] == '12000.0'
     assert recordings['three']['mileage_km'] == ''
     assert recordings['one']['date'] == '2023-11-14'
     for table, key in (('applications', 'applications'), ('events', 'events')):
-        assert len(rows(cars, table)) == sum(int(row[key]) for row in recordings.values()) > 0
+        assert len(rows(cars, table)) == found['totals'][key] == sum(
+            int(row[key]) for row in recordings.values() if not row['copy_of']) > 0
     assert {row['brake'] for row in rows(cars, 'brakes')} == {'fl'}
     shutil.rmtree(cars / 'b/damaged')
     (cars / 'a/two').rename(cars / 'b/moved')
@@ -110,6 +117,46 @@ def test_only_what_is_new_is_computed(cars: Path, capsys: pytest.CaptureFixture[
     assert run()[1]['results_computed'] == 1
     assert table.read_bytes() == whole
     assert run('--rate', '5')[1]['results_computed'] == 3
+
+
+class Ended(SerialEngine):
+    """Is interrupted, or lost, after the first of the results that it computes."""
+
+    def __init__(self, *_: Any, interrupt: bool, **__: Any) -> None:
+        self._interrupt = interrupt
+
+    def results(self, function: Any, jobs: Any, going_on: Any) -> Iterator[tuple[str, Any]]:
+        every = super().results(function, jobs, going_on)
+        if function is not evaluate_recording:
+            yield from every
+            return
+        yield next(every)
+        if self._interrupt:
+            signal.raise_signal(signal.SIGINT)
+            yield from every
+        else:
+            list(every)  # by workers, of which nobody hears
+            raise FleetLost('the scheduler x', 'is gone', 'see its log')
+
+
+@each(('interrupt', 'code', 'computed', 'not_reached', 'why'), [
+    (True, 130, 1, 3, 'the run was interrupted; run it again'),
+    (False, 1, 3, 1, 'the scheduler x: is gone; see its log')])
+def test_a_run_that_ends_early(
+        cars: Path, interrupt: bool, code: int, computed: int, not_reached: int, why: str,
+        monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """It says why, tells what it did not come to from what failed, and counts all results."""
+    monkeypatch.setattr('squeal_ros.cli.fleet_commands.FleetEngine',
+                        partial(Ended, interrupt=interrupt))
+    found, out, _ = squeal(capsys, *command(cars, f'out_{code}'))
+    assert found == code
+    assert f'{computed} result' in out
+    assert 'copies of other recordings, which count once: 1' in out
+    assert f'stopped: {why}' in out
+    manifest = json.loads((cars.parent / f'out_{code}' / 'fleet.json').read_text())
+    assert why in manifest['partial']
+    assert manifest['recordings_evaluated'] == computed + 1
+    assert (manifest['recordings_not_reached'], manifest['recordings_failed']) == (not_reached, 0)
 
 
 def _vehicles(path: Path) -> Path:
@@ -144,14 +191,21 @@ def test_the_page_of_a_fleet(cars: Path, capsys: pytest.CaptureFixture[str]) -> 
     """What is not known first; names are text; a link to the page of a recording."""
     pytest.importorskip('plotly', reason='needs plotly')
     (cars / 'b/three').rename(cars / 'b/<i>x')
-    assert squeal(capsys, *command(cars, 'out'))[0] == 1
+    cut = storage_file(cars / 'a/two')
+    cut.write_bytes(cut.read_bytes()[:-2_000])
+    code, said, _ = squeal(capsys, *command(cars, 'out'))
+    assert (code, '1 recording with notes, as of damage' in said) == (1, True)
+    (notes,) = filter(None, (row['notes'] for row in rows(cars, 'recordings')))
+    assert 'messages are whole and read, the rest is lost' in notes
     page = cars.parent / 'fleet.html'
     code, said, _ = squeal(capsys, 'report', str(cars.parent / 'out'), '-o', str(page),
                            '--pages', '1', '--json')
     assert code == 0
     assert json.loads(said)['pages_linked'] == 1
     text = page.read_text()
-    assert text.index('1 of 5 recordings were not evaluated') < text.index(
+    assert 'messages are whole and read, the rest is lost' in text
+    assert 'Copies of other recordings, which count once: 1.' in text
+    assert text.index('1 of 5 recordings could not be evaluated') < text.index(
         'Squeal risk not known for 0.0 %') < text.index('id="by-vehicle"')
     assert '<i>' not in text
     (link,) = {part.partition('"')[0] for part in text.split('href="')[1:]

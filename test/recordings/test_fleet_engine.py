@@ -20,15 +20,20 @@ import operator
 import os
 from pathlib import Path
 import signal
+import socket
 import sys
+import threading
 from types import ModuleType
 
 import pytest
 
 pytest.importorskip('distributed', reason='needs dask')
+pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_ros.recordings.fleet_engine import FleetEngine, FleetLost  # noqa: E402
-from support.fleets import cluster, free_port, held, Release  # noqa: E402, I100
+from support.bags import braking, write_bag  # noqa: E402, I100
+from support.commands import squeal  # noqa: E402
+from support.fleets import cluster, free_port, held, Release  # noqa: E402
 from support.processes import linux  # noqa: E402
 
 
@@ -59,7 +64,7 @@ def stack() -> Iterator[ExitStack]:
 
 @linux
 def test_a_scheduler_that_is_restarted_hangs_or_has_no_worker(
-        tmp_path: Path, stack: ExitStack) -> None:
+        tmp_path: Path, stack: ExitStack, capfd: pytest.CaptureFixture[str]) -> None:
     port = free_port()
     address = f'tcp://127.0.0.1:{port}'
     scheduler, worker = stack.enter_context(cluster(port))
@@ -83,7 +88,28 @@ def test_a_scheduler_that_is_restarted_hangs_or_has_no_worker(
         scheduler.send_signal(signal.SIGSTOP)
         with pytest.raises(FleetLost, match=f'{address}: has not answered for 1 s; see'):
             list(engine.results(held, {'held': (str(tmp_path),)}, lambda: True))
-    for wrong in (f'tcp://127.0.0.1:{free_port()}', 'nowhere://x'):
+    for wrong in (f'tcp://127.0.0.1:{free_port()}', 'nowhere://x', address):  # halted
         with (pytest.raises(FleetLost, match=f'{wrong}: cannot be reached within 0.5 s'),
               FleetEngine(wrong, timeout=0.5)):
             pass
+    assert capfd.readouterr().err == ''
+
+
+@linux
+def test_ctrl_c_while_it_connects(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What accepts a connection and never speaks is left at once."""
+    write_bag(tmp_path / 'bag', braking(1.0))
+    with socket.create_server(('127.0.0.1', 0)) as silent:
+        def interrupt() -> None:
+            with silent.accept()[0]:
+                os.kill(os.getpid(), signal.SIGINT)
+                left.wait()
+
+        left, thread = threading.Event(), threading.Thread(target=interrupt)
+        thread.start()
+        address = f'tcp://127.0.0.1:{silent.getsockname()[1]}'
+        code, _, err = squeal(capsys, 'fleet', str(tmp_path / 'bag'), '-o', str(tmp_path / 'out'),
+                              '--scheduler', address, '--timeout', '3600')
+        left.set()
+        thread.join()
+    assert (code, 'interrupted' in err) == (130, True)

@@ -106,6 +106,7 @@ class FleetData:
     ----------
     folder : FleetFolder
     recordings : list of rows
+        Without copies of others.
     total : Group
     vehicles, brakes, mileage, dates : dict of Group
         By name; vehicles worst first, the empty name where none is known.
@@ -134,7 +135,7 @@ def read_fleet(folder: FleetFolder) -> FleetData:
         For tables that cannot be read.
 
     """
-    rows: list[Row] = list(folder.rows('recordings'))
+    rows: list[Row] = [row for row in folder.rows('recordings') if not row[1].copy_of]
     total = Group()
     for _, record in rows:
         total.add(record)

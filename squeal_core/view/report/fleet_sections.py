@@ -38,15 +38,18 @@ def known_section(data: FleetData) -> Iterator[Markup]:
     total, manifest = data.total, data.folder.manifest
     if manifest.get('partial'):
         yield element('p', f'In part only: {manifest["partial"]}.', class_='warning')
-    if failed := manifest['recordings_failed']:
-        yield element('p', f'{failed} of {manifest["recordings_found"]} recordings were not '
-                      'evaluated; nothing below counts them.', class_='warning')
+    for key, what in (('failed', 'could not be evaluated'), ('not_reached', 'were not reached')):
+        if count := manifest[f'recordings_{key}']:
+            yield element('p', f'{count} of {manifest["recordings_found"]} recordings {what}; '
+                          'nothing below counts them.', class_='warning')
     if total.braking_s and not total.risk_known_s:
         yield element('p', 'Nothing is known of squeal in this fleet: the squeal risk was never '
                       'known while a brake was used. Empty charts below are no silence.',
                       class_='warning', role='alert')
     yield element('p', _headline(data), class_='headline')
+    yield element('p', ' '.join(_counting(manifest)))
     yield from _failures(data)
+    yield from _notes(data)
     yield from _reasons(data)
     yield _sources(manifest)
 
@@ -67,11 +70,31 @@ def _headline(data: FleetData) -> str:
 
 def _failures(data: FleetData) -> Iterator[Markup]:
     rows = [(label.recording, label.vehicle or DASH, failure.error)
-            for label, failure in data.folder.rows('failures')]
+            for label, failure in data.folder.rows('failures') if failure.reached]
     if rows:
         yield table(('recording', 'vehicle', 'why'), rows[:MOST_ROWS], numbers_from=9,
                     caption='Not evaluated, and why')
         yield from _more(len(rows), MOST_ROWS, 'failures')
+
+
+def _counting(manifest: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what counts, and how surely."""
+    if copies := manifest['recordings_copied']:
+        yield f'Copies of other recordings, which count once: {copies}.'
+    yield ('Intervals take brake applications as independent. Those of the brakes of one stop are '
+           'not, so true intervals are wider.')
+
+
+def _notes(data: FleetData) -> Iterator[Markup]:
+    """Yield what was lost or supposed as recordings were read."""
+    rows = [(label.recording, label.vehicle or DASH, one.notes)
+            for label, one in data.recordings if one.notes]
+    if rows:
+        yield element('p', f'{len(rows)} of {len(data.recordings)} recordings have notes, as of '
+                      'parts that are damaged and lost.', class_='warning')
+        yield table(('recording', 'vehicle', 'notes'), rows[:MOST_ROWS], numbers_from=9,
+                    caption='Lost or supposed as recordings were read')
+        yield from _more(len(rows), MOST_ROWS, 'recordings')
 
 
 def _more(count: int, most: int, name: str) -> Iterator[Markup]:
