@@ -102,8 +102,8 @@ def test_only_what_is_new_is_computed(cars: Path, capsys: pytest.CaptureFixture[
     assert recordings['two']['mileage_km'] == '12000.0'
     assert recordings['three']['mileage_km'] == ''
     assert recordings['one']['date'] == '2023-11-14'
-    for table, key in (('applications', 'applications'), ('events', 'events')):
-        assert len(rows(cars, table)) == found['totals'][key] == sum(
+    for kind, key in (('applications', 'applications'), ('events', 'events')):
+        assert len(rows(cars, kind)) == found['totals'][key] == sum(
             int(row[key]) for row in recordings.values() if not row['copy_of']) > 0
     assert {row['brake'] for row in rows(cars, 'brakes')} == {'fl'}
     shutil.rmtree(cars / 'b/damaged')
