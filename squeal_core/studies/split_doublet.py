@@ -35,7 +35,7 @@ from squeal_core.studies.design_effects import ModeFollower, Variant
 from squeal_core.studies.target_modes import TargetMode
 
 ANGLES = 24
-_PAIR = 1e-2  # relative distance of frequencies within which two modes are a doublet
+PAIR = 1e-2  # relative distance of frequencies within which two modes are a doublet
 _LARGEST_SPLIT = 0.1  # masses are small against the disc's, or its modes are not those any more
 _SECANTS = 6
 
@@ -97,7 +97,7 @@ class DiscRing:
         frequencies = model.angular_frequencies[self.places]
         own = np.flatnonzero(order == diameters).tolist()
         for first, second in zip(own, own[1:], strict=False):
-            if frequencies[second] - frequencies[first] < _PAIR * frequencies[second]:
+            if frequencies[second] - frequencies[first] < PAIR * frequencies[second]:
                 return first, second
         known = sorted({int(n) for n in order if n and np.sum(order == n) > 1})
         raise SquealError(f'--split-doublet: is {diameters}; the disc has doublets of '
@@ -178,6 +178,12 @@ class SplitDoublet:
     def period(self) -> float:
         """Return the angle after which the masses are where they were [rad]."""
         return math.pi / self.diameters
+
+    @property
+    def bare_hz(self) -> float:
+        """Return the frequency of the free disc's doublet without the masses [Hz]."""
+        own = self.ring.places[list(self.doublet)]
+        return float(self.model.angular_frequencies[own].mean()) / math.tau
 
     @property
     def frequencies_hz(self) -> tuple[float, float]:

@@ -22,9 +22,11 @@ from typing import Any
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.studies.led_doublet import led_doublet
 from squeal_core.studies.split_doublet import ModeOverAngle, SplitDoublet, SplitGrowth
 
 _SLOW = 0.25  # of n Omega over the split: exchange of the two modes is some 5 % then
+_UNSPLIT = 1e-3  # Hz: a doublet that masses leave as it is
 _SHOWN = 6  # modes, those that grow most at some angle
 
 
@@ -38,12 +40,33 @@ def limits(masses: SplitDoublet, point: OperatingPoint) -> str:
     """Say what the answer holds for."""
     first, second = masses.frequencies_hz
     ratio = turning(masses, point)
-    slow = ('slow against the split, modes can follow' if ratio < _SLOW else
-            'not slow: rotation mixes the two again, and growth at frozen angles does not hold')
     return ('frozen contact: each angle of the masses to the pads is solved as if the disc stayed '
             f'there. It turns: n x rotor speed is {ratio:.2g} of the split of '
-            f'{second - first:.3g} Hz ({slow}). The mean over angles is what a tone gathers over '
-            'turns, the largest what it gathers while a mass passes')
+            f'{second - first:.3g} Hz ({_slow(ratio)}). The mean over angles is what a tone '
+            'gathers over turns, the largest what it gathers while a mass passes')
+
+
+def _slow(ratio: float) -> str:
+    return ('slow against the split, modes can follow' if ratio < _SLOW else
+            'not slow: rotation mixes the two again, and growth at frozen angles does not hold')
+
+
+def side_effect(masses: SplitDoublet, growth: SplitGrowth,
+                point: OperatingPoint) -> dict[str, Any] | None:
+    """Return the mode of another doublet that grows most at some angle; how fast it turns."""
+    for mode in _shown(growth):
+        found = led_doublet(masses, point, mode)
+        if np.nanmax(mode.over_angle) > 0.0 and found and found[0] != masses.diameters:
+            diameters, split = found
+            rate = diameters * abs(point.rotor_speed) / math.tau
+            return {'identity': str(mode.identity), 'frequency_hz': mode.frequency_hz,
+                    'nodal_diameters': diameters, 'split_hz': split,
+                    'turning_over_split': rate / split if split > _UNSPLIT else math.inf}
+    return None
+
+
+def _shown(growth: SplitGrowth) -> list[ModeOverAngle]:
+    return sorted(growth.modes[1:], key=lambda mode: -np.nanmax(mode.over_angle))[:_SHOWN]
 
 
 def split_lines(masses: SplitDoublet, growth: SplitGrowth,
@@ -52,15 +75,20 @@ def split_lines(masses: SplitDoublet, growth: SplitGrowth,
     first, second = masses.frequencies_hz
     yield (f'{masses.count} masses of {1e3 * masses.mass:.3g} g every '
            f'{180.0 / masses.diameters:.4g} deg at radius {1e3 * masses.ring.radius:.4g} mm split '
-           f'the doublet of {masses.diameters} nodal diameters by {100.0 * masses.split:.3g} %: '
+           f'the doublet of {masses.diameters} nodal diameters ({masses.bare_hz:.1f} Hz without '
+           f'them) by {100.0 * masses.split:.3g} %: '
            f'{first:.1f} and {second:.1f} Hz of the free disc')
     yield limits(masses, point)
     yield (f'{"mode":>12} {"Hz":>7} {"without 1/s":>11} {"mean":>9} {"least":>9} {"largest":>9} '
            f'{"at deg":>6}  growth rate with masses, over the angle')
-    shown = sorted(growth.modes[1:], key=lambda mode: -np.nanmax(mode.over_angle))
     yield _line('least stable', growth.least_stable, growth.angles)
-    for mode in (growth.modes[0], *shown[:_SHOWN]):
+    for mode in (growth.modes[0], *_shown(growth)):
         yield _line(str(mode.identity), mode, growth.angles)
+    if side := side_effect(masses, growth, point):
+        ratio = side['turning_over_split']
+        yield (f'mode {side["identity"]} ({side["frequency_hz"]:.0f} Hz) is led by another '
+               f'doublet, of {(n := side["nodal_diameters"])} nodal diameters: {n} x rotor speed '
+               f'is {ratio:.2g} of its split of {side["split_hz"]:.3g} Hz ({_slow(ratio)})')
 
 
 def _line(name: str, mode: ModeOverAngle, angles: Any) -> str:
@@ -82,6 +110,7 @@ def split_json(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,
         'model': str(options.model), 'point': asdict(point), 'nodal_diameters': masses.diameters,
         'masses': masses.count, 'mass_g': 1e3 * masses.mass, 'radius_mm': 1e3 * masses.ring.radius,
         'split_percent': 100.0 * masses.split, 'frequencies_hz': list(masses.frequencies_hz),
+        'frequency_without_hz': masses.bare_hz, 'side_effect': side_effect(masses, growth, point),
         'turning_over_split': turning(masses, point), 'limits': limits(masses, point),
         'angles_deg': np.degrees(growth.angles).tolist(),
         'least_stable': mode_json(growth.least_stable),

@@ -34,8 +34,10 @@ from squeal_core.model.change_of_basis import in_basis
 from squeal_core.modes.fe.solid import pad_modes
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.steady_braking import SteadyBraking
+from squeal_core.stability.mode_tracking import Identity
 from squeal_core.studies.design_sensitivity import make_study, SensitivityStudy
-from squeal_core.studies.split_doublet import DiscRing, SplitDoublet
+from squeal_core.studies.led_doublet import led_doublet
+from squeal_core.studies.split_doublet import DiscRing, ModeOverAngle, SplitDoublet
 from squeal_core.studies.worst_points import worst_points
 from support.brake_descriptions import edited
 from support.commands import squeal
@@ -190,6 +192,31 @@ def test_masses_split_a_doublet(kang: BrakeModel) -> None:
     squares = np.sum(small._added(0.0)[np.ix_(small.doublet, small.doublet)] * np.eye(2), axis=0)
     assert small.split == pytest.approx(abs(squares[0] - squares[1]) / 2.0, rel=1e-3)
     assert (shape**2).sum(axis=0).max() * 6e-5 == pytest.approx(squares.max(), rel=1e-3)
+
+
+def test_side_effects_know_their_doublet(kang: BrakeModel) -> None:
+    """Six small masses split that of six diameters as Rayleigh's quotient says; pads have none."""
+    masses = SplitDoublet.of(kang, 3, mass=1e-5)
+    point = OperatingPoint(rotor_speed=5.0, friction=0.42, contact_pressure=7.8e5,
+                           contact_stiffness=kang.nominal_contact_stiffness)
+    roots = complex_modes(kang, point).oscillatory
+
+    def led(hertz: float) -> tuple[int, float] | None:
+        root = roots[np.abs(roots.imag - math.tau * hertz).argmin()]
+        return led_doublet(masses, point, ModeOverAngle(
+            Identity((1,)), root.imag / math.tau, root.real, np.zeros(1)))
+
+    assert led(3211.0) is None
+    found = led(5678.0)
+    assert found is not None
+    pair = masses.ring.doublet(kang, 6)
+    low, high = np.linalg.eigvalsh(masses._added(0.0)[np.ix_(pair, pair)])
+    hertz = kang.angular_frequencies[masses.ring.places[pair[0]]] / math.tau
+    assert found[0] == 6
+    assert found[1] == pytest.approx(0.5 * (high - low) * hertz, rel=1e-3)
+    own = led(1661.0)
+    first, second = masses.frequencies_hz
+    assert own == (3, second - first)
 
 
 def test_more_mass_lowers_frequencies() -> None:
