@@ -128,7 +128,7 @@ def _warn_some(texts: list[str]) -> None:
     for text in texts[:_MOST_WARNINGS]:
         warn(text)
     if len(texts) > _MOST_WARNINGS:
-        warn(f'and {len(texts) - _MOST_WARNINGS} more such warnings')
+        warn(f'and {counted(len(texts) - _MOST_WARNINGS, "more warning")} of this kind')
 
 
 def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dict[str, Any]:
