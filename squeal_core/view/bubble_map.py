@@ -63,7 +63,8 @@ def plot_bubbles(record: Sweep, modes: Sequence[UnstableMode], names: Mapping[st
     top = max([_USUAL_KHZ, *(1.06e-3 * mode.frequency_hz for mode in modes)])
     scale = _LARGEST / max((-mode.damping_ratio for mode in modes), default=1.0)
     heading = title or f'Unstable modes over {label.split("  ")[0]}'
-    with slide(path, heading, conditions(record), overwrite=overwrite) as figure:
+    about = f'{conditions(record)}; names where the damping ratio is lowest'
+    with slide(path, heading, about, overwrite=overwrite) as figure:
         axes = figure.subplots()
         khz = np.where(np.isin(record.kinds, ('flutter', 'stable')), record.frequencies_hz / 1e3,
                        np.nan)

@@ -17,24 +17,20 @@
 from collections.abc import Sequence
 from typing import Any
 
-try:
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-except ImportError as error:
-    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray
 from squeal_core.studies.sweep_record import Sweep
-from squeal_core.view.saving import FigureTarget, save_figure
-from squeal_core.view.stability_map import axis_ends, axis_of, conditions, STYLE
+from squeal_core.view.saving import FigureTarget
+from squeal_core.view.slide import COLOURS, LINES, MARKERS
+from squeal_core.view.stability_map import axis_ends, axis_of, sheet
 
-_COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
-_STYLES = ('-', '--', '-.', ':')
+_MARKED = 12  # places of a line, about, at which it has a marker
 
 
 def plot_loci(record: Sweep, numbers: Sequence[int], path: FigureTarget, *,
-              without: Sweep | None = None, title: str = '', overwrite: bool = True) -> None:
+              without: Sweep | None = None, title: str = '', overwrite: bool = True,
+              paper: bool = False) -> None:
     """
     Draw the loci of some modes, with rotation (solid) and without (broken), as K09 figs 11, 12.
 
@@ -52,16 +48,19 @@ def plot_loci(record: Sweep, numbers: Sequence[int], path: FigureTarget, *,
         Above the figure.
     overwrite : bool
         Whether an existing file may be replaced.
+    paper : bool
+        Whether it is for a page, not for a slide.
 
     """
     (parameter,) = record.axes
     label = axis_of(record, parameter)[1]
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.5, 4.4), layout='constrained')
+    with sheet(path, record, f'Modes over {label.split("  ")[0]}', title,
+               paper=(9.5, 4.4) if paper else None, overwrite=overwrite) as figure:
         frequency, growth = figure.subplots(1, 2)
-        _loci(frequency, growth, record, numbers, '-', '')
+        markers = None if paper else MARKERS
+        _loci(frequency, growth, record, numbers, '-', '', markers)
         if without is not None:
-            _loci(frequency, growth, without, numbers, '--', ', without rotation')
+            _loci(frequency, growth, without, numbers, '--', ', without rotation', markers)
         growth.axhline(0.0, color='0.4', linewidth=0.8, zorder=1.6)  # over the grid
         frequency.set(xlabel=label, ylabel='frequency  Hz')
         growth.set(xlabel=label, ylabel='Re λ  1/s')
@@ -72,27 +71,32 @@ def plot_loci(record: Sweep, numbers: Sequence[int], path: FigureTarget, *,
         once = dict(zip(labels, handles, strict=True))  # a merged pair is said of both
         figure.legend(once.values(), once.keys(), loc='outside lower center',
                       ncols=3 if len(once) % 2 else min(len(once), 4), frameon=False)
-        figure.suptitle(f'{title}\n{conditions(record)}' if title else conditions(record),
-                        fontsize=11, x=0.01, ha='left')
-        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _loci(frequency: Any, growth: Any, record: Sweep, numbers: Sequence[int], style: str,
-          words: str) -> None:
+          words: str, markers: str | None) -> None:
     """Draw lines by number; grey dots where two modes are a merged pair, and which is not said."""
     (parameter,) = record.axes
     x = axis_of(record, parameter)[0]
     for i, number in enumerate(numbers):
-        colour, roots, merged = _COLOURS[i % len(_COLOURS)], record.of(number), record.merged(
+        colour, roots, merged = COLOURS[i % len(COLOURS)], record.of(number), record.merged(
             number)
         for axes, values in ((frequency, roots.imag / (2.0 * np.pi)), (growth, roots.real)):
             axes.plot(x, np.where(merged, np.nan, values), color=colour, linestyle=style,
-                      linewidth=1.6, label=f'mode {number}{words}')
+                      linewidth=1.6, label=f'mode {number}{words}', **_marks(x, i, markers))
             if merged.any():
                 pairs = ', '.join(sorted(set(record.names(number)[merged].tolist())))
                 axes.plot(x, np.where(_from_before(merged), values, np.nan), color='0.35',
                           linestyle=style, linewidth=1.6, marker='.', markersize=3,
                           label=f'merged {pairs}{words}')
+
+
+def _marks(x: FloatArray, place: int, markers: str | None) -> dict[str, Any]:
+    """Return the markers of a line, apart from those of the lines before."""
+    step = 1 + x.size // _MARKED
+    return {} if markers is None else {
+        'marker': markers[place % len(markers)], 'markersize': 7.0,
+        'markevery': (place * max(step // 4, 1) % step, step)}
 
 
 def _from_before(merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -104,7 +108,8 @@ def _from_before(merged: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def plot_growth_rates(record: Sweep, path: FigureTarget, *, title: str = '',
-                      overwrite: bool = True, numbers: Sequence[int] | None = None) -> None:
+                      overwrite: bool = True, numbers: Sequence[int] | None = None,
+                      paper: bool = False) -> None:
     """
     Draw growth rates over a parameter, as K09 fig. 15 over speed; divergence apart.
 
@@ -120,6 +125,8 @@ def plot_growth_rates(record: Sweep, path: FigureTarget, *, title: str = '',
         Whether an existing file may be replaced.
     numbers : sequence of int, optional
         Identities; by default of the oscillating modes that grow anywhere in the sweep.
+    paper : bool
+        Whether it is for a page, not for a slide.
 
     """
     (parameter,) = record.axes
@@ -127,21 +134,20 @@ def plot_growth_rates(record: Sweep, path: FigureTarget, *, title: str = '',
     chosen = _growing(record) if numbers is None else list(numbers)
     divergence = np.where(record.kinds == 'divergence', record.eigenvalues.real, np.nan)
     apart = bool(np.isfinite(divergence).any())
-    with rc_context(STYLE):
-        figure = Figure(figsize=(8.5, 6.5 if apart else 5.0), layout='constrained')
+    with sheet(path, record, f'Growth rates over {label.split("  ")[0]}', title,
+               paper=(8.5, 6.5 if apart else 5.0) if paper else None,
+               overwrite=overwrite) as figure:
         panels = figure.subplots(2 if apart else 1, 1, sharex=True, squeeze=False,
                                  height_ratios=(1, 3) if apart else (1,))[:, 0]
         if apart:
             panels[0].plot(x, divergence, color='0.25', linewidth=1.4)
             panels[0].set(ylabel='divergence  1/s')
             panels[0].set_ylim(bottom=0.0)
-        _lines(panels[-1], record, x, chosen)
+        _lines(panels[-1], record, x, chosen, None if paper else MARKERS)
         panels[-1].set(xlabel=label, ylabel='Re λ of oscillating modes  1/s')
         for panel in panels:
             panel.grid(color='0.93')
             panel.set_xlim(*axis_ends(x))
-        panels[0].set_title(f'{title}\n{conditions(record)}' if title else conditions(record))
-        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _growing(record: Sweep) -> list[int]:
@@ -150,7 +156,8 @@ def _growing(record: Sweep) -> list[int]:
     return sorted({int(text.split('/')[0]) for text in texts})
 
 
-def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int]) -> None:
+def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int],
+           markers: str | None) -> None:
     axes.axhline(0.0, color='0.4', linewidth=0.8, zorder=1.6)  # over the grid
     floor = 0.0
     for i, number in enumerate(numbers):
@@ -159,10 +166,11 @@ def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int]) -> N
             continue
         # at one end of the sweep or between, where it is worst
         worst = int(np.nanargmax(roots.real))
-        colour = _COLOURS[i % len(_COLOURS)]
+        colour = COLOURS[i % len(COLOURS)]
         name = str(record.names(number)[worst])  # of a merged pair both numbers
         axes.plot(x, roots.real, color=colour, linewidth=1.6,
-                  linestyle=_STYLES[i // len(_COLOURS) % len(_STYLES)],
+                  linestyle=LINES[i // (1 if markers else len(COLOURS)) % len(LINES)],
+                  **_marks(x, i, markers),
                   label=f'{name}: {roots.imag[worst] / 2.0 / np.pi:.0f} Hz')
         floor = min(floor, -np.nanmax(roots.real))
     axes.set_ylim(bottom=1.2 * floor)

@@ -93,7 +93,7 @@ def plot_damping(bars: Sequence[DampingBar], path: FigureTarget, *, threshold: f
     with slide(path, title, about, overwrite=overwrite) as figure:
         axes = figure.subplots()
         axes.axhspan(-INDUSTRY[1], -INDUSTRY[0], color='0.9', zorder=0,
-                     label=f"{INDUSTRY[0]:g} to {INDUSTRY[1]:g} %: thresholds in industry's use")
+                     label=f"−{INDUSTRY[0]:g} to −{INDUSTRY[1]:g} %: thresholds in industry's use")
         axes.axhline(0.0, color='black', linewidth=1.0)
         axes.axhline(-threshold, color='black', linewidth=1.8, linestyle='--',
                      label=f'threshold, damping ratio −{threshold:g} %')

@@ -218,7 +218,7 @@ def _frame(body: Any, view: ShapeView) -> None:
     pad = 1e3 * view.drawn * np.array([0.3, 0.3, 1.0])
     limits = np.stack([low - pad, high + pad], axis=1)
     body.set(xlim=limits[0], ylim=limits[1], zlim=limits[2], xlabel='x  mm', ylabel='y  mm',
-             zlabel='z  mm')
+             zticks=[], title='Pads drawn apart')
     body.set_box_aspect(np.ptp(limits, axis=1), zoom=1.22)
     body.view_init(**_VIEW)
     body.locator_params(nbins=4)

@@ -26,6 +26,7 @@ from squeal_core.view.mode_shape import cycle, DrawnSurface, RATE, ShapeView
 from squeal_core.view.report.figure import packed, RISKS, Trace
 from squeal_core.view.report.markup import label, markup
 
+_HEAD = 'font: 16px sans-serif; margin: 6px 20px; overflow-wrap: anywhere'
 _PLAY = {'frame': {'duration': 1000 // RATE, 'redraw': True}, 'transition': {'duration': 0},
          'mode': 'immediate', 'fromcurrent': False}
 _SCRIPT = """
@@ -78,9 +79,12 @@ def shape_page(view: ShapeView, *, moving: bool) -> str:
         raise ImportError("pages need plotly: pip install -e '.[report]' in the checkout"
                           ) from error
     text: str = to_html(shape_figure(view, moving=moving), include_plotlyjs=True, validate=False,
-                        post_script=_SCRIPT if moving else None, auto_play=False,
-                        config={'displaylogo': False, 'responsive': True})
-    return text.replace('<head>', f'<head><title>{markup(view.title)}</title>', 1)
+                        default_height='85vh', post_script=_SCRIPT if moving else None,
+                        auto_play=False, config={'displaylogo': False, 'responsive': True})
+    title, about = markup(view.title), markup(view.about)
+    return text.replace('<head>', f'<head><title>{title}</title>', 1).replace(
+        '<body>', f'<body><h1 style="{_HEAD}">{title}</h1><p style="{_HEAD}">{about}; pads drawn '
+        'apart. The drawing needs WebGL.</p>', 1)
 
 
 def shape_figure(view: ShapeView, *, moving: bool) -> dict[str, Any]:
@@ -124,8 +128,10 @@ def _layout(view: ShapeView, *, moving: bool) -> dict[str, Any]:
     every = 1e3 * np.concatenate([one.points.reshape(-1, 3) for one in view.surfaces])
     ends = np.stack([every.min(axis=0), every.max(axis=0)], axis=1) + 1e3 * view.drawn * np.array(
         [-1.0, 1.0])
-    axes = {f'{name}axis': {'title': {'text': f'{name}  mm'}, 'range': own.tolist()}
-            for name, own in zip('xyz', ends, strict=True)}
+    axes: dict[str, Any] = {f'{name}axis': {'title': {'text': f'{name}  mm'},
+                                            'range': own.tolist()}
+                            for name, own in zip('xyz', ends, strict=True)}
+    axes['zaxis'] |= {'title': {'text': 'pads drawn apart'}, 'showticklabels': False}
     names = [{'x': float(x), 'y': float(y), 'z': float(z), 'text': label(one.name),
               'showarrow': False, 'xanchor': 'left'}
              for one in view.surfaces if not one.closed
@@ -133,8 +139,7 @@ def _layout(view: ShapeView, *, moving: bool) -> dict[str, Any]:
     buttons = [{'label': word, 'name': word.lower(), 'method': 'skip'}
                for word in ('Play', 'Pause')]
     return {
-        'title': {'text': f'{label(view.title)}<br><sup>{label(view.about)}</sup>', 'x': 0.02},
-        'font': {'size': 15}, 'margin': {'l': 0, 'r': 0, 't': 90, 'b': 0}, 'uirevision': 'kept',
+        'font': {'size': 15}, 'margin': {'l': 0, 'r': 0, 't': 0, 'b': 0}, 'uirevision': 'kept',
         'scene': {**axes, 'aspectmode': 'data', 'annotations': names,
                   'camera': {'eye': {'x': 1.45, 'y': 1.0, 'z': 1.0},
                              'center': {'x': 0.0, 'y': 0.0, 'z': -0.12}}},

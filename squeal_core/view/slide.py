@@ -31,6 +31,9 @@ SIZE = (13.33, 7.5)  # in, of a slide of 16:9
 DPI = 110
 AMPLITUDES = 'viridis'  # colour map, which rises in lightness
 GREY = '#666666'
+COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
+LINES = ('-', '--', '-.', ':')
+MARKERS = 'os^DvPX*'
 _STYLE = {'font.size': 14, 'axes.titlesize': 15, 'axes.labelsize': 15, 'legend.fontsize': 13,
           'figure.titlesize': 18, 'axes.spines.top': False, 'axes.spines.right': False,
           'axes.titlelocation': 'left', 'hatch.linewidth': 0.8, 'axes.axisbelow': True}
@@ -101,10 +104,18 @@ def point_words(point: OperatingPoint) -> str:
     scale = f', damping x {point.damping_scale:g}' if point.damping_scale != 1.0 else ''
     slope = f', slope {point.friction_slope:.3g} s/m' if point.friction_slope else ''
     return (f'{point.rotor_speed:g} rad/s, friction {point.friction:.3g}{slope}, '
-            f'{point.contact_pressure / 1e5:.3g} bar on the lining, contact stiffness '
+            f'p₀ = {point.contact_pressure / 1e5:.3g} bar, contact stiffness '
             f'{point.contact_stiffness:.3g} N/m³{scale}')
 
 
 def number(value: float, digits: int = 3) -> str:
     """Return a number with its sign, and a minus as wide as the plus."""
-    return f'{value:+.{digits}g}'.replace('-', '\N{MINUS SIGN}')
+    return typeset(f'{value:+.{digits}g}')
+
+
+def typeset(text: str) -> str:
+    """Return numbers and units as they are printed: a minus, m³ for m^3, ° for deg."""
+    for plain, printed in (('-', '\N{MINUS SIGN}'), ('^2', '²'), ('^3', '³'), ('degC', '°C'),
+                           ('deg', '°')):
+        text = text.replace(plain, printed)
+    return text

@@ -14,6 +14,8 @@
 
 """Maps of stability: all frequencies over one parameter, or the growth rate over two."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 try:
@@ -28,6 +30,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.studies.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
+from squeal_core.view.slide import slide
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
          'axes.linewidth': 0.8, 'axes.titlesize': 11, 'axes.titlelocation': 'left'}
@@ -41,11 +44,11 @@ _LABELS = {
     'contact_stiffness': 'contact stiffness  % of nominal'}
 
 
-_CONDITIONS = (  # parameter, in words, and the unit in SI units, 0 for the nominal value
+_CONDITIONS = (  # parameter, in words, and the unit in SI units
     ('rotor_speed', 'Ω = {:g} rad/s', 1.0), ('friction', 'µ = {:.3g}', 1.0),
-    ('friction_slope', 'slope = {:.3g} s/m', 1.0), ('contact_pressure', 'p₀ = {:.3g} bar', 1e5),
-    ('contact_stiffness', 'stiffness {:.0%}', 0.0))
+    ('friction_slope', 'slope = {:.3g} s/m', 1.0), ('contact_pressure', 'p₀ = {:.3g} bar', 1e5))
 _USUAL_HZ = 8000.0  # up to here K09's maps go
+_MOST_MARKS = 900  # points of a map that are marked
 
 
 def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
@@ -58,18 +61,19 @@ def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
     return values, _LABELS[parameter]
 
 
-def conditions(record: Sweep) -> str:
-    """Return in words what was not swept."""
+def conditions(record: Sweep, *, brief: bool = False) -> str:
+    """Return in words what was not swept; in brief without a contact stiffness that is nominal."""
     about, parts = record.about, [str(record.about['model'])]
     law = about['friction_law']
     by_law = {True: ('friction', 'friction_slope'), 'slope': ('friction_slope',)}.get(law, ())
     for name, text, unit in _CONDITIONS:
-        values = record.column(name) / (unit or about['nominal_contact_stiffness'])
+        values = record.column(name) / unit
         # what is usual goes without saying; a slope that changes goes along with the friction
-        usual = {'friction_slope': 0.0, 'contact_stiffness': 1.0}.get(name)
+        usual = {'friction_slope': 0.0}.get(name)
         if name not in record.axes and name not in by_law and np.any(values != usual):
             parts.append(text.format(values[0]) if np.ptp(values) == 0.0
                          else 'slope in proportion to µ')
+    parts += [] if 'contact_stiffness' in record.axes else _stiffness(record, brief)
     parts += {True: ['friction by its law of speed'],
               'slope': ['slope by the law of friction']}.get(law, [])
     parts += [] if about['rotation'] else ['without rotation']
@@ -77,8 +81,38 @@ def conditions(record: Sweep) -> str:
     return ', '.join(filter(None, parts))
 
 
+def _stiffness(record: Sweep, brief: bool) -> list[str]:
+    values, nominal = record.column('contact_stiffness'), record.about['nominal_contact_stiffness']
+    if brief:
+        return [] if np.all(values == nominal) else [f'stiffness {values[0] / nominal:.0%}']
+    ends = dict.fromkeys(f'{end:.3g}' for end in (values.min(), values.max()))
+    return [f'contact stiffness {" to ".join(ends)} N/m³']
+
+
+@contextmanager
+def sheet(path: FigureTarget, record: Sweep, heading: str, title: str, *,
+          paper: tuple[float, float] | None, overwrite: bool) -> Iterator[Any]:
+    """Give the figure of a slide, or of a size on paper [in], with a title; save it."""
+    if paper is None:
+        with slide(path, title or heading, conditions(record), overwrite=overwrite) as figure:
+            yield figure
+        return
+    with rc_context(STYLE):
+        figure = Figure(figsize=paper, layout='constrained')
+        yield figure
+        words = conditions(record, brief=True)
+        words = f'{title}\n{words}' if title else words
+        grid = figure.axes[0].get_gridspec()
+        if grid is not None and grid.ncols > 1:
+            figure.suptitle(words, fontsize=11, x=0.01, ha='left')
+        else:
+            figure.axes[0].set_title(words)
+        save_figure(figure, path, dpi=130, overwrite=overwrite)
+
+
 def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
-                       overwrite: bool = True, highest_hz: float | None = None) -> None:
+                       overwrite: bool = True, highest_hz: float | None = None,
+                       paper: bool = False) -> None:
     """
     Draw the frequencies of all modes over a parameter; those that grow are marked.
 
@@ -94,6 +128,8 @@ def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
         Whether an existing file may be replaced.
     highest_hz : float, optional
         Where the frequency axis ends; by default at 8 kHz, or above the highest flutter.
+    paper : bool
+        Whether it is for a page, not for a slide.
 
     Notes
     -----
@@ -107,8 +143,8 @@ def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
                            record.frequencies_hz, np.nan) / 1e3
     flutter = np.where(record.kinds == 'flutter', record.frequencies_hz, 0.0)
     top = highest_hz or max(_USUAL_HZ, 1.05 * float(flutter.max()))
-    with rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 6.5), layout='constrained')
+    with sheet(path, record, f'Frequencies over {label.split("  ")[0]}', title,
+               paper=(9.0, 6.5) if paper else None, overwrite=overwrite) as figure:
         axes = figure.subplots()
         axes.plot(x, oscillating, color='0.72', linewidth=0.7, zorder=1)
         _circles(axes, record, x, top)
@@ -118,8 +154,6 @@ def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
                       clip_on=False, label='divergence')
             axes.legend(loc='lower right', frameon=False, bbox_to_anchor=(1.0, 1.0))
         axes.set(xlabel=label, ylabel='frequency  kHz', ylim=(0.0, top / 1e3), xlim=axis_ends(x))
-        _titles(axes, title, record)
-        save_figure(figure, path, dpi=130, overwrite=overwrite)
 
 
 def _circles(axes: Any, record: Sweep, x: FloatArray, top: float) -> None:
@@ -166,8 +200,9 @@ def plot_growth_map(record: Sweep, path: FigureTarget, *, title: str = '', overw
     (y, y_label), (x, x_label) = axis_of(record, first), axis_of(record, second)
     growth = np.maximum(record.largest_growth(*band_hz), -1e3)  # -inf: no mode in the band
     known = growth[np.isfinite(growth)]
-    with rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 6.0), layout='constrained')
+    heading = 'Largest growth rate over ' + ' and '.join(
+        one.split('  ')[0] for one in (x_label, y_label))
+    with sheet(path, record, heading, title, paper=None, overwrite=overwrite) as figure:
         axes = figure.subplots()
         axes.set_facecolor('0.85')
         norm = PowerNorm(0.5, 0.0, max(known.max(initial=0.0), 1.0))
@@ -179,9 +214,12 @@ def plot_growth_map(record: Sweep, path: FigureTarget, *, title: str = '', overw
             f'largest growth rate, {band_hz[0] / 1e3:g} to {band_hz[1] / 1e3:g} kHz  1/s\n'
             '(white: stable, grey: not done)'))
         axes.set(xlabel=x_label, ylabel=y_label)
-        _titles(axes, title, record)
-        save_figure(figure, path, dpi=130, overwrite=overwrite)
+        end_at_points(axes, x, y)
 
 
-def _titles(axes: Any, title: str, record: Sweep) -> None:
-    axes.set_title(f'{title}\n{conditions(record)}' if title else conditions(record))
+def end_at_points(axes: Any, x: FloatArray, y: FloatArray) -> None:
+    """End the axes of a map at its outermost points, and mark them all where they are few."""
+    axes.set(xlim=axis_ends(x), ylim=axis_ends(y))
+    if x.size * y.size <= _MOST_MARKS:
+        axes.plot(*map(np.ravel, np.meshgrid(x, y)), 'o', markersize=4.0,
+                  markerfacecolor='white', markeredgecolor='0.3', clip_on=False, zorder=3)

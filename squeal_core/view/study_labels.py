@@ -14,10 +14,14 @@
 
 """What the axes of a study say, and what was not swept."""
 
+from typing import Any
+
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.ranges import SYMBOLS
+from squeal_core.studies.point_options import DEFAULT_PRELOAD
 from squeal_core.studies.study_record import Study
 from squeal_core.surrogate.grid_columns import IMPOSSIBLE
+from squeal_core.view.slide import typeset
 
 _UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0), 'friction': ('friction', '', 1.0),
           'friction_slope': ('friction slope', 's/m', 1.0),
@@ -31,11 +35,11 @@ def parameter_in_words(name: str) -> tuple[str, str, float]:
     """Return a parameter in words, the unit it is shown in, and that in the study's unit."""
     if name in _UNITS:
         return _UNITS[name]
-    words, _, unit = name.rpartition('_')
-    for suffix in sorted(SYMBOLS, key=len, reverse=True):
+    symbols = {**SYMBOLS, 'mm': 'mm', 'deg': 'deg'}
+    for suffix in sorted(symbols, key=len, reverse=True):
         if name.endswith(f'_{suffix}'):
-            words, unit = name.removesuffix(f'_{suffix}'), SYMBOLS[suffix]
-            return words.replace('_', ' ').replace('.', ': '), unit, 1.0
+            words = name.removesuffix(f'_{suffix}').replace('_', ' ').replace('.', ': ')
+            return words, typeset(symbols[suffix]), 1.0
     return name.replace('_', ' ').replace('.', ': '), '', 1.0
 
 
@@ -48,13 +52,15 @@ def study_axis(study: Study, name: str) -> tuple[FloatArray, str]:
 def study_conditions(study: Study) -> str:
     """Return in words what was not swept, and what is not there."""
     parts = [study.about['brake']] if study.about['brake'] else []
-    for name, value in study.about['point'].items():
+    for name, value in _held(study).items():
         if value is None or value is False or (name, value) == ('damping_scale', 1.0) or (
                 name == 'friction' and study.about['friction_law'] is True):
             continue
         words, unit, factor = parameter_in_words(name)
         parts.append('slope by the law' if value is True
-                     else f'{words} {value / factor:g} {unit}'.rstrip())
+                     else f'{words} {value / factor:g} {_times(unit)}'.rstrip())
+    parts += ['nominal contact stiffness'] if study.about['point'].get(
+        'contact_stiffness', 0.0) is None else []
     if study.about['friction_law']:
         parts.append('friction by its law of speed')
     if not study.about['rotation']:
@@ -63,3 +69,17 @@ def study_conditions(study: Study) -> str:
     parts += [f'{impossible} of {study.size} points impossible'] if impossible else []
     parts += [f'{left} of {study.size} points not done'] if left else []
     return ', '.join(parts)
+
+
+def _held(study: Study) -> dict[str, Any]:
+    """Return the options of the point, with the load that goes where none was given."""
+    point = dict(study.about['point'])
+    loads = ('preload', 'pressure')
+    if all(point.get(name) is None for name in loads) and not {
+            *loads, 'contact_pressure'} & study.axes.keys():
+        point['preload'] = DEFAULT_PRELOAD
+    return point
+
+
+def _times(unit: str) -> str:
+    return f'× {unit}' if unit.startswith('10') else unit

@@ -26,20 +26,18 @@ try:
     from matplotlib import colormaps, rc_context
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LinearSegmentedColormap, Normalize, PowerNorm
-    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.studies.study_record import Study
 from squeal_core.surrogate.grid_columns import IMPOSSIBLE
-from squeal_core.view.saving import FigureTarget, save_figure
-from squeal_core.view.stability_map import axis_ends, GROWTH_OR_NOT, STYLE
+from squeal_core.view.saving import FigureTarget
+from squeal_core.view.slide import COLOURS, LINES, MARKERS, slide
+from squeal_core.view.stability_map import axis_ends, end_at_points, GROWTH_OR_NOT
 from squeal_core.view.study_labels import parameter_in_words, study_axis, study_conditions
 
-_SHARE = colormaps['Blues']
-_LINES = ('-', '--', '-.', ':')
-_COLOURS = ('#1b5e9b', '#c8432b', '#3b8a4a', '#8a5aa8', '#c98a1b', '#4aa3a8', '#7a6a5a', '#d0679a')
 _LEAST_SPAN = 0.02  # of an axis of frequency, relative: less is no change to look at
 _MOST_LINES = 60  # of one panel
 
@@ -62,17 +60,16 @@ def plot_study(study: Study, path: FigureTarget, *, title: str = '',
 
     """
     task = study.about['task']
-    with rc_context({**STYLE, 'hatch.linewidth': 0.6, 'hatch.color': '0.55',
-                     'axes.formatter.useoffset': False}):
+    heading = title or '{} over {}'.format(
+        {'map': 'Largest growth rate', 'locus': 'Modes'}.get(task, 'Stability boundary'),
+        ', '.join(parameter_in_words(name)[0] for name in study.axes))
+    with rc_context({'hatch.color': '0.55', 'axes.formatter.useoffset': False}), slide(
+            path, heading, study_conditions(study), overwrite=overwrite) as figure:
         if task == 'locus':
-            figure = _loci(study)
+            _loci(figure, study)
         else:
-            shown = _growth(study) if task == 'map' else _critical(study)
             draw = {1: _line, 2: _map}.get(len(study.axes), _matrix)
-            figure = draw(study, shown)
-        heading = f'{title}\n{study_conditions(study)}' if title else study_conditions(study)
-        figure.suptitle(heading, fontsize=11, x=0.01, ha='left')
-        save_figure(figure, path, dpi=130, overwrite=overwrite)
+            draw(figure, study, _growth(study) if task == 'map' else _critical(study))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,29 +106,27 @@ def _critical(study: Study) -> _Shown:
                   Normalize(*ends), colormaps['viridis'], worst, words)
 
 
-def _line(study: Study, shown: _Shown) -> Figure:
+def _line(figure: Any, study: Study, shown: _Shown) -> None:
     x, label = study_axis(study, next(iter(study.axes)))
-    figure = Figure(figsize=(8.5, 6.0), layout='constrained')
     top, bottom = figure.subplots(2, 1, sharex=True)
     if study.about['task'] == 'map':
         growth, hertz = study.columns['growth_rate'], study.columns['frequency_hz'] / 1e3
         unstable = study.columns['squeal_modes'] > 0.0
-        top.plot(x, growth, color=_COLOURS[0], marker='o', markersize=3.5)
+        top.plot(x, growth, color=COLOURS[0], marker='o', markersize=6)
         top.axhline(0.0, color='0.4', linewidth=0.8)
         top.set_ylabel('growth rate  1/s')
         bottom.plot(x[~unstable], hertz[~unstable], 'o', markerfacecolor='none', color='0.5',
                     label='stable')
-        bottom.plot(x[unstable], hertz[unstable], 'o', color=_COLOURS[1], label='unstable')
+        bottom.plot(x[unstable], hertz[unstable], 's', color=COLOURS[1], label='unstable')
         bottom.set_ylabel('its frequency  kHz')
         bottom.legend(frameon=False)
     else:
-        factor = parameter_in_words(study.about['parameter'])[2]
+        name, unit, factor = parameter_in_words(study.about['parameter'])
         for i, side in enumerate(('below', 'above')):
-            top.plot(x, study.columns[side] / factor, color=_COLOURS[i], linestyle=_LINES[i],
-                     marker='ov'[i], markersize=4, label=f'{side} the point')
-            bottom.plot(x, study.columns[f'{side}_hz'] / 1e3, color=_COLOURS[i],
-                        linestyle=_LINES[i], marker='ov'[i], markersize=4)
-        name, unit, _ = parameter_in_words(study.about['parameter'])
+            top.plot(x, study.columns[side] / factor, color=COLOURS[i], linestyle=LINES[i],
+                     marker='ov'[i], markersize=6, label=f'{side} the point')
+            bottom.plot(x, study.columns[f'{side}_hz'] / 1e3, color=COLOURS[i],
+                        linestyle=LINES[i], marker='ov'[i], markersize=6)
         top.set_ylabel(f'boundary of\n{name}  {unit}'.rstrip())
         top.legend(frameon=False)
         bottom.set_ylabel('frequency there  kHz')
@@ -145,11 +140,9 @@ def _line(study: Study, shown: _Shown) -> Figure:
         if lost.size:  # the layout takes an empty line for one of great length
             panel.plot(lost, 0.0 * lost + 0.03, 'x', color='black', clip_on=False,
                        transform=panel.get_xaxis_transform())
-    return figure
 
 
-def _map(study: Study, shown: _Shown) -> Figure:
-    figure = Figure(figsize=(8.0, 6.0), layout='constrained')
+def _map(figure: Any, study: Study, shown: _Shown) -> None:
     axes = figure.subplots()
     shades = _shade(axes, study, (0, 1), shown)
     first, second = study.axes
@@ -157,7 +150,6 @@ def _map(study: Study, shown: _Shown) -> Figure:
     bar = figure.colorbar(shades, ax=axes, pad=0.02, aspect=35,
                           extend='min' if shown.level is not None else 'neither')
     bar.set_label(f'{shown.label}\n{_legend(study, shown)}')
-    return figure
 
 
 def _legend(study: Study, shown: _Shown) -> str:
@@ -177,6 +169,7 @@ def _shade(panel: Any, study: Study, pair: tuple[int, int], shown: _Shown) -> An
     panel.patch.set(facecolor='0.92', hatch='///')
     shades = panel.pcolormesh(x, y, np.ma.masked_invalid(values), cmap=shown.colours,
                               shading='nearest', norm=shown.norm)
+    end_at_points(panel, x, y)
     level = shown.level
     if level is not None and min(values.shape) > 1 and (
             np.nanmin(values, initial=level) < level < np.nanmax(values, initial=level)):
@@ -184,11 +177,9 @@ def _shade(panel: Any, study: Study, pair: tuple[int, int], shown: _Shown) -> An
     return shades
 
 
-def _matrix(study: Study, shown: _Shown) -> Figure:
+def _matrix(figure: Any, study: Study, shown: _Shown) -> None:
     """Below the diagonal the worst of all others, on it and above it how many points squeal."""
     names, count = list(study.axes), len(study.axes)
-    size = max(8.0, 2.6 * count)
-    figure = Figure(figsize=(size + 1.5, size), layout='constrained')
     panels = figure.subplots(count, count, squeeze=False)
     share, shades = _share(study), dict[bool, Any]()
     for row in range(count):
@@ -206,7 +197,6 @@ def _matrix(study: Study, shown: _Shown) -> Figure:
                     f'other parameters\n{_legend(study, shown)}'.strip())
     figure.colorbar(shades[False], ax=panels, pad=0.01, aspect=45, location='bottom',
                     label=f'on and above the diagonal: {share.label}, over all other parameters')
-    return figure
 
 
 def _share(study: Study) -> _Shown:
@@ -216,8 +206,8 @@ def _share(study: Study) -> _Shown:
     else:
         bad, label = study.grid('growth_rate') > 0.0, 'points with a growing mode  %'
     known = (source != IMPOSSIBLE) & (source != 0.0)
-    return _Shown(np.where(known, 100.0 * bad, np.nan), label, Normalize(0.0, 100.0), _SHARE,
-                  _Mean(), 'the mean')
+    return _Shown(np.where(known, 100.0 * bad, np.nan), label, Normalize(0.0, 100.0),
+                  colormaps['Blues'], _Mean(), 'the mean')
 
 
 class _Mean:
@@ -244,13 +234,13 @@ def _marginal(panel: Any, study: Study, axis: int, share: FloatArray) -> None:
 
 def _labels(panel: Any, study: Study, names: Sequence[str], row: int, column: int) -> None:
     last = len(names) - 1
-    panel.tick_params(labelsize=8)
+    panel.tick_params(labelsize=10)
     if row == last:
-        panel.set_xlabel(_wrapped(study_axis(study, names[column])[1]), fontsize=9)
+        panel.set_xlabel(_wrapped(study_axis(study, names[column])[1]), fontsize=11)
     else:
         panel.tick_params(labelbottom=False)
     if column == 0:
-        panel.set_ylabel(_wrapped(study_axis(study, names[row])[1]), fontsize=9)
+        panel.set_ylabel(_wrapped(study_axis(study, names[row])[1]), fontsize=11)
     if row != column and column != 0:
         panel.tick_params(labelleft=False)
 
@@ -259,26 +249,29 @@ def _wrapped(label: str) -> str:
     return label.replace(': ', ':\n').replace('  ', '\n') if len(label) > 16 else label
 
 
-def _loci(study: Study) -> Figure:
+def _loci(figure: Any, study: Study) -> None:
     """Frequency and growth rate of each mode over the first parameter, a line for all others."""
     names = list(study.axes)
     x, label = study_axis(study, names[0])
     numbers = study.about['numbers']
-    figure = Figure(figsize=(9.5, max(4.0, 2.6 * len(numbers))), layout='constrained')
     panels = figure.subplots(len(numbers), 2, squeeze=False, sharex=True)
     lines = study.size // len(x)
     shown = np.unique(np.linspace(0, lines - 1, _MOST_LINES).round().astype(int))
     second = study.axes[names[1]] if len(names) > 1 else np.zeros(1)
     inner = lines // len(second)
-    colours = colormaps['viridis'](np.linspace(0.0, 0.9, len(second)))
+    few = len(second) <= len(MARKERS)
+    looks = [{'color': colour, 'marker': MARKERS[i % len(MARKERS)], 'markersize': 6.0,
+              'markevery': 1 + len(x) // 15, 'linestyle': LINES[i % len(LINES)]}
+             for i, colour in enumerate(COLOURS if few else colormaps['viridis'](
+                 np.linspace(0.0, 0.9, len(second))))]
     for row, number in zip(panels, numbers, strict=True):
         for panel, what, unit in zip(row, ('frequency_hz', 'growth_rate'), (1e3, 1.0),
                                      strict=True):
             values = study.columns[f'{what}_{number}'].reshape(len(x), -1) / unit
             for i in shown.tolist():
-                panel.plot(x, values[:, i], color=colours[i // inner], linewidth=1.3,
-                           linestyle=_LINES[i % inner % len(_LINES)],
-                           marker='.' if len(x) < 30 else None)
+                look = looks[i // inner] | ({} if inner == 1 else {
+                    'linestyle': LINES[i % inner % len(LINES)]})
+                panel.plot(x, values[:, i], linewidth=1.6, **look)
             panel.grid(color='0.93')
             panel.set_xlim(*axis_ends(x))
         row[0].set_ylabel(f'mode {number}\nfrequency  kHz')
@@ -289,9 +282,15 @@ def _loci(study: Study) -> Figure:
     if len(names) > 1:
         values, words = study_axis(study, names[1])
         rest = ', '.join(study_axis(study, name)[1] for name in names[2:])
-        figure.colorbar(_colour_key(values), ax=panels, pad=0.01, aspect=35,
-                        label=f'{words}\n(line styles: {rest})' if rest else words)
-    return figure
+        words += f'\n(line styles: {rest})' if rest else ''
+        if few:
+            figure.legend(
+                handles=[Line2D([], [], linewidth=1.6, label=f'{value:.4g}',
+                                **look | ({'linestyle': '-'} if rest else {}))
+                         for value, look in zip(values.tolist(), looks, strict=False)],
+                title=words, loc='outside lower center', ncols=len(values), frameon=False)
+        else:
+            figure.colorbar(_colour_key(values), ax=panels, pad=0.01, aspect=35, label=words)
 
 
 def _colour_key(values: FloatArray) -> Any:

@@ -28,6 +28,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.studies.design_sensitivity import ParameterEffect, SensitivityStudy
 from squeal_core.studies.split_doublet import SplitDoublet, SplitGrowth
 from squeal_core.view.saving import FigureTarget, save_figure
+from squeal_core.view.slide import typeset
 from squeal_core.view.stability_map import STYLE
 
 _SLIDE = (13.33, 7.5)  # inches, 16:9
@@ -70,8 +71,9 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
         for place, (panel, target) in enumerate(zip(panels, study.targets[:count], strict=False)):
             _bars(panel, [(one.modes[place].at_minus, one.modes[place].at_plus)
                           for one in known])
+            growth = typeset(f'{target.growth_rate:+.1f}')
             panel.set_title(f'mode {target.identity}, {target.frequency_hz:.0f} Hz\n'
-                            f'growth rate {target.growth_rate:+.1f} 1/s\n{_at(target.point)}',
+                            f'growth rate {growth} 1/s\n{_at(target.point)}',
                             fontsize=11, loc='center')
             panel.set_xlabel('change of the growth rate  1/s')
         if risky:
@@ -94,7 +96,7 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
 
 def _at(point: OperatingPoint) -> str:
     return (f'{point.rotor_speed:.3g} rad/s, µ {abs(point.friction):.3f}, '
-            f'{point.contact_pressure / 1e5:.2f} bar')
+            f'p₀ = {point.contact_pressure / 1e5:.3g} bar')
 
 
 def _bars(panel: Any, sides: Sequence[tuple[float, float]]) -> None:
@@ -116,7 +118,7 @@ def _label(parameter: str, value: float, unit: str) -> str:
         words = words.removesuffix(suffix)
     words = words.replace('young_modulus', "Young's modulus").replace('.', ' ')
     words = words.replace('_', ' ')
-    return words if math.isnan(value) else f'{words}, {value:.4g} {unit}'.rstrip()
+    return words if math.isnan(value) else f'{words}, {typeset(f"{value:.4g} {unit}")}'.rstrip()
 
 
 def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,
@@ -154,10 +156,11 @@ def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingP
             axes.plot(angles, np.append(mode.over_angle, mode.over_angle[0]), style, color=grey,
                       marker=marker, markersize=6, linewidth=2.0,
                       label=f'mode {mode.identity}, {mode.frequency_hz:.0f} Hz: mean '
-                      f'{np.nanmean(mode.over_angle):+.1f}, without masses {mode.without:+.1f}')
+                      + typeset(f'{np.nanmean(mode.over_angle):+.1f}, without masses '
+                                f'{mode.without:+.1f}'))
             axes.axhline(mode.without, linestyle=style, color=grey, linewidth=0.8)
         axes.axhline(0.0, color='0.0', linewidth=1.4)
-        axes.set(xlabel='angle of the masses to the middle of the pads  deg',
+        axes.set(xlabel='angle of the masses to the middle of the pads  °',
                  ylabel='growth rate  1/s  (thin: without masses)')
         axes.grid(color='0.9')
         axes.set_xlim(angles[0], angles[-1])

@@ -127,12 +127,12 @@ def _friction_curves(result: Verification, path: FigureTarget) -> None:
 
 def _map_slow(result: Verification, path: FigureTarget) -> None:
     plot_stability_map(result.records['figure 10'], path, title='As K09 fig. 10',
-                       highest_hz=_HIGHEST)
+                       highest_hz=_HIGHEST, paper=True)
 
 
 def _map_fast(result: Verification, path: FigureTarget) -> None:
     plot_stability_map(result.records['figure 13'], path, title='As K09 fig. 13',
-                       highest_hz=_HIGHEST)
+                       highest_hz=_HIGHEST, paper=True)
 
 
 def _loci_pads(result: Verification, path: FigureTarget) -> None:
@@ -159,14 +159,15 @@ def _loci_sums(result: Verification, path: FigureTarget) -> None:
 
 def _loci(result: Verification, name: str, numbers: Pair, path: FigureTarget, title: str) -> None:
     plot_loci(result.records[name], numbers, path, title=title,
-              without=result.records[f'{name}, no rotation'])
+              without=result.records[f'{name}, no rotation'], paper=True)
 
 
 def _growth_over_speed(result: Verification, path: FigureTarget) -> None:
     record = result.records['figure 15']
     found = {int(text.split('/')[0]) for text in np.unique(record.identities[
         (record.kinds == 'flutter') & (record.eigenvalues.real > _LEAST_GROWTH)]).tolist()}
-    plot_growth_rates(record, path, numbers=sorted(found), title='As K09 fig. 15: modes that grow '
+    plot_growth_rates(record, path, numbers=sorted(found), paper=True,
+                      title='As K09 fig. 15: modes that grow '
                       f'by more than {_LEAST_GROWTH:g} 1/s')
 
 

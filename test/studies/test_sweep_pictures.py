@@ -74,10 +74,12 @@ def test_a_map_hides_no_flutter_and_no_divergence(tmp_path: Path) -> None:
 def test_pictures_say_what_was_held(tmp_path: Path) -> None:
     """And nothing that goes without saying."""
     plain = conditions(sweep(PAIR, POINT, {'rotor_speed': [1.0, 2.0]}))
-    assert plain == 'µ = 0.1, p₀ = 1 bar'
+    assert plain == 'µ = 0.1, p₀ = 1 bar, contact stiffness 1e+10 N/m³'
     point = replace(POINT, friction_slope=-0.05, contact_stiffness=0.7e10)
     assert conditions(sweep(PAIR, point, {'rotor_speed': [1.0, 2.0]})) == (
-        'µ = 0.1, slope = -0.05 s/m, p₀ = 1 bar, stiffness 70%')
+        'µ = 0.1, slope = -0.05 s/m, p₀ = 1 bar, contact stiffness 7e+09 N/m³')
+    assert conditions(sweep(PAIR, point, {'rotor_speed': [1.0, 2.0]}), brief=True).endswith(
+        'p₀ = 1 bar, stiffness 70%')
     assert 'slope in proportion to µ' in conditions(sweep(PAIR, point, {'friction': [0.1, 0.2]}))
 
 
@@ -87,6 +89,7 @@ def test_map_of_growth(tmp_path: Path) -> None:
     assert 'ContourSet' in svg or 'PathCollection' in svg  # the line of zero growth
     for text in ('rotor speed  rad/s', 'friction coefficient', 'largest growth rate'):
         assert text in svg
+    assert 'p₀ = 1 bar, contact stiffness 1e+10 N/m³' in svg
     values['friction'] = [0.4, 0.6]  # all grow
     svg = drawn(tmp_path / 'b.svg', plot_growth_map, sweep(PAIR, POINT, values))
     assert 'ContourSet' not in svg
