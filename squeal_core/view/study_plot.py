@@ -193,8 +193,8 @@ def _matrix(figure: Any, study: Study, shown: _Shown) -> None:
             _labels(panel, study, names, row, column)
     figure.colorbar(shades[True], ax=panels, pad=0.01, aspect=45, location='right',
                     extend='min' if shown.level is not None else 'neither',
-                    label=f'below the diagonal: {shown.label},\n{shown.worst_in_words} over all '
-                    f'other parameters\n{_legend(study, shown)}'.strip())
+                    label=f'below the diagonal:\n{shown.label},\n{shown.worst_in_words} over '
+                    f'all others\n{_legend(study, shown)}'.strip())
     figure.colorbar(shades[False], ax=panels, pad=0.01, aspect=45, location='bottom',
                     label=f'on and above the diagonal: {share.label}, over all other parameters')
 
