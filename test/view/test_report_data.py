@@ -20,10 +20,12 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import binomtest
+from squeal_core.monitor.fleet_files import FleetBrake
 from squeal_core.monitor.history import HistoryError, read_rows
 from squeal_core.monitor.history_columns import read_blocks
 from squeal_core.view.report.application_shares import difference, exceedance, shares, wilson
 from squeal_core.view.report.envelope import CURVES, MOST_POINTS, StretchEnvelope
+from squeal_core.view.report.fleet_groups import Group
 from squeal_core.view.report.tick_stream import Ticks
 from support.drive_results import SyntheticDrive
 from support.rows import each
@@ -115,3 +117,12 @@ def test_shares_of_classes() -> None:
     assert found.share.tolist() == [0.5, 1.0]
     level, share = exceedance([3.0, np.nan, 1.0])
     assert (level.tolist(), share.tolist()) == ([1.0, 3.0], [1.0, 0.5])
+
+
+def test_a_risk_that_is_not_known_hides_no_larger_one() -> None:
+    """Whichever recording of a group comes first."""
+    for risks in ((0.2, 0.5, np.nan), (np.nan, 0.5, 0.2)):
+        group = Group()
+        for risk in risks:
+            group.add(FleetBrake('fl', 1.0, 1.0, 1.0, 1, 1, 0, 0, risk))
+        assert group.peak_risk == 0.5

@@ -16,7 +16,6 @@
 """Figures of the page of a fleet: shares by group, and the map of operating regions."""
 
 from collections.abc import Mapping, Sequence
-import math
 
 import numpy as np
 from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, RISKS, STYLES, Trace
@@ -134,5 +133,4 @@ def region_words(at: Region) -> tuple[str, str]:
 def known_regions(regions: Mapping[Region, Group]) -> list[tuple[Region, Group]]:
     """Return regions with predicted squeal: those with most of it first."""
     found = [(at, one) for at, one in regions.items() if one.alarms]
-    return sorted(found, key=lambda item: (-item[1].alarms, *(-value if math.isfinite(
-        value) else math.inf for value in item[1].rank)))
+    return sorted(found, key=lambda item: (item[1].alarms, *item[1].rank), reverse=True)

@@ -20,8 +20,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 import math
+from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.fleet_files import FleetBrake, FleetFolder, FleetLabel, FleetRecording
 from squeal_core.view.report.application_shares import wilson
@@ -46,8 +48,6 @@ class Group:
     applications, known, alarms : int
         Brake applications, those of which squeal or silence is known, those with predicted squeal.
     peak_risk : float
-    order : float
-        By which groups of a condition are sorted.
 
     """
 
@@ -58,7 +58,6 @@ class Group:
     known: int = 0
     alarms: int = 0
     peak_risk: float = math.nan
-    order: float = 0.0
 
     def add(self, one: FleetRecording | FleetBrake) -> None:
         """Take a recording, or a brake of one."""
@@ -68,8 +67,11 @@ class Group:
         self.applications += one.applications
         self.known += one.applications_known
         self.alarms += one.applications_with_alarm
-        if not self.peak_risk >= one.peak_risk:
-            self.peak_risk = one.peak_risk
+        self.raise_to(one.peak_risk)
+
+    def raise_to(self, risk: float) -> None:
+        """Take a risk that may be the largest; one that is not known is none."""
+        self.peak_risk = float(np.fmax(self.peak_risk, risk))
 
     @property
     def unknown_share(self) -> float:
@@ -160,18 +162,12 @@ def _classes(rows: Sequence[Row], value: Callable[[FleetLabel], float],
              step_of: Callable[[float], float],
              name: Callable[[float, float], str]) -> dict[str, Group]:
     """Return recordings by classes of a value, in its order; empty where it is never known."""
-    known = [(value(label), record) for label, record in rows if not math.isnan(value(label))]
+    known = sorted(((at, record) for label, record in rows if not math.isnan(at := value(label))),
+                   key=itemgetter(0))
     if not known:
         return {}
-    values = [one for one, _ in known]
-    step = step_of(max(values) - min(values))
-    groups: dict[str, Group] = {}
-    for at in sorted({math.floor(one / step) for one in values}):
-        group = groups.setdefault(name(at * step, step), Group(order=at * step))
-        for one, record in known:
-            if math.floor(one / step) == at:
-                group.add(record)
-    return groups
+    step = step_of(known[-1][0] - known[0][0])
+    return _grouped((name(math.floor(at / step) * step, step), record) for at, record in known)
 
 
 def _mileage_step(span: float) -> float:
@@ -210,6 +206,5 @@ def _regions(applications: Iterable[ApplicationRecord]) -> dict[Region, Group]:
             group.applications += 1
             group.known += one.alarm is not None
             group.alarms += bool(one.alarm)
-            if not group.peak_risk >= one.peak_risk:
-                group.peak_risk = one.peak_risk
+            group.raise_to(one.peak_risk)
     return dict(groups)
