@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from squeal_core.common.wording import counted
 from squeal_core.view.report.fleet_charts import known_regions, region_words
 from squeal_core.view.report.fleet_groups import FleetData, Group, Row
 from squeal_core.view.report.known import short_hash
@@ -57,8 +58,8 @@ def known_section(data: FleetData) -> Iterator[Markup]:
 def _headline(data: FleetData) -> str:
     total = data.total
     vehicles = len([name for name in data.vehicles if name])
-    where = (f'{total.recordings} recording{"s" * (total.recordings != 1)}'
-             + (f' of {vehicles} vehicle{"s" * (vehicles != 1)}' if vehicles else '')
+    where = (counted(total.recordings, 'recording')
+             + (f' of {counted(vehicles, "vehicle")}' if vehicles else '')
              + f', {duration(sum(one.duration_s for _, one in data.recordings))}')
     if not total.braking_s:
         return f'No braking in {where}, so there is nothing to assess.'

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from squeal_core.common.wording import counted
 from squeal_core.monitor.result_files import ReplayResult
 from squeal_core.view.report.markup import Content, element, Markup, table
 from squeal_core.view.report.runs import end_of, Run, start_of
@@ -34,7 +35,7 @@ def known_section(run: Run) -> list[Markup]:
 
 def _headline(run: Run) -> str:
     braking, count = run.total('braking_s'), len(run.results)
-    where = f'{count} recording{"s" * (count != 1)}, {duration(sum(map(_length, run.results)))}'
+    where = f'{counted(count, "recording")}, {duration(sum(map(_length, run.results)))}'
     if not braking:
         return f'No braking in {where}, so there is nothing to assess.'
     never = sorted({brake for one in run.results

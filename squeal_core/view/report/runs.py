@@ -23,7 +23,8 @@ from typing import Any, NamedTuple
 
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.result_files import find_results, ReplayResult, ResultError
+from squeal_core.monitor.record_tables import ResultError
+from squeal_core.monitor.result_files import find_results, ReplayResult
 
 MOST_RUNS = 6
 _OF_REPORT = ('braking_s', 'assessed_s', 'risk_known_s', 'never_known', 'brakes', 'findings',

@@ -21,6 +21,7 @@ import math
 from typing import Any
 
 import numpy as np
+from squeal_core.common.wording import counted
 from squeal_core.view.report.application_shares import difference, wilson
 from squeal_core.view.report.charts import DECIBELS, KELVIN
 from squeal_core.view.report.markup import Content, element, Markup, table
@@ -79,7 +80,7 @@ def _worst_events(run: Run) -> Iterator[Markup]:
     yield table([name for name, _ in columns],
                 [[words(run, at) for _, words in columns] for at in run.events[:_WORST_EVENTS]],
                 numbers_from=3 if several else 2,
-                caption=f'Worst of {count} predicted squeal event{"s" * (count != 1)}, by risk')
+                caption=f'Worst of {counted(count, "predicted squeal event")}, by risk')
 
 
 _EVENT: tuple[tuple[str, Callable[[Run, Located], str]], ...] = (
