@@ -17,6 +17,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 import csv
+from itertools import islice
 import math
 from pathlib import Path
 from typing import Any, get_type_hints, Self, TypeVar
@@ -129,7 +130,6 @@ def read_joined(path: str | Path, kinds: Sequence[Any], *,
                 except ValueError as error:
                     raise ResultError(f'{path}, line {reader.line_num}', str(error),
                                       REMEDY) from None
-                yield tuple(kind._make(value for _, value in zip(
-                    kind._fields, values, strict=False)) for kind in kinds)
+                yield tuple(kind._make(islice(values, len(kind._fields))) for kind in kinds)
     except (UnicodeDecodeError, csv.Error) as error:
         raise ResultError(path, f'cannot be read ({error})', REMEDY) from None

@@ -31,16 +31,12 @@ from squeal_core.common.partial_files import PARTIAL, REPLACED
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history import AssessmentRecord, read_rows
 from squeal_core.monitor.history_columns import HistoryBlock, read_blocks
-from squeal_core.monitor.record_tables import read_records, REMEDY, ResultError, write_records
+from squeal_core.monitor.record_tables import MAX_BYTES, read_records, REMEDY, ResultError
 from squeal_core.monitor.squeal_events import SquealEvent
 
 FORMAT = 1
 TableFormat: TypeAlias = Literal['csv', 'parquet']
 SUMMARY = 'summary.json'
-_MAX_BYTES = 200_000_000
-
-__all__ = ['find_results', 'FORMAT', 'ReplayResult', 'ResultError', 'ResultPaths', 'SUMMARY',
-           'TableFormat', 'write_records']
 
 
 class ResultPaths(NamedTuple):
@@ -176,7 +172,7 @@ def find_results(paths: Sequence[str | Path]) -> list[Path]:
 
 def _read_summary(path: Path) -> dict[str, Any]:
     try:
-        summary = json.loads(read_text_bounded(path, _MAX_BYTES, ResultError))
+        summary = json.loads(read_text_bounded(path, MAX_BYTES, ResultError))
     except (ValueError, RecursionError) as error:
         raise ResultError(path, f'is no JSON ({error})', REMEDY) from None
     if not isinstance(summary, dict) or summary.get('format') != FORMAT:

@@ -27,7 +27,8 @@ from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_core.monitor.history import AssessmentRecord, CsvWriter
-from squeal_core.monitor.result_files import FORMAT, ResultPaths, TableFormat, write_records
+from squeal_core.monitor.record_tables import write_records
+from squeal_core.monitor.result_files import FORMAT, ResultPaths, TableFormat
 from squeal_core.monitor.result_summary import file_hash, sources_of
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.squeal_events import SquealEvent

@@ -29,11 +29,8 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_core.common.partial_files import PARTIAL  # noqa: E402
-from squeal_core.monitor.result_files import (  # noqa: E402
-    find_results,
-    ReplayResult,
-    ResultError,
-)
+from squeal_core.monitor.record_tables import ResultError  # noqa: E402
+from squeal_core.monitor.result_files import find_results, ReplayResult  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.recordings.batch_progress import BatchProgress  # noqa: E402
 from squeal_ros.recordings.replay_batch import plan_batch  # noqa: E402
