@@ -119,14 +119,14 @@ class FleetRun:
             if isinstance(found, Exception):
                 self._errors[name] = _words(self.paths[name], found)
             else:
-                self._digests[name] = found.sha256
+                self._digests[name] = found
             self.show('read', [name])
 
     def _evaluate(self, engine: FleetEngine) -> None:
         names: dict[str, list[str]] = {}
         for name, path in self.paths.items():
             if digest := self._digests.get(name):
-                key = content_key(self.task.of(path), path, digest, self.files)
+                key = content_key(self.task, path, digest, self.files)
                 names.setdefault(key, []).append(name)
                 self._keys[name] = key
         expected, packed = self._expected(), pickle.dumps(self.task)

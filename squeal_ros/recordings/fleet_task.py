@@ -40,7 +40,7 @@ class FleetError(LocatedError):
 
 
 class Evaluated(NamedTuple):
-    """What a worker returns: a path and its SHA-256, or the error; whether it wrote the path."""
+    """What became of a recording: its result and SHA-256, or the error; whether written now."""
 
     path: str
     sha256: str
@@ -48,9 +48,9 @@ class Evaluated(NamedTuple):
     written: bool = False
 
 
-def recording_digest(path: str) -> Evaluated:
+def recording_digest(path: str) -> str:
     """Return the SHA-256 of a recording."""
-    return Evaluated(path, file_hash(path)[0])
+    return file_hash(path)[0]
 
 
 def evaluate_recording(packed: bytes, path: str, target: str, expected: str) -> Evaluated:
