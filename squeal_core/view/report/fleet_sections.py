@@ -25,6 +25,7 @@ from squeal_core.view.report.fleet_charts import known_regions, region_words
 from squeal_core.view.report.fleet_groups import FleetData, Group, Row
 from squeal_core.view.report.known import short_hash
 from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.summary import share_words
 from squeal_core.view.report.words import DASH, duration, number, percent
 
 MOST_ROWS = 50  # of a table; the CSV files have all
@@ -159,10 +160,8 @@ def _figures(one: Group) -> list[Content]:
 
 
 def _shares(one: Group) -> list[Content]:
-    share, low, high = (100.0 * value for value in one.share)
     return [str(one.applications), str(one.known), str(one.alarms) if one.known else DASH,
-            f'{share:.1f} % ({low:.0f} to {high:.0f} %)' if one.known else 'not known',
-            number(one.peak_risk, '.2f')]
+            share_words(one.alarms, one.known), number(one.peak_risk, '.2f')]
 
 
 def region_table(data: FleetData) -> Iterator[Markup]:

@@ -43,7 +43,8 @@ def _share(run: Run, brake: str = '') -> tuple[int, int]:
     return sum(bool(one.alarm) for one in known), len(known)
 
 
-def _share_words(hits: int, known: int) -> str:
+def share_words(hits: int, known: int) -> str:
+    """Return the share of applications with predicted squeal, with its 95 % interval."""
     if not known:
         return 'not known'
     share, low, high = (float(value) for value in wilson(hits, known))
@@ -56,7 +57,7 @@ def _applications(run: Run) -> Markup:
         hits, known = _share(run, brake)
         risks = [one.peak_risk for one in own if math.isfinite(one.peak_risk)]
         return [name, str(len(own)), str(known), str(hits) if known else DASH,
-                _share_words(hits, known), number(max(risks, default=math.nan), '.2f'),
+                share_words(hits, known), number(max(risks, default=math.nan), '.2f'),
                 number(float(np.median(risks)) if risks else math.nan, '.2f')]
 
     return table(
@@ -136,8 +137,8 @@ def _median_frequency(run: Run) -> float:
 def _figures(runs: Sequence[Run]) -> Markup:
     first, *others = runs
     rows: list[list[Content]] = [[
-        'applications with predicted squeal', _share_words(*_share(first)),
-        *(cell for run in others for cell in (_share_words(*_share(run)), _change(first, run)))]]
+        'applications with predicted squeal', share_words(*_share(first)),
+        *(cell for run in others for cell in (share_words(*_share(run)), _change(first, run)))]]
     for name, value, words in _FIGURES:
         own = value(first)
         rows.append([name, words(own), *(cell for run in others for cell in (
