@@ -38,10 +38,9 @@ except ImportError as error:
 
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.common.worker_processes import no_interrupts
-from squeal_ros.recordings.fleet_scheduler import answers, silence
+from squeal_ros.recordings.fleet_scheduler import answers, silence, TICK
 from squeal_ros.recordings.fleet_task import FleetError
 
-_TICK = 0.25  # s, between looks at the progress
 _PROBE = 5.0  # s without a result, after which the scheduler is asked whether it is there
 _WINDOW = 1_000  # jobs that the scheduler has at once
 _CLOSING = 10.0  # s
@@ -74,7 +73,8 @@ class FleetEngine:
 
     def __init__(self, address: str = '', *, workers: int = 1, retries: int = 3,
                  timeout: float = 60.0, stall: float = 7200.0) -> None:
-        self.address, self._workers = address, workers
+        self._address, self._workers = address, workers
+        self._where = f'the scheduler {address}' if address else 'the local cluster'
         self._retries, self._stall = retries, stall
         self._timeout = timeout if address else max(timeout, _STARTING)
         self._cluster: Any = None
@@ -89,20 +89,9 @@ class FleetEngine:
                          'distributed.deploy.lost-worker-timeout': f'{_STARTING:.0f}s',
                          'distributed.comm.timeouts.connect': self._timeout})
         try:
-            if not self.address:
-                resource_tracker.ensure_running()  # which lets interrupts through as it starts
-                with no_interrupts():  # Ctrl-C is for this process alone
-                    self._cluster = LocalCluster(
-                        n_workers=self._workers, threads_per_worker=1, processes=True,
-                        silence_logs=logging.CRITICAL, scheduler_kwargs={
-                            'dashboard': False, 'dashboard_address': '127.0.0.1:0'})
+            if not self._address:
+                self._start()
             self._connect()
-        except (OSError, ValueError, ImportError, RuntimeError) as error:
-            self._close()
-            if isinstance(error, FleetLost):
-                raise
-            raise FleetLost(f'{self._workers} worker processes', 'could not be started '
-                            f'({in_one_line(error, 120)})', 'give fewer --workers') from None
         except BaseException:
             self._close()
             raise
@@ -118,22 +107,35 @@ class FleetEngine:
             if one is not None:
                 with suppress(Exception):  # it is not to hide what went before
                     one.close(timeout=_CLOSING)
-        if not self.address:
+        if not self._address:
             for process in multiprocessing.active_children():
                 if process.name.startswith(_OWN):
                     process.kill()
         self._client = self._cluster = None
 
+    def _start(self) -> None:
+        """Start a cluster of processes on this machine."""
+        try:
+            resource_tracker.ensure_running()  # which lets interrupts through as it starts
+            with no_interrupts():  # Ctrl-C is for this process alone
+                self._cluster = LocalCluster(
+                    n_workers=self._workers, threads_per_worker=1, processes=True,
+                    silence_logs=logging.CRITICAL, scheduler_kwargs={
+                        'dashboard': False, 'dashboard_address': '127.0.0.1:0'})
+        except (OSError, ValueError, ImportError, RuntimeError) as error:
+            raise FleetLost(f'{self._workers} worker processes', 'could not be started '
+                            f'({in_one_line(error, 120)})', 'give fewer --workers') from None
+
     def _connect(self, going_on: Callable[[], bool] = lambda: True) -> bool:
         """Connect to the scheduler; return whether that was before the work was stopped."""
         try:
-            if self.address and not answers(self.address, self._timeout, going_on):
+            if self._address and not answers(self._address, self._timeout, going_on):
                 return False
-            self._client = Client(self._cluster or self.address, timeout=self._timeout,
+            self._client = Client(self._cluster or self._address, timeout=self._timeout,
                                   set_as_default=False)
-        except (OSError, ValueError, ImportError) as error:  # no answer, or no address
+        except (OSError, ValueError, ImportError, RuntimeError) as error:  # or no address
             raise FleetLost(
-                f'the scheduler {self.address}', f'cannot be reached within {self._timeout:g} s '
+                self._where, f'cannot be reached within {self._timeout:g} s '
                 f'({in_one_line(error, 120)})', 'check --scheduler, and that `dask scheduler` '
                 'runs there') from None
         return True
@@ -168,10 +170,10 @@ class FleetEngine:
                 if not self._connect(going_on):
                     return
             run = _Attempt(self._client, function, left, self._retries, going_on)
-            yield from run.results(self._timeout, self._stall, self.address)
+            yield from run.results(_Guard(self._client, self._timeout, self._stall, self._where))
             if not left or run.stopped:
                 return
-        raise FleetLost(f'the scheduler {self.address}', f'was lost {self._retries + 1} times',
+        raise FleetLost(self._where, f'was lost {self._retries + 1} times',
                         'see its log, then run this again: what is finished is kept')
 
 
@@ -187,11 +189,9 @@ class _Attempt:
         self._running: dict[str, tuple[str, Future]] = {}
         self.stopped = False
 
-    def results(self, timeout: float, stall: float,
-                address: str) -> Iterator[tuple[str, Any]]:
+    def results(self, guard: '_Guard') -> Iterator[tuple[str, Any]]:
         """Yield as `FleetEngine.results` does, up to the end or the loss of the connection."""
         waiting, run = iter(list(self._left.items())), uuid.uuid4().hex[:8]
-        guard = _Guard(self._client, timeout, stall, address)
         try:
             while True:
                 for key, job in islice(waiting, _WINDOW - len(self._running)):
@@ -203,7 +203,7 @@ class _Attempt:
                     guard.check()
                 elif ended.status in ('cancelled', 'lost'):
                     return  # with the connection
-                elif found := self._taken(ended, timeout):
+                elif found := self._taken(ended, guard.timeout):
                     guard.ended()
                     yield found
                 self.stopped = not self._going_on()
@@ -223,7 +223,7 @@ class _Attempt:
 
     def _next(self) -> Any:
         try:
-            return self._done.get(timeout=_TICK)
+            return self._done.get(timeout=TICK)
         except queue.Empty:
             return None
 
@@ -264,9 +264,8 @@ def _of_job(error: Exception) -> Exception:
 class _Guard:
     """Raises where a scheduler hangs, has no worker, or ends no job for too long."""
 
-    def __init__(self, client: Any, timeout: float, stall: float, address: str) -> None:
-        self._client, self._timeout, self._stall = client, timeout, stall
-        self._where = f'the scheduler {address}' if address else 'the local cluster'
+    def __init__(self, client: Any, timeout: float, stall: float, where: str) -> None:
+        self._client, self.timeout, self._stall, self._where = client, timeout, stall, where
         self.ended()
 
     def ended(self) -> None:
@@ -276,20 +275,20 @@ class _Guard:
     def check(self) -> None:
         """Ask the scheduler how it is, now and then."""
         now = time.monotonic()
-        if now - self._probed < min(_PROBE, self._timeout):
+        if now - self._probed < min(_PROBE, self.timeout):
             return
         try:
             workers = self._client.sync(self._client.scheduler.ncores,
-                                        callback_timeout=self._timeout)
+                                        callback_timeout=self.timeout)
         except TimeoutError:
-            raise self._lost(f'has not answered for {self._timeout:g} s') from None
+            raise self._lost(f'has not answered for {self.timeout:g} s') from None
         except OSError:
             return  # the connection is lost: all jobs are cancelled then
         self._probed = time.monotonic()
         if workers:
             self._with_workers = self._probed
-        elif self._probed - self._with_workers > self._timeout:
-            raise self._lost(f'has had no worker for {self._timeout:g} s')
+        elif self._probed - self._with_workers > self.timeout:
+            raise self._lost(f'has had no worker for {self.timeout:g} s')
         if self._probed - self._last > self._stall:
             raise self._lost(f'has ended no recording for {self._stall:g} s')
 

@@ -22,7 +22,7 @@ import logging
 from distributed.comm import connect
 from distributed.security import Security
 
-_TICK = 0.25  # s, between looks at whether to go on
+TICK = 0.25  # s, between looks at whether to go on
 
 
 def answers(address: str, timeout: float, going_on: Callable[[], bool]) -> bool:
@@ -54,7 +54,7 @@ async def _answers(address: str, timeout: float, going_on: Callable[[], bool]) -
         async with asyncio.timeout(timeout):
             hands = asyncio.create_task(connect(
                 address, timeout=timeout, **Security().get_connection_args('client')))
-            while not (await asyncio.wait([hands], timeout=_TICK))[0]:
+            while not (await asyncio.wait([hands], timeout=TICK))[0]:
                 if not going_on():
                     hands.cancel()
                     return False
