@@ -87,7 +87,7 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
         raise OperatingPointError(f'no point of {len(points or ())} lies in the envelope '
                                   f'{domain}; give a wider one')
     begun = time.monotonic()
-    leaves = checkpoint.read(len(jobs)) if checkpoint else {}
+    leaves = checkpoint.read(jobs) if checkpoint else {}
     about = {'build_seconds': 0.0, 'workers': workers, 'kept_rows': len(leaves)}
     if leaves:
         progress(len(leaves), len(jobs))
