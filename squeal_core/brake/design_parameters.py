@@ -12,10 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The numbers of a brake description that a study may vary, by their path in the YAML."""
+"""The numbers of a brake description, by their path in the YAML: found, read and changed."""
 
-from collections.abc import Iterator, Mapping
-from copy import deepcopy
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,30 +50,45 @@ class DesignParameter:
 
 
 def design_parameters(content: Mapping[str, Any]) -> tuple[DesignParameter, ...]:
-    """Return the numbers of a description that are not zero, in its order."""
-    return tuple(_numbers(content, ''))
-
-
-def _numbers(content: Mapping[str, Any], before: str) -> Iterator[DesignParameter]:
-    from_file = 'modes_from' in content
-    for key, item in content.items():
-        suffix = unit_suffix(key)
-        name, unit = key.removesuffix(f'_{suffix}'), SYMBOLS.get(suffix, suffix)
-        # what a file holds of a part does not change with its density or thickness
-        if name in _LEFT_OUT or (from_file and name not in ('support', 'shim')):
-            continue
-        if isinstance(item, Mapping) and 'value' in item:
-            item = item['value']
-        if isinstance(item, Mapping):
-            yield from _numbers(item, f'{before}{key}.')
-            continue
-        first = item[0] if isinstance(item, list) and item else item
-        try:  # YAML 1.1 reads 1e9 as a text
-            value = 0.0 if isinstance(first, bool) else float(first)
-        except (TypeError, ValueError):
-            continue
+    """Return the numbers of a description that a study may vary and are not 0, in its order."""
+    found = []
+    for path, item in leaves(content, _is_design):
+        value = _number(item[0] if isinstance(item, list) and item else item)
         if value:
-            yield DesignParameter(f'{before}{key}', value, unit)
+            suffix = unit_suffix(path)
+            found.append(DesignParameter(path, value, SYMBOLS.get(suffix, suffix)))
+    return tuple(found)
+
+
+def number_paths(content: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the paths of all single numbers of a description."""
+    return tuple(path for path, item in leaves(content) if _number(item) is not None)
+
+
+def leaves(content: Mapping[str, Any],
+           wanted: Callable[[Mapping[str, Any], str], bool] = lambda *_: True,
+           before: str = '') -> Iterator[tuple[str, Any]]:
+    """Yield what is no section by its path; of a mapping with a 'value' that one."""
+    for key, item in content.items() if isinstance(content, Mapping) else ():
+        if not wanted(content, key):
+            continue
+        if isinstance(item, Mapping) and 'value' not in item:
+            yield from leaves(item, wanted, f'{before}{key}.')
+        else:
+            yield f'{before}{key}', item['value'] if isinstance(item, Mapping) else item
+
+
+def _is_design(section: Mapping[str, Any], key: str) -> bool:
+    name = key.removesuffix(f'_{unit_suffix(key)}')
+    # what a file holds of a part does not change with its density or thickness
+    return name not in _LEFT_OUT and ('modes_from' not in section or name in ('support', 'shim'))
+
+
+def _number(value: Any) -> float | None:
+    try:  # YAML 1.1 reads 1e9 as a text
+        return None if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError):
+        return None
 
 
 def unit_suffix(path: str) -> str:
@@ -82,15 +96,30 @@ def unit_suffix(path: str) -> str:
     return next((suffix for suffix in _SUFFIXES if path.endswith(f'_{suffix}')), '')
 
 
+def with_number(content: Mapping[str, Any], path: str, value: float) -> dict[str, Any]:
+    """Return a copy of a description with another number at a path."""
+    return _changed(content, path, lambda _: value)
+
+
 def scaled(content: Mapping[str, Any], path: str, factor: float) -> dict[str, Any]:
     """Return a copy of a description with the number, or the list, at a path multiplied."""
-    copy: dict[str, Any] = deepcopy(dict(content))
-    keys, place = path.split('.'), copy
-    for key in keys[:-1]:
-        place = place[key]
-    found = place[keys[-1]]
-    if isinstance(found, Mapping):
-        place, keys, found = place[keys[-1]], ['value'], found['value']
-    place[keys[-1]] = ([factor * float(one) for one in found] if isinstance(found, list)
-                       else factor * float(found))
+    return _changed(content, path, lambda found: [factor * float(one) for one in found]
+                    if isinstance(found, list) else factor * float(found))
+
+
+def _changed(content: Mapping[str, Any], path: str,
+             change: Callable[[Any], Any]) -> dict[str, Any]:
+    place = copy = _copied(content)
+    *sections, last = path.split('.')
+    for section in sections:
+        place = place[section]
+    if isinstance(place[last], Mapping):
+        place, last = place[last], 'value'
+    place[last] = change(place[last])
     return copy
+
+
+def _copied(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy with sections of its own, also where two of them are one object."""
+    return {key: _copied(item) if isinstance(item, Mapping) else item
+            for key, item in content.items()}

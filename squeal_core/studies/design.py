@@ -14,7 +14,7 @@
 
 """Parameters of a brake description by their path in its YAML, and the brakes that they make."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 import hashlib
@@ -25,6 +25,7 @@ from typing import Any
 from squeal_core.assembly.build import build_model
 from squeal_core.assembly.parts import PartCache
 from squeal_core.brake.brake_yaml import parse_brake
+from squeal_core.brake.design_parameters import leaves, number_paths, with_number
 from squeal_core.brake.dimensions import Brake
 from squeal_core.common.errors import BrakeDescriptionError, did_you_mean, short_repr, SquealError
 from squeal_core.common.ranges import Warn, warn_implausible
@@ -68,7 +69,7 @@ class BrakeDesign:
     @cached_property
     def numbers(self) -> tuple[str, ...]:
         """Return the paths of all numbers, as `disc.rotor_thickness_mm`."""
-        return tuple(_numbers(self.content, ''))
+        return number_paths(self.content)
 
     def check(self, path: str) -> None:
         """
@@ -108,33 +109,26 @@ class BrakeDesign:
             For a brake that there cannot be.
 
         """
-        content: dict[str, Any] = _copied(self.content)
+        content = self.content
         for path, value in sorted(values.items(), key=lambda item: item[0] not in self.numbers):
             self.check(path)
-            sections = path.split('.')
             if _pad_of(content, path) != path:
-                content['pads'] = {side: _copied(content['pads']) for side in _SIDES}
-            place = content
-            for section in sections[:-1]:
-                place = place[section]
-            old = place[sections[-1]]
-            number = int(value) if sections[0] == 'modes' and value == int(value) else value
-            place[sections[-1]] = {**old, 'value': number} if isinstance(old, Mapping) else number
+                content = {**content, 'pads': dict.fromkeys(_SIDES, content['pads'])}
+            whole = path.startswith('modes.') and value == int(value)
+            content = with_number(content, path, int(value) if whole else value)
         return parse_brake(content, where=self.where, folder=self.folder, warn=warn)
 
     def file_hashes(self) -> dict[str, str]:
         """Return SHA-256 of the files of modal results that the description names."""
-        names = sorted(_files(self.content))
+        names = sorted(str(item) for path, item in leaves(self.content)
+                       if path.endswith('.file'))
         return {name: hashlib.sha256((self.folder / name).read_bytes()).hexdigest()
                 for name in names if (self.folder / name).is_file()}
 
     def number(self, path: str) -> float:
         """Return the number at a path."""
         self.check(path)
-        place: Any = self.content
-        for section in _pad_of(self.content, path).split('.'):
-            place = place[section]
-        return float(place['value'] if isinstance(place, Mapping) else place)
+        return float(dict(leaves(self.content))[_pad_of(self.content, path)])
 
 
 class DesignModels:
@@ -199,35 +193,3 @@ def _pad_of(content: Mapping[str, Any], path: str) -> str:
             isinstance(pads, Mapping) and not {*_SIDES} & {*pads}):
         return '.'.join(['pads', *sections[2:]])
     return path
-
-
-def _numbers(content: Any, prefix: str) -> list[str]:
-    found = []
-    for key, value in content.items() if isinstance(content, Mapping) else ():
-        if isinstance(value, Mapping) and 'value' not in value:
-            found += _numbers(value, f'{prefix}{key}.')
-        elif _is_number(value.get('value') if isinstance(value, Mapping) else value):
-            found.append(f'{prefix}{key}')
-    return found
-
-
-def _files(content: Any) -> Iterator[str]:
-    for key, value in content.items() if isinstance(content, Mapping) else ():
-        if key == 'file' and isinstance(value, str):
-            yield value
-        yield from _files(value)
-
-
-def _is_number(value: Any) -> bool:
-    if isinstance(value, str):  # YAML 1.1 reads 1e9 as a text
-        try:
-            float(value)
-        except ValueError:
-            return False
-        return True
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _copied(value: Any) -> Any:
-    return {key: _copied(one) for key, one in value.items()} if isinstance(value, Mapping) else (
-        value)
