@@ -14,7 +14,8 @@
 
 """One error class an area; each says in one line what, which value, where, and the remedy."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 import difflib
 import reprlib
 from typing import Any
@@ -63,6 +64,28 @@ class SquealError(ValueError):
 
     def __init__(self, text: str) -> None:
         super().__init__(in_one_line(text))
+
+
+@contextmanager
+def solver_errors(what: str, remedy: str = '') -> Iterator[None]:
+    """
+    Raise whatever solvers say of one brake, as of a mesh that is none, as a SquealError.
+
+    Parameters
+    ----------
+    what : str
+        What failed; the solver's words follow it.
+    remedy : str
+        What to do.
+
+    """
+    try:
+        yield
+    except (SquealError, ImportError, MemoryError):
+        raise
+    except Exception as error:
+        raise SquealError(f'{what} ({type(error).__name__}: {str(error)[:120]})'
+                          + (remedy and f'; {remedy}')) from error
 
 
 class LocatedError(SquealError):

@@ -27,7 +27,12 @@ from squeal_core.assembly.parts import PartCache
 from squeal_core.brake.brake_yaml import parse_brake
 from squeal_core.brake.design_parameters import leaves, number_paths, with_number
 from squeal_core.brake.dimensions import Brake
-from squeal_core.common.errors import BrakeDescriptionError, did_you_mean, short_repr, SquealError
+from squeal_core.common.errors import (
+    BrakeDescriptionError,
+    did_you_mean,
+    short_repr,
+    solver_errors,
+)
 from squeal_core.common.ranges import Warn, warn_implausible
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.model.brake_model import BrakeModel
@@ -166,14 +171,8 @@ class DesignModels:
 
     def _built(self, values: Mapping[str, float]) -> BrakeModel:
         brake = self.design.brake(values, warn=lambda _: None)
-        try:
+        with solver_errors(f'{self.design.where}: no model can be built', 'check the dimensions'):
             return build_model(brake, parts=self._parts, **self.design.settings)
-        except (SquealError, ImportError, MemoryError):
-            raise
-        except Exception as error:  # what solvers say of a mesh that is none
-            raise SquealError(f'{self.design.where}: no model can be built '
-                              f'({type(error).__name__}: {str(error)[:120]}); check the dimensions'
-                              ) from error
 
     def solve_part(self, values: Mapping[str, float], part: str) -> None:
         """Have the 'disc' or the 'pads' of a brake solved and kept in the cache."""

@@ -27,7 +27,7 @@ from typing import Protocol
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
-from squeal_core.common.errors import in_one_line, OperatingPointError, SquealError
+from squeal_core.common.errors import OperatingPointError, solver_errors, SquealError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
@@ -163,18 +163,14 @@ class SensitivityStudy:
             return Variant(models[factor], self.points[place](models[factor]))
 
         try:
-            effects = tuple(self._of_mode(place, parameter, partial(vary, place))
-                            for place in range(len(self.targets)))
-            risks = {id(braking): self._risk(place, partial(vary, place))
-                     for place, braking in enumerate(self.braking)
-                     if self.braking.index(braking) == place}
+            with solver_errors('cannot be computed'):
+                effects = tuple(self._of_mode(place, parameter, partial(vary, place))
+                                for place in range(len(self.targets)))
+                risks = {id(braking): self._risk(place, partial(vary, place))
+                         for place, braking in enumerate(self.braking)
+                         if self.braking.index(braking) == place}
         except SquealError as error:
             return ParameterEffect(parameter, reason=str(error))
-        except (ImportError, MemoryError):
-            raise
-        except Exception as error:  # what solvers say of one brake, as of a mesh that is none
-            return ParameterEffect(parameter, reason=in_one_line(
-                f'cannot be computed ({type(error).__name__}: {str(error)[:120]})'))
         return ParameterEffect(parameter, effects, tuple(
             risks[id(braking)] for braking in self.braking))
 
