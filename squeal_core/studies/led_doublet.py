@@ -48,7 +48,7 @@ def led_doublet(masses: SplitDoublet, point: OperatingPoint,
     lead = np.abs(mode_vectors(model, point, root).right).argmax()
     if lead not in ring.places:
         return None
-    order = (np.abs(ring.series)**2).sum(axis=1).argmax(axis=0)
+    order = ring.diameters
     frequencies = model.angular_frequencies
     own = int(order[ring.places == lead][0])
     pair = np.flatnonzero((order == own) & (

@@ -90,10 +90,14 @@ class DiscRing:
         return np.asarray(np.einsum('ak,kcd->acd', waves, self.series).real.reshape(
             3 * angles.size, -1))
 
+    @property
+    def diameters(self) -> IndexArray:
+        """Return the number of nodal diameters of each mode, (D,)."""
+        return np.asarray((np.abs(self.series)**2).sum(axis=1).argmax(axis=0))
+
     def doublet(self, model: BrakeModel, diameters: int) -> tuple[int, int]:
         """Return the places among the disc's modes of its lowest doublet of n diameters."""
-        power = (np.abs(self.series)**2).sum(axis=1)
-        order = power.argmax(axis=0)
+        order = self.diameters
         frequencies = model.angular_frequencies[self.places]
         own = np.flatnonzero(order == diameters).tolist()
         for first, second in zip(own, own[1:], strict=False):
@@ -188,9 +192,9 @@ class SplitDoublet:
     @property
     def frequencies_hz(self) -> tuple[float, float]:
         """Return the frequencies of the free disc's doublet with the masses, rising [Hz]."""
-        added = self._added(0.0)
-        squares, vectors = np.linalg.eigh(self._without_mass(added) @ np.diag(
-            self.model.angular_frequencies[self.ring.places]**2) @ self._without_mass(added))
+        basis = self._without_mass(self._added(0.0))
+        squares, vectors = np.linalg.eigh(
+            basis @ np.diag(self.model.angular_frequencies[self.ring.places]**2) @ basis)
         own = (vectors[list(self.doublet)]**2).sum(axis=0)
         first, second = np.sort(np.sqrt(squares[np.sort(own.argsort()[-2:])])) / math.tau
         return float(first), float(second)
