@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core.assembly.checks import Check, model_checks, refuse_wrong
-from squeal_core.assembly.parts import PartCache, rotor_thickness
+from squeal_core.assembly.parts import PartCache
 from squeal_core.brake.damping import ComponentDamping
 from squeal_core.brake.dimensions import Brake, Support
 from squeal_core.common.arrays import FloatArray
@@ -147,7 +147,7 @@ def _surface(brake: Brake, disc: ModalBasis,
     They are taken on the contact faces, which every source of modes covers, just inside the
     edges; the pads' are drawn at their backs.
     """
-    half, contact = 0.5 * rotor_thickness(brake), brake.contact
+    half, contact = 0.5 * brake.rotor_thickness, brake.contact
 
     def part(name: str, basis: ModalBasis, face: float, drawn: float,
              columns: int) -> tuple[Patch, SampledShapes, FloatArray]:
@@ -177,13 +177,13 @@ def _circle(brake: Brake, count: int = 128) -> Quadrature:
     angle = 2.0 * np.pi * np.arange(count) / count
     ones = np.ones(count)
     return Quadrature(brake.contact.mean_radius * ones, angle,
-                      0.5 * rotor_thickness(brake) * ones, ones)
+                      0.5 * brake.rotor_thickness * ones, ones)
 
 
 def contact_faces(brake: Brake, disc: ModalBasis, pads: tuple[ModalBasis, ModalBasis],
                   panels: tuple[int, int], points: int) -> tuple[operators.ContactFace, ...]:
     """Return the top and the bottom face, sampled on a planar mesh that pads and disc share."""
-    half = 0.5 * rotor_thickness(brake)
+    half = 0.5 * brake.rotor_thickness
     top, bottom = (sector_quadrature(brake.contact, z, panels=panels, points=points)
                    for z in (half, -half))
     first, second = pads
@@ -210,7 +210,7 @@ def _supports(brake: Brake, pads: tuple[ModalBasis, ModalBasis], disc_modes: int
               kind: str) -> FloatArray | None:
     """Return what holds the pads at their back faces, None where nothing does."""
     blocks = []
-    half = 0.5 * rotor_thickness(brake)
+    half = 0.5 * brake.rotor_thickness
     for side, pad, basis, support in zip((1.0, -1.0), brake.pads, pads, brake.supports,
                                          strict=True):
         if support == Support():

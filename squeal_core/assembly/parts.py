@@ -62,7 +62,7 @@ class PartCache:
         """Return the disc of a brake, on section elements of an order."""
         disc, count = brake.disc, brake.disc_modes
         if isinstance(disc, ModalResults):
-            half = 0.5 * rotor_thickness(brake)
+            half = 0.5 * brake.rotor_thickness
             return self._results(disc, count, brake, (half, -half))
         key = ('disc', disc, count, order)
 
@@ -76,7 +76,7 @@ class PartCache:
 
     def pads(self, brake: Brake, elements: tuple[int, int, int]) -> tuple[Component, Component]:
         """Return both pads of a brake, on so many elements in r, theta and z."""
-        half = 0.5 * rotor_thickness(brake)
+        half = 0.5 * brake.rotor_thickness
         first, second = brake.pads
         return (self._pad(first, brake, elements, half, half),
                 self._pad(second, brake, elements, -half, -half - second.thickness))
@@ -111,9 +111,7 @@ class PartCache:
         def integrate() -> FloatArray:
             return operators.gyroscopic(disc.basis.volume_layers(), disc.density)
 
-        own = disc.basis
-        return self._once(('gyroscopic', own.key), integrate) if isinstance(
-            own, _SampledOnce) else integrate()
+        return self._once(('gyroscopic', disc), integrate)
 
     def sampled(self, key: Hashable, compute: Callable[[], SampledShapes]) -> SampledShapes:
         """Return samples by their key."""
@@ -168,9 +166,3 @@ class _SampledOnce:
 
 def _size(samples: SampledShapes) -> int:
     return 6 * samples.normal.nbytes
-
-
-def rotor_thickness(brake: Brake) -> float:
-    """Return h [m]: the contact faces lie at z = +-h/2."""
-    disc = brake.disc
-    return disc.rotor_thickness if isinstance(disc, HatDisc) else disc.thickness

@@ -204,6 +204,12 @@ class Brake:
     sources: Mapping[str, str] = field(repr=False, compare=False, default_factory=dict)
 
     @property
+    def rotor_thickness(self) -> float:
+        """Return h [m]: the contact faces lie at z = +-h/2."""
+        disc = self.disc
+        return disc.rotor_thickness if isinstance(disc, HatDisc) else disc.thickness
+
+    @property
     def pad(self) -> Pad:
         """Return the pad, where both are alike and described by dimensions."""
         first, second = self.pads
