@@ -79,25 +79,23 @@ def worst_points(model: BrakeModel, rotor_speed: FloatArray, pressure: FloatArra
                           'another drive, or an operating point')
     solved = []
     for place, (speed, load, mu, share) in enumerate(cells):
-        mode = complex_modes(model, model.operating_point(
-            rotor_speed=speed, pressure=load, friction=mu)).worst_in(*band_hz)
+        point = model.operating_point(rotor_speed=speed, pressure=load, friction=mu)
+        mode = complex_modes(model, point).worst_in(*band_hz)
         if mode is not None:
-            solved.append((mode, speed, load, mu, share))
+            solved.append((mode, point, WorstPoint((), speed, load, mu, mode.growth_rate, share)))
         progress(place + 1, len(cells))
     solved.sort(key=lambda row: -row[0].growth_rate)
     found: list[WorstPoint] = []
     seen: list[float] = []
-    for mode, speed, load, mu, share in solved[:_MOST_CELLS]:
+    for mode, point, worst in solved:
         if len(found) == count or len(seen) == _MOST_TRACKED:
             break
         if any(math.isclose(mode.frequency_hz, other, rel_tol=2e-3) for other in seen):
             continue  # most likely the same mode, at a point next to its worst
         seen.append(mode.frequency_hz)
-        tracked = identify(model, model.operating_point(rotor_speed=speed, pressure=load,
-                                                        friction=mu))
-        numbers = tracked.identities[mode.index - 1].numbers
+        numbers = identify(model, point).identities[mode.index - 1].numbers
         if not any(set(numbers) & set(other.numbers) for other in found):
-            found.append(WorstPoint(numbers, speed, load, mu, mode.growth_rate, share))
+            found.append(worst._replace(numbers=numbers))
     return found
 
 

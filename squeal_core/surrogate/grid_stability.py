@@ -285,7 +285,3 @@ class _Grid:
 def _together(ends: FloatArray) -> float:
     """Return the last terms at a corner, by those at the ends of axes."""
     return float(np.sum(ends ** (1.0 / _DEGREE)) ** _DEGREE)
-
-
-def _longest(places: IndexArray) -> int:
-    return int(np.argmax(places.shape))
