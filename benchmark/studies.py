@@ -40,7 +40,7 @@ MILLION = {'friction': np.linspace(0.2, 0.6, 50), 'rotor_speed': np.linspace(2.0
 
 
 def million(boxes: int, name: str) -> None:
-    """Print the cost of a point, by local expansions, and of a full solution beside it."""
+    """Print the cost of a point by local expansions, and that of a full solution."""
     model = BrakeModel.load(name)
     spec = StudySpec(source=model, axes=MILLION, task=MapTask(),
                      options=PointOptions(rotor_speed=5.0, friction=0.4))
