@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 import json
 from pathlib import Path
-import time
 from typing import Any, NamedTuple
 
 from squeal_core.assembly.parts import PartCache
@@ -27,12 +26,10 @@ from squeal_core.brake.brake_yaml import read_brake
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
-from squeal_core.common.output import make_folder
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.drive_risk import drive_risk, DriveRisk
 from squeal_core.monitor.settings import load_settings
-from squeal_core.risk.emulator_builder import build_growth_emulator
-from squeal_core.risk.emulator_file import cached_emulator_path, find_emulator, write_emulator
+from squeal_core.risk.emulator_file import cached_emulator_path, find_emulator
 from squeal_core.studies.brake_comparison import (
     BrakeComparison,
     compare_brakes,
@@ -49,8 +46,9 @@ from squeal_core.surrogate.table_file import (
     read_table_header,
 )
 from squeal_ros.cli.arguments import check_output, check_workers, operating_point, shipped
-from squeal_ros.cli.console import plain, ProgressBar, report_progress, time_left, warn
+from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
 from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
+from squeal_ros.cli.growth_commands import build_emulator_file
 from squeal_ros.cli.mode_pictures import STILL
 from squeal_ros.cli.point_checks import check_band, check_point, check_values
 
@@ -153,25 +151,14 @@ def _risks(given: Sequence[Given], options: argparse.Namespace) -> list[DriveRis
             lacks = 'caliper' if one.model.caliper is None else 'friction table over temperature'
             found.append(DriveRisk(unknown=f'this model has no {lacks}'))
             continue
-        _need_emulator(one, options.workers)
+        if find_emulator(one.model) is None:
+            build_emulator_file(cached_emulator_path(one.model), one.model, overwrite=True,
+                                workers=options.workers,
+                                of=f' for the growth emulator of {one.name}')
         signals = signals_of(drive, vehicle, one.model, rate=10.0, duration=options.duration)
         with ProgressBar(f'ticks of {one.name}') as progress:
             found.append(drive_risk(one.model, signals, settings, progress))
     return found
-
-
-def _need_emulator(one: Given, workers: int) -> None:
-    """Build the growth emulator of a model into the user's cache where there is none."""
-    if find_emulator(one.model) is not None:
-        return
-    path = cached_emulator_path(one.model)
-    make_folder(path.parent)
-    begun = time.monotonic()
-    with ProgressBar(f'full solutions for the growth emulator of {one.name}') as progress:
-        emulator = build_growth_emulator(
-            one.model, workers=workers, progress=lambda done, total: progress(
-                done, total, time_left(begun, done, total)))
-    write_emulator(path, emulator, one.model, overwrite=True)
 
 
 _Row = list[ComparedMode | None]

@@ -45,6 +45,7 @@ class ProgressBar:
         self._what, self._width = what, width
         self._shown = sys.stderr.isatty()
         self._drawn = ''
+        self._begun = time.monotonic()
 
     def __enter__(self) -> 'ProgressBar':
         return self
@@ -55,6 +56,10 @@ class ProgressBar:
         if self._shown and text != self._drawn:
             print(f'\r{text}', end='', file=sys.stderr, flush=True)
             self._drawn = text
+
+    def timed(self, done: int, total: int) -> None:
+        """Show what is done, and how long the rest takes."""
+        self(done, total, time_left(self._begun, done, total))
 
     def __exit__(self, *_: object) -> None:
         if self._drawn:

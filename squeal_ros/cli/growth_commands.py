@@ -17,25 +17,21 @@
 import argparse
 from dataclasses import asdict
 import json
-import time
+from pathlib import Path
 
 from squeal_core.common.output import make_folder
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_builder import build_growth_emulator
 from squeal_core.risk.emulator_file import cached_emulator_path, emulator_path, write_emulator
-from squeal_ros.cli.console import plain, ProgressBar, time_left
+from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_ros.cli.console import plain, ProgressBar
 
 
 def tabulate_growth(model: BrakeModel, options: argparse.Namespace, *, quiet: bool = False) -> int:
     """Build the growth emulator, write it beside the table, and say how good it is."""
     path = emulator_path(options.output) if options.output else cached_emulator_path(model)
-    make_folder(path.parent)
-    begun = time.monotonic()
-    with ProgressBar('full solutions') as progress:
-        emulator = build_growth_emulator(
-            model, workers=options.workers, progress=lambda done, total: progress(
-                done, total, time_left(begun, done, total)))
-    write_emulator(path, emulator, model, overwrite=options.force or not options.output)
+    emulator = build_emulator_file(path, model, workers=options.workers,
+                                   overwrite=options.force or not options.output)
     error = emulator.error
     if options.json and not quiet:
         print(json.dumps(plain({
@@ -46,3 +42,13 @@ def tabulate_growth(model: BrakeModel, options: argparse.Namespace, *, quiet: bo
               f'{error.rms:.2g} 1/s rms, {error.largest:.2g} 1/s at most, at {error.points} full '
               'solutions')
     return 0
+
+
+def build_emulator_file(path: Path, model: BrakeModel, *, workers: int, overwrite: bool,
+                        of: str = '') -> GrowthEmulator:
+    """Build the growth emulator of a model and write it; progress says of which model."""
+    make_folder(path.parent)
+    with ProgressBar(f'full solutions{of}') as progress:
+        emulator = build_growth_emulator(model, workers=workers, progress=progress.timed)
+    write_emulator(path, emulator, model, overwrite=overwrite)
+    return emulator

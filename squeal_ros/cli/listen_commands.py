@@ -30,7 +30,7 @@ from squeal_core.sound.sound_file import SoundFile
 from squeal_core.sound.squeal_detection import HeardTone
 from squeal_core.sound.synchronisation import synchronise
 from squeal_core.sound.tone_sources import BrakingAt, SpeedAt
-from squeal_ros.cli.console import plain, ProgressBar, time_left, warn
+from squeal_ros.cli.console import plain, ProgressBar, warn
 
 _GOOD, _NOT_KNOWN = 0, 1
 
@@ -47,8 +47,8 @@ def listen(options: argparse.Namespace) -> int:
     files.prepare([path for path in (sound.path, options.sync, options.speed) if path])
     begun = time.monotonic()
     with ProgressBar('% heard') as progress:
-        record = run_listening(sound, settings, channels=channels, progress=lambda share: progress(
-            round(100 * share), 100, time_left(begun, round(100 * share), 100)))
+        record = run_listening(sound, settings, channels=channels, progress=lambda share:
+                               progress.timed(round(100 * share), 100))
     if drive:
         clock = synchronise(record.heard, drive) if record.heard else SoundClock(
             'sync', note='not known: nothing was heard', is_ambiguous=True)

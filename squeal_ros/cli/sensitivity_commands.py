@@ -20,7 +20,6 @@ from functools import partial
 import json
 import math
 from pathlib import Path
-import time
 from typing import Any
 
 import numpy as np
@@ -53,7 +52,7 @@ from squeal_ros.cli.arguments import (
     positive,
     shipped,
 )
-from squeal_ros.cli.console import plain, ProgressBar, report_progress, time_left, warn
+from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
 from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.sensitivity_listing import (
@@ -87,10 +86,8 @@ def sensitivity(options: argparse.Namespace) -> int:
     report_progress('modes, critical friction and risk')
     study = make_study(variants, points, numbers, count=options.count, duration=options.braking,
                        with_risk=not options.no_risk)
-    begun = time.monotonic()
     with ProgressBar('parameters') as progress:
-        effects = study.effects(parameters, workers=options.workers, progress=lambda done, total:
-                                progress(done, total, time_left(begun, done, total)))
+        effects = study.effects(parameters, workers=options.workers, progress=progress.timed)
     if options.plot:
         from squeal_core.view.tornado import plot_tornado
         plot_tornado(study, effects, units, options.plot, title=str(options.model),

@@ -37,7 +37,7 @@ from squeal_core.studies.study_spec import StudySpec
 from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
 from squeal_core.surrogate.grid_columns import EXPANSION, FULL, IMPOSSIBLE
 from squeal_ros.cli.arguments import point_options
-from squeal_ros.cli.console import note, plain, ProgressBar, time_left, warn
+from squeal_ros.cli.console import note, plain, ProgressBar, warn
 from squeal_ros.cli.swept_axes import StudySource
 
 MOST_PRINTED = 10_000  # points without a file
@@ -71,7 +71,7 @@ def study(options: argparse.Namespace, source: StudySource, axes: dict[str, Floa
     with ProgressBar('points') as bar, _runner(options) as run:
         found = run_study(
             spec, run, checkpoint=checkpoint, warn=lambda text: doubts.setdefault(text),
-            progress=lambda done, all_: bar(done, all_, time_left(begun, done, all_)))
+            progress=bar.timed)
     _warn_some(list(doubts))
     return _report(found, options, checkpoint, time.monotonic() - begun)
 
