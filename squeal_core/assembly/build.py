@@ -107,6 +107,15 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
         'audit': [check.to_json() for check in checks]})
 
 
+def build_settings(model: BrakeModel) -> dict[str, Any]:
+    """Return the settings of `build_model` that a model was built with, as far as it has them."""
+    found = model.provenance.get('settings')
+    kept = found if isinstance(found, dict) else {}
+    return {**{name: tuple(kept[name]) if isinstance(kept[name], list) else kept[name]
+               for name in ('disc_order', 'pad_elements', 'contact_points') if name in kept},
+            'follower': model.follower is not None}
+
+
 def _assembled(brake: Brake, disc: ModalBasis, gyroscopic: FloatArray,
                pads: tuple[ModalBasis, ModalBasis], faces: tuple[operators.ContactFace, ...],
                follower: bool) -> BrakeModel:

@@ -28,6 +28,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.studies.point_options import PointOptions
 
 MOST_WORKERS = 256
+PICTURES = ('.png', '.svg', '.pdf')
 DEFAULT_SPEED = 5.0  # rad/s, of sweeps and of sensitivity
 
 
@@ -92,6 +93,11 @@ def is_there(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):  # a name too long, a NUL
         return False
+
+
+def is_description(name: str) -> bool:
+    """Tell whether a brake is given by its description, and not by a model."""
+    return Path(name).suffix.lower() in ('.yaml', '.yml')
 
 
 def shipped(kind: str, name: str, suffix: str) -> Path:

@@ -45,11 +45,17 @@ from squeal_core.surrogate.table_file import (
     read_table,
     read_table_header,
 )
-from squeal_ros.cli.arguments import check_output, check_workers, operating_point, shipped
+from squeal_ros.cli.arguments import (
+    check_output,
+    check_workers,
+    is_description,
+    operating_point,
+    PICTURES,
+    shipped,
+)
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
 from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
 from squeal_ros.cli.growth_commands import build_emulator_file
-from squeal_ros.cli.mode_pictures import STILL
 from squeal_ros.cli.point_checks import check_band, check_point, check_values
 
 _DRIVE_RATE = 2.0  # Hz, of assessments over a drive
@@ -97,7 +103,7 @@ def _check(options: argparse.Namespace, bounds: tuple[float, float]) -> None:
         raise SquealError(f'--bounds: are {bounds[0]:g} and {bounds[1]:g}; give two frictions '
                           'that rise')
     files = [path for path in map(Path, options.brakes) if path.is_file()]
-    check_output('--plot', options.plot, STILL, force=options.force, inputs=files)
+    check_output('--plot', options.plot, PICTURES, force=options.force, inputs=files)
     if options.drive:
         drive_and_vehicle(options.drive, options.vehicle)
 
@@ -117,7 +123,7 @@ def _read(names: Sequence[str]) -> list[Given]:
 
 
 def _model(name: str, parts: PartCache) -> BrakeModel:
-    if Path(name).suffix not in ('.yaml', '.yml'):
+    if not is_description(name):
         return BrakeModel.load(name)
     from squeal_core.assembly.build import build_model
     brake = read_brake(shipped('brakes', name, '.yaml'), warn=warn)

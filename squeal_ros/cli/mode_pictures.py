@@ -26,18 +26,17 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import ComplexModes, Mode, SQUEAL_BAND
 from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.stability.mechanism import Mechanism, mechanisms
-from squeal_ros.cli.arguments import check_output
+from squeal_ros.cli.arguments import check_output, PICTURES
 from squeal_ros.cli.command_parser import add_force
 
-STILL = ('.png', '.svg', '.pdf')
-_PICTURES = ('shape', 'damping', 'mechanism')
+_KINDS = ('shape', 'damping', 'mechanism')
 _THRESHOLD = 0.5  # %, of the damping ratio
 
 
 def add_picture_options(p: argparse.ArgumentParser) -> None:
-    p.add_argument('--plot', metavar='FILE', help=f'a picture, {", ".join(STILL)}; of a shape '
+    p.add_argument('--plot', metavar='FILE', help=f'a picture, {", ".join(PICTURES)}; of a shape '
                    '.html too, which turns')
-    p.add_argument('--picture', choices=_PICTURES, default='shape',
+    p.add_argument('--picture', choices=_KINDS, default='shape',
                    help='of --plot: shape of a mode (default), damping ratios of all modes in the '
                    'squeal band, or what adds up to the growth rate of a mode')
     p.add_argument('--animate', metavar='FILE', help='one cycle of the shape, .gif or .html')
@@ -53,7 +52,7 @@ def add_picture_options(p: argparse.ArgumentParser) -> None:
 def check_pictures(options: argparse.Namespace) -> None:
     """Refuse before any work what could not be drawn or written."""
     model = resources.find('models', options.model, '.npz')
-    suffixes = (*STILL, '.html') if options.picture == 'shape' else STILL
+    suffixes = (*PICTURES, '.html') if options.picture == 'shape' else PICTURES
     for option, path, kinds in (('--plot', options.plot, suffixes),
                                 ('--animate', options.animate, ('.gif', '.html'))):
         check_output(option, path, kinds, force=options.force, inputs=(model,))

@@ -15,13 +15,13 @@
 """Whether numbers of an operating point are possible and usual, in the unit of their option."""
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 import math
 from typing import Any
 
 from squeal_core.brake.design_parameters import unit_suffix
-from squeal_core.common.errors import SquealError
+from squeal_core.common.errors import short_repr, SquealError
 from squeal_core.common.ranges import Ends, hint, span, SYMBOLS, UNITS
 from squeal_core.monitor.setting_specs import MONITOR_KEYS
 from squeal_ros.cli.console import warn
@@ -95,6 +95,12 @@ def check_value(where: str, name: str, value: float | None) -> None:
     if not about.usual[0] <= size <= about.usual[1]:
         warn(f'{where}: is {value:g} {about.unit}'.rstrip() + f'; {about.source} '
              f'{span(about.usual, 1.0, about.unit)}: check it{near}')
+
+
+def check_numbers(numbers: Collection[int], size: int) -> None:
+    """Refuse numbers of modes that a model of this size has not."""
+    if not set(numbers) <= set(range(1, size + 1)):
+        raise SquealError(f'--modes: {short_repr(numbers)}; give numbers of modes, 1 to {size}')
 
 
 def check_design_bounds(path: str, start: float, bounds: Ends | None) -> None:

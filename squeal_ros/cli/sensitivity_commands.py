@@ -20,10 +20,9 @@ from functools import partial
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from squeal_core.assembly.build import build_model
+from squeal_core.assembly.build import build_model, build_settings
 from squeal_core.assembly.parts import PartCache
 from squeal_core.assembly.variants import BrakeVariants
 from squeal_core.brake.brake_yaml import read_brake
@@ -47,14 +46,16 @@ from squeal_ros.cli.arguments import (
     check_output,
     check_workers,
     DEFAULT_SPEED,
+    is_description,
     is_there,
+    PICTURES,
     point_options,
     positive,
     shipped,
 )
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
 from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
-from squeal_ros.cli.point_checks import check_point
+from squeal_ros.cli.point_checks import check_numbers, check_point
 from squeal_ros.cli.sensitivity_listing import (
     affine_only,
     sensitivity_json,
@@ -62,9 +63,7 @@ from squeal_ros.cli.sensitivity_listing import (
     Units,
 )
 from squeal_ros.cli.split_listing import split_json, split_lines
-from squeal_ros.cli.sweep_commands import PICTURES
 
-_YAML = ('.yaml', '.yml')
 _POINT = ('rotor_speed', 'friction', 'friction_slope', 'friction_law', 'preload', 'pressure',
           'contact_stiffness')
 _OPERATING_UNITS = {'friction': '', 'rotor_speed': 'rad/s', 'contact_pressure': 'Pa'}
@@ -155,7 +154,7 @@ def _check(options: argparse.Namespace) -> None:
 def _variants(options: argparse.Namespace) -> tuple[BrakeVariants | AffineVariants, Units, str]:
     """Return the models at changed values, their parameters, and what cannot be varied."""
     parts = PartCache(resources.cache_folder())
-    if Path(options.model).suffix in _YAML:
+    if is_description(options.model):
         path = shipped('brakes', options.model, '.yaml')
         brake = read_brake(path, warn=warn)
         model = build_model(brake, progress=report_progress, parts=parts)
@@ -168,8 +167,7 @@ def _variants(options: argparse.Namespace) -> tuple[BrakeVariants | AffineVarian
         return affine, affine.parameters, affine_only(options.model)
     folder = Path(resources.find('models', options.model, '.npz')).parent
     return _of_brake(model, folder, partial(
-        build_model, parts=parts, audit=False, follower=model.follower is not None,
-        **_settings(model)))
+        build_model, parts=parts, audit=False, **build_settings(model)))
 
 
 def _of_brake(model: BrakeModel, folder: Path,
@@ -181,14 +179,6 @@ def _of_brake(model: BrakeModel, folder: Path,
     note = (f'modes of {" and ".join(files)} come from files: their dimensions and materials '
             'cannot be varied' if files else '')
     return variants, {one.path: (one.value, one.unit) for one in design_parameters(content)}, note
-
-
-def _settings(model: BrakeModel) -> dict[str, Any]:
-    """Return the settings that a model was built with, as far as it has them."""
-    found = model.provenance.get('settings')
-    kept = found if isinstance(found, dict) else {}
-    return {name: tuple(kept[name]) if isinstance(kept[name], list) else kept[name]
-            for name in ('disc_order', 'pad_elements', 'contact_points') if name in kept}
 
 
 def _chosen(options: argparse.Namespace, units: Units) -> list[str]:
@@ -206,9 +196,7 @@ def _chosen(options: argparse.Namespace, units: Units) -> list[str]:
 def _points(options: argparse.Namespace, model: BrakeModel
             ) -> tuple[list[Callable[[BrakeModel], OperatingPoint]], list[tuple[int, ...]]]:
     """Return operating points by model, and the modes that are meant at each."""
-    if not set(options.modes) <= set(range(1, model.size + 1)):
-        raise SquealError(f'--modes: {short_repr(options.modes)}; give numbers of modes, 1 to '
-                          f'{model.size}')
+    check_numbers(options.modes, model.size)
     if not options.drive:
         return [point_options(options).at], [tuple(options.modes)]
     with ProgressBar('operating points') as progress:

@@ -39,14 +39,25 @@ from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep
 from squeal_core.studies.sweep_record import Sweep
 from squeal_core.studies.unstable_modes import mode_names, unstable_modes
-from squeal_ros.cli.arguments import check_output, check_workers, DEFAULT_SPEED, operating_point
+from squeal_ros.cli.arguments import (
+    check_output,
+    check_workers,
+    DEFAULT_SPEED,
+    operating_point,
+    PICTURES,
+)
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
 from squeal_ros.cli.listing import sweep_lines, sweep_rows
-from squeal_ros.cli.point_checks import check_band, check_design_bounds, check_point, check_values
+from squeal_ros.cli.point_checks import (
+    check_band,
+    check_design_bounds,
+    check_numbers,
+    check_point,
+    check_values,
+)
 from squeal_ros.cli.study_commands import is_study, study
 from squeal_ros.cli.swept_axes import follows_law, read_axes, settle_point, StudySource
 
-PICTURES = ('.png', '.svg', '.pdf')
 _Draw: TypeAlias = Callable[[Sweep], None]
 
 
@@ -81,7 +92,7 @@ def locus(options: argparse.Namespace) -> int:
             raise SquealError('--picture bubbles: it shows one parameter of the operation')
         return study(options, source, axes, _locus_task(options, axes), law)
     model = source.model
-    _check_numbers(options.modes, model)
+    check_numbers(options.modes, model.size)
     draw: Callable[..., None] | None = None
     if options.plot:
         from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
@@ -130,7 +141,7 @@ def critical(options: argparse.Namespace) -> int:
     if options.output or options.plot:
         raise SquealError('--output, --plot: one critical value is printed; sweep with --over')
     model = source.model
-    _check_numbers(options.modes, model)
+    check_numbers(options.modes, model.size)
     if options.without_rotation:
         model = without_rotation(model)
     options.rotor_speed = DEFAULT_SPEED if options.rotor_speed is None else options.rotor_speed
@@ -211,12 +222,6 @@ def _check(options: argparse.Namespace) -> None:
     model = resources.find('models', options.model, '.npz')
     check_output('--output', options.output, RECORDS, force=options.force, inputs=(model,))
     check_output('--plot', options.plot, PICTURES, force=options.force)
-
-
-def _check_numbers(numbers: list[int], model: BrakeModel) -> None:
-    if not set(numbers) <= set(range(1, model.size + 1)):
-        raise SquealError(
-            f'--modes: {short_repr(numbers)}; give numbers of modes, 1 to {model.size}')
 
 
 def _start(options: argparse.Namespace,

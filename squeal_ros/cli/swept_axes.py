@@ -19,16 +19,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
-from pathlib import Path
 
 import numpy as np
+from squeal_core.assembly.build import build_settings
 from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.parameter_paths import Law, OPERATING
 from squeal_core.studies.design import BrakeDesign, DesignModels
-from squeal_ros.cli.arguments import DEFAULT_SPEED
+from squeal_ros.cli.arguments import DEFAULT_SPEED, is_description
 from squeal_ros.cli.axis_conflicts import LOADS, refuse_conflicts
 from squeal_ros.cli.console import warn
 from squeal_ros.cli.point_checks import check_values
@@ -46,7 +46,7 @@ class StudySource:
     @cached_property
     def described(self) -> bool:
         """Whether it is a description and no model."""
-        return Path(self.name).suffix.lower() in ('.yaml', '.yml')
+        return is_description(self.name)
 
     @cached_property
     def model(self) -> BrakeModel:
@@ -63,14 +63,12 @@ class StudySource:
         if self.described:
             return BrakeDesign.read(self.name)
         about = self.model.provenance
-        content, settings = about.get('description'), about.get('settings')
-        if not isinstance(content, dict) or not isinstance(settings, dict):
+        content = about.get('description')
+        if not isinstance(content, dict) or not isinstance(about.get('settings'), dict):
             return None
         return BrakeDesign(content, str(content.get('name', self.name)),
                            resources.find('models', self.name, '.npz').resolve().parent,
-                           {**{name: tuple(value) if isinstance(value, list) else value
-                               for name, value in settings.items()},
-                            'follower': self.model.follower is not None})
+                           build_settings(self.model))
 
     def require_design(self, parameter: str) -> BrakeDesign:
         """Return the description, refusing a parameter that there is none of."""
