@@ -29,6 +29,7 @@ _UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0), 'friction': ('friction',
           'contact_stiffness': ('contact stiffness', '10⁹ N/m³', 1e9),
           'damping_scale': ('damping scale', '', 1.0), 'preload': ('preload', 'kN', 1e3),
           'pressure': ('brake pressure', 'bar', 1e5)}
+_NAMES = {'young modulus': "Young's modulus", 'poisson ratio': "Poisson's ratio"}
 
 
 def parameter_in_words(name: str) -> tuple[str, str, float]:
@@ -36,11 +37,12 @@ def parameter_in_words(name: str) -> tuple[str, str, float]:
     if name in _UNITS:
         return _UNITS[name]
     symbols = {**SYMBOLS, 'mm': 'mm', 'deg': 'deg'}
-    for suffix in sorted(symbols, key=len, reverse=True):
-        if name.endswith(f'_{suffix}'):
-            words = name.removesuffix(f'_{suffix}').replace('_', ' ').replace('.', ': ')
-            return words, typeset(symbols[suffix]), 1.0
-    return name.replace('_', ' ').replace('.', ': '), '', 1.0
+    suffix = next((one for one in sorted(symbols, key=len, reverse=True)
+                   if name.endswith(f'_{one}')), '')
+    words = name.removesuffix(f'_{suffix}').replace('_', ' ').replace('.', ': ')
+    for plain, printed in _NAMES.items():
+        words = words.replace(plain, printed)
+    return words, typeset(symbols.get(suffix, '')), 1.0
 
 
 def study_axis(study: Study, name: str) -> tuple[FloatArray, str]:

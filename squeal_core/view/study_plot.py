@@ -224,7 +224,7 @@ class _Mean:
 def _marginal(panel: Any, study: Study, axis: int, share: FloatArray) -> None:
     x = study_axis(study, list(study.axes)[axis])[0]
     others = tuple(i for i in range(share.ndim) if i != axis)
-    panel.plot(x, _Mean.reduce(share, others), color='#1b5e9b', marker='o', markersize=3)
+    panel.plot(x, _Mean.reduce(share, others), color=COLOURS[0], marker='o', markersize=3)
     panel.set(ylim=(-3.0, 103.0), xlim=axis_ends(x))
     panel.yaxis.tick_right()
     panel.set_yticks([0, 50, 100], ['0', '50', '100 %'])

@@ -18,22 +18,17 @@ from collections.abc import Mapping, Sequence
 import math
 from typing import Any
 
-try:
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-except ImportError as error:
-    raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.studies.design_sensitivity import ParameterEffect, SensitivityStudy
 from squeal_core.studies.split_doublet import SplitDoublet, SplitGrowth
-from squeal_core.view.saving import FigureTarget, save_figure
-from squeal_core.view.slide import typeset
-from squeal_core.view.stability_map import STYLE
+from squeal_core.view.saving import FigureTarget
+from squeal_core.view.slide import point_words, slide, typeset
+from squeal_core.view.study_labels import parameter_in_words
 
-_SLIDE = (13.33, 7.5)  # inches, 16:9
 _MOST_BARS = 16
 _MOST_MODES = 3
+_SMALL = 12  # points, of what several panels have side by side
 _LESS: dict[str, Any] = {'color': '0.85', 'edgecolor': '0.2', 'hatch': '////', 'linewidth': 0.7}
 _MORE: dict[str, Any] = {'color': '#1b4f82', 'edgecolor': '0.1', 'linewidth': 0.7}
 
@@ -65,8 +60,9 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
                         effect.modes[0].growth_rate))[:_MOST_BARS]
     count = min(len(study.targets), _MOST_MODES)
     places, risky = range(len(known)), bool(study.braking)
-    with rc_context({**STYLE, 'font.size': 12}):
-        figure = Figure(figsize=_SLIDE, layout='constrained')
+    heading = f'{title}: one per cent of each parameter'.removeprefix(': ')
+    about = f'the {len(known)} strongest on the first mode' if len(known) < len(effects) else ''
+    with slide(path, heading, about, overwrite=overwrite) as figure:
         panels = figure.subplots(1, count + risky, sharey=True, squeeze=False)[0]
         for place, (panel, target) in enumerate(zip(panels, study.targets[:count], strict=False)):
             _bars(panel, [(one.modes[place].at_minus, one.modes[place].at_plus)
@@ -75,23 +71,18 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
             panel.set_title(f'mode {target.identity}, {target.frequency_hz:.0f} Hz\n'
                             f'growth rate {growth} 1/s\n{_at(target.point)}',
                             fontsize=11, loc='center')
-            panel.set_xlabel('change of the growth rate  1/s')
+            panel.set_xlabel('change of the\ngrowth rate  1/s', fontsize=_SMALL)
         if risky:
             _bars(panels[-1], [(-100.0 * one.risk[0], 100.0 * one.risk[0]) for one in known])
             panels[-1].set_title(f'squeal risk {100.0 * study.braking[0].risk:.0f} %\n'
                                  f'of {study.braking[0].duration:g} s of braking\n'
                                  f'{_at(study.targets[0].point)}', fontsize=11, loc='center')
-            panels[-1].set_xlabel('change of the risk  percentage points')
+            panels[-1].set_xlabel('change of the risk\npercentage points', fontsize=_SMALL)
         panels[0].set_yticks(list(places), [_label(one.parameter, *units[one.parameter])
                                             for one in known])
         panels[0].invert_yaxis()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles[:2], labels[:2], loc='outside lower center', ncols=2, frameon=False)
-        left = len(effects) - len(known)
-        figure.suptitle(f'{title}: one per cent of each parameter'.removeprefix(': ')
-                        + (f' (the {len(known)} strongest on the first mode)' if left else ''),
-                        fontsize=14)
-        save_figure(figure, path, dpi=120, overwrite=overwrite)
 
 
 def _at(point: OperatingPoint) -> str:
@@ -106,18 +97,13 @@ def _bars(panel: Any, sides: Sequence[tuple[float, float]]) -> None:
                    height=0.7, label=label, **look)
     panel.axvline(0.0, color='0.1', linewidth=1.0)
     panel.grid(axis='x', color='0.9')
-    panel.set_axisbelow(True)
+    panel.tick_params(labelsize=_SMALL)
     panel.margins(x=0.06)
 
 
 def _label(parameter: str, value: float, unit: str) -> str:
-    """Return a parameter in words with its value: 'disc rotor thickness, 16 mm'."""
-    words = parameter
-    for suffix in ('_mm', '_gpa', '_mpa', '_pa', '_kg_m3', '_deg', '_n_m3', '_ns_m3', '_s_m',
-                   '_hz', '_m'):
-        words = words.removesuffix(suffix)
-    words = words.replace('young_modulus', "Young's modulus").replace('.', ' ')
-    words = words.replace('_', ' ')
+    """Return a parameter in words with its value: 'disc: rotor thickness, 16 mm'."""
+    words = parameter_in_words(parameter)[0]
     return words if math.isnan(value) else f'{words}, {typeset(f"{value:.4g} {unit}")}'.rstrip()
 
 
@@ -145,8 +131,10 @@ def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingP
     others = sorted(growth.modes[1:], key=lambda mode: -np.nanmax(mode.over_angle))[:3]
     # over the whole period, whose end is its beginning
     angles = np.degrees(np.append(growth.angles, masses.period))
-    with rc_context({**STYLE, 'font.size': 13}):
-        figure = Figure(figsize=_SLIDE, layout='constrained')
+    heading = (f'{title}: {masses.count} masses of {1e3 * masses.mass:.3g} g, doublet of '
+               f'{masses.diameters} nodal diameters split by {100.0 * masses.split:.2g} %')
+    with slide(path, heading, f'{point_words(point)}; frozen angles',
+               overwrite=overwrite) as figure:
         axes = figure.subplots()
         worst = growth.least_stable.over_angle
         axes.plot(angles, np.append(worst, worst[0]), color='0.8', linewidth=9.0,
@@ -165,9 +153,3 @@ def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingP
         axes.grid(color='0.9')
         axes.set_xlim(angles[0], angles[-1])
         figure.legend(loc='outside lower center', frameon=False, ncols=2)
-        figure.suptitle(
-            f'{title}: {masses.count} masses of {1e3 * masses.mass:.3g} g, doublet of '
-            f'{masses.diameters} nodal diameters split by {100.0 * masses.split:.2g} %\n'
-            f'{point.rotor_speed:.3g} rad/s, friction {abs(point.friction):.3f}; frozen angles',
-            fontsize=14)
-        save_figure(figure, path, dpi=120, overwrite=overwrite)
