@@ -20,6 +20,7 @@ A file that is truncated, altered, of another model or another version is refuse
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import lru_cache
 import math
 from pathlib import Path
 from typing import Any
@@ -92,10 +93,10 @@ def read_table(path: str | Path, model: BrakeModel) -> ExpansionTable:
         One line: which file, what is wrong with it, and what to do.
 
     """
-    return _read_table(Path(path), model, model_hash(model))
+    return _read_table(Path(path), model.size, model_hash(model))
 
 
-def _read_table(path: Path, model: BrakeModel, wanted: str) -> ExpansionTable:
+def _read_table(path: Path, modes: int, wanted: str) -> ExpansionTable:
     def kinds(header: Header) -> Mapping[str, str]:
         if header.get('model') != wanted:  # told before anything else is read
             raise TableFileError(path, 'is the table of another model',
@@ -104,7 +105,7 @@ def _read_table(path: Path, model: BrakeModel, wanted: str) -> ExpansionTable:
 
     header, arrays = read_archive(path, KIND, kinds, _check_shapes)
     try:
-        return _table(header, arrays, model)
+        return _table(header, arrays, modes)
     except (SquealError, AttributeError, LookupError, TypeError, ValueError,
             OverflowError) as error:
         raise TableFileError(path, f'holds no usable table ({str(error)[:120]})', KIND.again
@@ -144,7 +145,7 @@ def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
 
 
 def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
-           model: BrakeModel) -> ExpansionTable:
+           modes: int) -> ExpansionTable:
     count = len(arrays['blocks'])
     grid, halves = arrays['grid'], arrays['halves']
     if header['degree'] != DEGREE or not grid.size or not halves.min(initial=1.0) > 0.0 or not (
@@ -154,7 +155,7 @@ def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
     return ExpansionTable(
         domain=TableDomain(**_numbers(header['domain'], TableDomain)),
         tolerances=TableTolerances(**_numbers(header['tolerances'], TableTolerances)),
-        modes=model.size,
+        modes=modes,
         grid=readonly(grid, np.int32), centres=readonly(arrays['centres']),
         halves=readonly(halves), cells=cells, about=dict(header['about']))
 
@@ -181,7 +182,21 @@ def find_table(model: BrakeModel) -> tuple[Path, ExpansionTable] | None:
     wanted = model_hash(model)
     for path in (cached_path(model), *resources.table_files()):
         try:
-            return path, _read_table(path, model, wanted)
+            return path, _kept_table(path, _state(path), model.size, wanted)
         except TableFileError:  # none is there, or of another model, or of an earlier version
             continue
     return None
+
+
+@lru_cache(maxsize=1)
+def _kept_table(path: Path, state: tuple[int, ...], modes: int, wanted: str) -> ExpansionTable:
+    """Read a table, once for all that look for it as long as the file stays as it is."""
+    return _read_table(path, modes, wanted)
+
+
+def _state(path: Path) -> tuple[int, ...]:
+    try:
+        status = path.stat()
+    except (OSError, ValueError):  # the reader says it
+        return ()
+    return status.st_ino, status.st_size, status.st_mtime_ns

@@ -267,8 +267,13 @@ def test_the_command_line_builds_a_table_and_shows_it(
     found = find_table(model)
     assert found is not None
     assert found[0] == cached
+    again = find_table(model)
+    assert again is not None
+    assert again[1] is found[1]  # read once
     assert main(['info', str(path)]) == 0
     assert f'table            {cached}' in capsys.readouterr().out
+    cached.write_bytes(cached.read_bytes()[:-1])
+    assert find_table(model) is None
 
 
 def test_no_cells_are_built_where_a_vehicle_creeps_under_full_brakes(
