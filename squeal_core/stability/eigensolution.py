@@ -250,9 +250,14 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
     """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
+    found = moving_eigenvalues(model, point)
+    return np.concatenate([np.zeros(2 * model.size - found.size, complex), found])
+
+
+def moving_eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
+    """Return the roots without those at zero, one of each coordinate that has no stiffness."""
     state = state_matrix(model, model.damping(point), model.stiffness(point))
-    return np.concatenate([np.zeros(2 * model.size - len(state), complex),
-                           np.linalg.eigvals(state)])
+    return np.asarray(np.linalg.eigvals(state), complex)
 
 
 def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:

@@ -18,7 +18,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import eigenvalues
+from squeal_core.stability.eigensolution import moving_eigenvalues
 from squeal_core.surrogate.table_domain import TableDomain
 
 _DIGITS = 9  # of a place in the envelope: neighbours compute it with different rounding
@@ -39,7 +39,6 @@ class FullSolutions:
 
     def __init__(self, model: BrakeModel, domain: TableDomain) -> None:
         self.model, self.domain = model, domain
-        self._free = int(np.count_nonzero(model.free_coordinates))
         self._low, self._width = domain.low, domain.width
         self._kept: dict[tuple[float, ...], ComplexArray] = {}
 
@@ -47,5 +46,5 @@ class FullSolutions:
         """Return the eigenvalues (n,) at a place x (3,), known ones of free modes left out."""
         key = tuple(np.round((x - self._low) / self._width, _DIGITS).tolist())
         if key not in self._kept:
-            self._kept[key] = eigenvalues(self.model, point)[self._free:]
+            self._kept[key] = moving_eigenvalues(self.model, point)
         return self._kept[key]

@@ -29,7 +29,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.eigensolution import eigenvalues, Tolerances
+from squeal_core.stability.eigensolution import moving_eigenvalues, Tolerances
 from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.grid_columns import COLUMNS, columns_of, EXPANSION, FULL, IMPOSSIBLE
 from squeal_core.surrogate.spectral_deviation import Deviation
@@ -109,7 +109,6 @@ class _Grid:
                  shape: tuple[int, ...], limits: Tolerances) -> None:
         self._solver, self._points, self._limits = solver, points, limits
         self._places = np.arange(len(points)).reshape(shape)
-        self._free = int(np.count_nonzero(solver.model.free_coordinates))
         self._solved: dict[int, ComplexArray] = {}
         self._scales = np.array([np.nan if p is None else p.damping_scale for p in points])
         self._coefficients = np.array([[np.nan] * 9 if p is None else p.coefficients()
@@ -219,7 +218,7 @@ class _Grid:
         if place not in self._solved:
             point = self._points[place]
             assert point is not None
-            self._solved[place] = eigenvalues(self._solver.model, point)[self._free:]
+            self._solved[place] = moving_eigenvalues(self._solver.model, point)
             self._solver.counts.full += 1
         return self._solved[place]
 
