@@ -86,6 +86,17 @@ class Tracked:
                  if not set(numbers).isdisjoint(identity.numbers)]
         return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
 
+    def mode(self, number: int) -> Mode | None:
+        """Return the mode of a number; of those that merged the lowest is the least stable."""
+        same = self.of((number,))
+        if not same:
+            return None
+        return same[min(self.identity(same[0]).numbers.index(number), len(same) - 1)]
+
+    def identity(self, mode: Mode) -> Identity:
+        """Return the identity of one of the modes."""
+        return self.identities[mode.index - 1]
+
 
 def identities(model: BrakeModel, point: OperatingPoint, *, resolution: float = RESOLUTION,
                tolerances: Tolerances | None = None) -> tuple[Identity, ...]:

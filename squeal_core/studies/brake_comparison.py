@@ -186,15 +186,11 @@ def _short_names(model: BrakeModel, here: Tracked) -> dict[Mode, str]:
 
 def _at_point(here: Tracked, number: int, hertz: float, critical: dict[int, float],
               names: dict[Mode, str]) -> ComparedMode:
-    """Return the mode of a number; of those that merged the lowest number is the least stable."""
-    own = [(identity, mode) for mode, identity in zip(here.modes, here.identities, strict=True)
-           if number in identity.numbers]
-    limit = critical.get(number, math.nan)
-    if not own:
+    """Return the mode of a number."""
+    mode, limit = here.mode(number), critical.get(number, math.nan)
+    if mode is None:
         return ComparedMode(str(number), hertz, math.nan, math.nan, math.nan, False, limit)
-    own.sort(key=lambda one: -one[1].growth_rate)
-    identity, mode = own[min(own[0][0].numbers.index(number), len(own) - 1)]
-    return ComparedMode(str(identity), hertz, mode.frequency_hz, mode.growth_rate,
+    return ComparedMode(str(here.identity(mode)), hertz, mode.frequency_hz, mode.growth_rate,
                         mode.damping_ratio, mode.unstable, limit, names[mode])
 
 

@@ -144,15 +144,13 @@ class LocusTask:
     def _take(self, columns: Columns, place: int, here: Tracked) -> None:
         columns['source'][place] = FULL
         for number in self.numbers:
-            same = here.of((number,))
-            if not same:
+            mode = here.mode(number)
+            if mode is None:
                 continue
-            names = next(one.numbers for one in here.identities if number in one.numbers)
-            mode = same[min(names.index(number), len(same) - 1)]
             columns[f'growth_rate_{number}'][place] = mode.growth_rate
             columns[f'frequency_hz_{number}'][place] = mode.frequency_hz
             columns[f'merged_with_{number}'][place] = next(
-                (other for other in names if other != number), math.nan)
+                (other for other in here.identity(mode).numbers if other != number), math.nan)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,13 +14,14 @@
 
 """The modes that are to be made stable: at one operating point, and where they begin to grow."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 import math
 
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value
+from squeal_core.stability.eigensolution import Mode
 from squeal_core.stability.mode_tracking import identify, Identity, Tracked
 from squeal_core.stability.parameter_paths import moved
 
@@ -86,21 +87,19 @@ def target_modes(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
         Squeal band.
 
     """
-    every = [(identity, mode.eigenvalue)
-             for mode, identity in zip(tracked.modes, tracked.identities, strict=True)
-             if mode.eigenvalue.imag > 0.0
-             and band_hz[0] <= mode.frequency_hz <= band_hz[1]]
-    every.sort(key=lambda pair: -pair[1].real)
-    wanted = [next(((identity, mode.eigenvalue) for mode in tracked.of([number])
-                    for identity in [tracked.identities[mode.index - 1]]), None)
-              for number in chosen] if chosen else list(every[:count])
+    def named(modes: Iterable[Mode]) -> list[tuple[Identity, complex]]:
+        return [(tracked.identity(mode), mode.eigenvalue) for mode in modes]
+
+    every = named(sorted(
+        (mode for mode in tracked.modes if mode.eigenvalue.imag > 0.0
+         and band_hz[0] <= mode.frequency_hz <= band_hz[1]), key=lambda mode: -mode.growth_rate))
+    wanted = named(mode for number in chosen for mode in tracked.of([number])[:1]
+                   ) if chosen else every[:count]
     found = []
-    for pair in dict.fromkeys(pair for pair in wanted if pair is not None):
-        identity, root = pair
+    for identity, root in dict.fromkeys(wanted):
         others = tuple(other for other in every
                        if set(other[0].numbers).isdisjoint(identity.numbers))[:OTHERS]
-        critical, there = _critical_friction(model, point, tracked, identity,
-                                             band_hz)
+        critical, there = _critical_friction(model, point, tracked, identity, band_hz)
         found.append(TargetMode(identity, point, root, critical, there, others))
     return found
 

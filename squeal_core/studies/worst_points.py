@@ -93,7 +93,7 @@ def worst_points(model: BrakeModel, rotor_speed: FloatArray, pressure: FloatArra
         if any(math.isclose(mode.frequency_hz, other, rel_tol=2e-3) for other in seen):
             continue  # most likely the same mode, at a point next to its worst
         seen.append(mode.frequency_hz)
-        numbers = identify(model, point).identities[mode.index - 1].numbers
+        numbers = identify(model, point).identity(mode).numbers
         if not any(set(numbers) & set(other.numbers) for other in found):
             found.append(worst._replace(numbers=numbers))
     return found
