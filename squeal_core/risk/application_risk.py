@@ -14,8 +14,6 @@
 
 """Squeal risk of one brake over its brake applications, tick by tick."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from squeal_core.common.arrays import RealArray
 from squeal_core.risk.build_up import after, gain_and_noise, halves
@@ -183,27 +181,3 @@ class ApplicationRisk:
                 self.peak = np.maximum(
                     self.peak, self.energy.max(axis=1, keepdims=True, initial=1.0))
                 self.growing = self.growing + duration * grows[:, part]
-
-
-def over_application(risk: SquealRisk, times_ns: Sequence[int],
-                     growth: MemberGrowth) -> ApplicationRisk:
-    """
-    Return the build-up after a whole brake application: its peaks are those of all of it.
-
-    Parameters
-    ----------
-    risk : SquealRisk
-        Of the ensemble.
-    times_ns : (T,) sequence of int
-        Ticks at which the brake slides; it is taken as released a tick before and a tick after.
-    growth : MemberGrowth
-        At these ticks; NaN where nothing is known.
-
-    """
-    application = ApplicationRisk(risk)
-    period = int(min(np.diff(times_ns), default=_SECOND // 20))
-    application.release(int(times_ns[0]) - period)
-    for tick, time in enumerate(times_ns):
-        application.advance(int(time), growth.at(tick))
-    application.finish(int(times_ns[-1]) + period)
-    return application

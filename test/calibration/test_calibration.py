@@ -30,11 +30,11 @@ from squeal_core.calibration.likelihood import log_likelihood
 from squeal_core.calibration.squeal_probability import SquealPredictor, SquealProbabilities
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.application_risk import over_application
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.squeal_risk import SquealRisk
 from support.heard_brakes import brake_applications, listen, Stops, trial
 from support.linear_growth import LinearGrowth
+from support.whole_applications import over_application
 
 GROWTH = LinearGrowth([1655.0, 3210.0], [45.0, 95.0], [350.0, 620.0])
 STOPS = Stops(friction=(0.38, 0.48), duration=(1.5, 3.5))

@@ -20,11 +20,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from squeal_core.common.arrays import FloatArray
-from squeal_core.risk.application_risk import ApplicationRisk, over_application
+from squeal_core.risk.application_risk import ApplicationRisk
 from squeal_core.risk.build_up import grown, halves, nepers, saturation_energy
 from squeal_core.risk.scatter import MIDDLE
 from squeal_core.risk.squeal_risk import MemberGrowth, RiskSettings, SquealRisk
 from support.linear_growth import LinearGrowth, one_brake
+from support.whole_applications import over_application
 
 DECAY, GAIN = 100.0, 1000.0  # 1/s; friction 0.4 holds the amplitude, 0.42 grows at 20 1/s
 STIFFNESS, PRESSURE = 0.35e11, 3.5e5  # p0 / k_c = 10 um

@@ -20,12 +20,13 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 from squeal_core.common.arrays import FloatArray
-from squeal_core.risk.application_risk import ApplicationRisk, over_application
+from squeal_core.risk.application_risk import ApplicationRisk
 from squeal_core.risk.build_up import nepers
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.scatter import along_scatter, exceedance, NODES, WEIGHTS
 from squeal_core.risk.squeal_risk import MemberGrowth, RiskResult, RiskSettings, SquealRisk
 from support.linear_growth import LinearGrowth, members, one_brake
+from support.whole_applications import over_application
 
 STIFFNESS, PRESSURE = 0.35e11, 3.5e5  # p0 / k_c = 10 um
 PERIOD = 50_000_000  # ns
