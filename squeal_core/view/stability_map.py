@@ -31,6 +31,7 @@ from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.studies.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
 from squeal_core.view.slide import slide
+from squeal_core.view.study_labels import shown_axis
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
          'axes.linewidth': 0.8, 'axes.titlesize': 11, 'axes.titlelocation': 'left'}
@@ -38,12 +39,6 @@ STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
 GROWTH = ListedColormap(colormaps['inferno_r'](np.linspace(0.22, 0.92, 256)), 'growth')
 GROWTH_OR_NOT = ListedColormap(colormaps['inferno_r'](np.linspace(0.02, 0.92, 256)),
                                'growth or not').with_extremes(under='white')
-_LABELS = {
-    'rotor_speed': 'rotor speed  rad/s', 'friction': 'friction coefficient',
-    'friction_slope': 'friction slope  s/m', 'contact_pressure': 'contact pressure  bar',
-    'contact_stiffness': 'contact stiffness  % of nominal'}
-
-
 _CONDITIONS = (  # parameter, in words, and the unit in SI units
     ('rotor_speed', 'Ω = {:g} rad/s', 1.0), ('friction', 'µ = {:.3g}', 1.0),
     ('friction_slope', 'slope = {:.3g} s/m', 1.0), ('contact_pressure', 'p₀ = {:.3g} bar', 1e5))
@@ -53,12 +48,10 @@ _MOST_MARKS = 900  # points of a map that are marked
 
 def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
     """Return a swept parameter in the unit it is shown in, and the axis' label."""
-    values = record.axes[parameter]
     if parameter == 'contact_stiffness':
-        values = 100.0 * values / record.about['nominal_contact_stiffness']
-    elif parameter == 'contact_pressure':
-        values = values / 1e5
-    return values, _LABELS[parameter]
+        share = record.axes[parameter] / record.about['nominal_contact_stiffness']
+        return 100.0 * share, 'contact stiffness  % of nominal'
+    return shown_axis(parameter, record.axes[parameter])
 
 
 def conditions(record: Sweep, *, brief: bool = False) -> str:

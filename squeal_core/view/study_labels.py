@@ -23,7 +23,8 @@ from squeal_core.studies.study_record import Study
 from squeal_core.surrogate.grid_columns import IMPOSSIBLE
 from squeal_core.view.slide import typeset
 
-_UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0), 'friction': ('friction', '', 1.0),
+_UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0),
+          'friction': ('friction coefficient', '', 1.0),
           'friction_slope': ('friction slope', 's/m', 1.0),
           'contact_pressure': ('contact pressure', 'bar', 1e5),
           'contact_stiffness': ('contact stiffness', '10⁹ N/m³', 1e9),
@@ -47,8 +48,13 @@ def parameter_in_words(name: str) -> tuple[str, str, float]:
 
 def study_axis(study: Study, name: str) -> tuple[FloatArray, str]:
     """Return a parameter's values in the unit that is shown, and the axis' label."""
+    return shown_axis(name, study.axes[name])
+
+
+def shown_axis(name: str, values: FloatArray) -> tuple[FloatArray, str]:
+    """Return values of a parameter in the unit that is shown, and the axis' label."""
     words, unit, factor = parameter_in_words(name)
-    return study.axes[name] / factor, f'{words}  {unit}'.rstrip()
+    return values / factor, f'{words}  {unit}'.rstrip()
 
 
 def study_conditions(study: Study) -> str:
