@@ -48,9 +48,8 @@ def _table(keys: Iterable[SettingSpec]) -> Iterable[str]:
     yield '| key | meaning | unit | range | default | takes effect |'
     yield '|---|---|---|---|---|---|'
     for key in keys:
-        default = json.dumps(list(key.default) if isinstance(key.default, tuple) else key.default)
         cells = (f'`{key.name.rpartition(".")[2]}`', key.meaning.replace('<', '\\<'), key.unit,
-                 _range(key), f'`{default}`', _CHANGE[key.change])
+                 _range(key), f'`{json.dumps(key.default)}`', _CHANGE[key.change])
         yield '| ' + ' | '.join(cell.replace('|', '\\|') for cell in cells) + ' |'
 
 

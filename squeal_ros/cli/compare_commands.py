@@ -18,6 +18,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 import json
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -176,7 +177,7 @@ def shown_rows(found: BrakeComparison, band_hz: tuple[float, float], *,
     low, high = band_hz
     return [row for row in found.rows() if any(
         mode is not None and low <= mode.frequency_hz <= high
-        and (every or mode.unstable or mode.critical_friction == mode.critical_friction)
+        and (every or mode.unstable or not math.isnan(mode.critical_friction))
         for mode in row)]
 
 
@@ -223,7 +224,7 @@ def _line(name: str, first: ComparedMode | None, mode: ComparedMode | None, mac:
         return f'{name:{width}} {"none":>9}'
     shift = (f'{100.0 * (mode.frequency_hz / first.frequency_hz - 1.0):+8.2f}'
              if first is not None and first is not mode else f'{"":8}')
-    critical, own = (f'{value:.4f}' if value == value else '-'
+    critical, own = (f'{value:.4f}' if not math.isnan(value) else '-'
                      for value in (mode.critical_friction, mac))
     return (f'{name:{width}} {mode.identity:>9} {mode.frequency_hz:10.2f} {shift} '
             f'{mode.growth_rate:+11.3f} {mode.damping_ratio:+14.6f} {critical:>18} {own:>6}')

@@ -33,7 +33,6 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value, CriticalValue
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.parameter_paths import Law, moved, OPERATING, PARAMETERS
-from squeal_core.studies.study_file import RECORDS as STUDIES
 from squeal_core.studies.study_tasks import CriticalTask, default_bounds, LocusTask, MapTask
 from squeal_core.studies.sweep import sweep
 from squeal_core.studies.sweep_file import check_size, RECORDS, save_sweep
@@ -186,9 +185,7 @@ def _check_bounds(options: argparse.Namespace, parameter: str, source: StudySour
 def _critical_study(options: argparse.Namespace, source: StudySource,
                     axes: dict[str, FloatArray]) -> int:
     """Critical values at each point of a grid, or along a dimension."""
-    check_workers(options.workers)
-    check_output('--output', options.output, STUDIES, force=options.force)
-    check_output('--plot', options.plot, PICTURES, force=options.force)
+    _check(options)
     if options.parameter in axes:
         raise SquealError(f'--over: {options.parameter} is what is searched along; leave it out')
     along = follows_law(source.has_friction_law, options, options.parameter)
