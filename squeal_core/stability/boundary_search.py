@@ -27,7 +27,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
-from squeal_core.stability.boundaries import Boundaries
+from squeal_core.stability.boundaries import Boundaries, Crossing
 
 Evaluate: TypeAlias = Callable[[IndexArray, FloatArray], ComplexArray]
 """
@@ -110,6 +110,29 @@ class BoundarySearch:
         self._narrow(found, evaluate)
         return found
 
+    def both_sides(self, start: float, eigenvalue: complex, bounds: tuple[float, float],
+                   step: float, at: Callable[[float], complex]) -> tuple[Crossing, Crossing]:
+        """
+        Return the nearest crossings below and above a start, by one solution at a time.
+
+        Parameters
+        ----------
+        start : float
+            Where both searches begin.
+        eigenvalue : complex
+            Of the least stable mode there [1/s].
+        bounds : (2,) floats
+            Where they end.
+        step : float
+            Of the walks.
+        at : callable
+            Eigenvalue of the least stable mode at a value; see `Evaluate`.
+
+        """
+        below, above = (self(np.array([start]), np.array([eigenvalue]), linear_walk(
+            start, end, step), one_by_one(at)).crossings()[0] for end in bounds)
+        return below, above
+
     def _narrow(self, found: Boundaries, evaluate: Evaluate) -> None:
         first, even = found.widths, np.zeros(found.start.size, bool)
         reference, change = found.widths, found.changes
@@ -160,6 +183,11 @@ class BoundarySearch:
         with np.errstate(invalid='ignore', divide='ignore'):
             most = np.maximum(change * (found.widths / reference) ** _SMOOTH, self.level)
             return np.isfinite(found.changes) & (found.changes <= most)
+
+
+def one_by_one(at: Callable[[float], complex]) -> Evaluate:
+    """Return how one search is evaluated by one solution at a time."""
+    return lambda _, values: np.array([[at(value) for value in row] for row in values.tolist()])
 
 
 def linear_walk(start: float, end: float, step: float) -> FloatArray:

@@ -19,13 +19,11 @@ from dataclasses import dataclass
 import math
 from typing import TypeAlias
 
-import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.common.errors import OperatingPointError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.boundaries import Crossing, NO_MODE
-from squeal_core.stability.boundary_search import BoundarySearch, linear_walk
+from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
 from squeal_core.stability.mode_tracking import follow, identify, Tracked
 from squeal_core.stability.parameter_paths import between, moved
@@ -122,9 +120,7 @@ def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
     search = BoundarySearch(parameter=parameter, level=limits.growth,
                             width=tolerance * (high - low))
     here = solver(start)
-    step = (high - low) / samples
-    below, above = (search(np.array([start]), np.array([here]), linear_walk(start, end, step),
-                           solver.evaluate).crossings()[0] for end in (low, high))
+    below, above = search.both_sides(start, here, bounds, (high - low) / samples, solver)
     return CriticalValue(parameter, start, here.real, below=below, above=above)
 
 
@@ -139,9 +135,6 @@ class _FullSolver:
         self._known: dict[float, Tracked] = {}
         if numbers:
             self._known[start] = identify(model, at(start), tolerances=limits)
-
-    def evaluate(self, _: IndexArray, values: FloatArray) -> ComplexArray:
-        return np.array([[self(value) for value in row] for row in values.tolist()])
 
     def __call__(self, value: float) -> complex:
         if self._numbers:

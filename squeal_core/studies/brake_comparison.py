@@ -22,10 +22,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.boundary_search import BoundarySearch
+from squeal_core.stability.boundaries import NO_MODE
+from squeal_core.stability.boundary_search import BoundarySearch, one_by_one
 from squeal_core.stability.eigensolution import Mode, Tolerances
 from squeal_core.stability.mode_matching import (
     frictionless_modes,
@@ -244,19 +244,16 @@ def _boundary(model: BrakeModel, point: OperatingPoint, number: int,
                            moved(model, point, 'friction', value)), start, tolerances=limits)
         return _worst(here.of((number,)))
 
-    def evaluate(_: IndexArray, values: FloatArray) -> ComplexArray:
-        return np.array([[eigenvalue(value) for value in row] for row in values.tolist()])
-
     search = BoundarySearch(parameter='friction', level=limits.growth, width=_WIDTH)
     crossing = search(np.array([ends[0]]), np.array([eigenvalue(ends[0])]),
-                      np.array([[ends[1]]]), evaluate)
+                      np.array([[ends[1]]]), one_by_one(eigenvalue))
     value = float(crossing.values[0])
     return ends[1] if math.isnan(value) else value
 
 
 def _worst(modes: Sequence[Mode]) -> complex:
     oscillating = [mode.eigenvalue for mode in modes if mode.kind in ('flutter', 'stable')]
-    return max(oscillating, key=lambda root: root.real, default=complex(-math.inf, math.nan))
+    return max(oscillating, key=lambda root: root.real, default=NO_MODE)
 
 
 def compared_table(name: str, table: ExpansionTable, model: BrakeModel,

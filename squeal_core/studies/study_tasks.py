@@ -22,11 +22,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.boundaries import Crossing, NO_MODE
-from squeal_core.stability.boundary_search import BoundarySearch, linear_walk
+from squeal_core.stability.boundary_search import BoundarySearch
 from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
 from squeal_core.stability.mode_tracking import identify, track, Tracked
@@ -208,17 +208,14 @@ class CriticalTask:
             start, model = place.start, place.model
             level = Tolerances.of(model, place.points[i]).growth
 
-            def evaluate(_: IndexArray, trials: FloatArray, i: int = i) -> ComplexArray:
-                return np.array([[self._least_stable(*rebuilt(i, value)) for value in row]
-                                 for row in trials.tolist()])
+            def least_stable(value: float, i: int = i) -> complex:
+                return self._least_stable(*rebuilt(i, value))
 
-            here = evaluate(np.zeros(1, int), np.array([[start]]))[0]
+            here = least_stable(start)
             search = BoundarySearch(parameter=self.parameter, level=level,
                                     width=_DESIGN_WIDTH * (high - low))
-            below, above = (search(np.array([start]), here, linear_walk(
-                start, end, (high - low) / _DESIGN_STEPS), evaluate).crossings()[0]
-                for end in (low, high))
-            _take_crossings(columns, i, start, here[0].real, below, above)
+            _take_crossings(columns, i, start, here.real, *search.both_sides(
+                start, here, self.bounds, (high - low) / _DESIGN_STEPS, least_stable))
 
     def _least_stable(self, model: BrakeModel | None, point: OperatingPoint | None) -> complex:
         if model is None or point is None:
