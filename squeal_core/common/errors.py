@@ -69,7 +69,7 @@ class SquealError(ValueError):
 @contextmanager
 def solver_errors(what: str, remedy: str = '') -> Iterator[None]:
     """
-    Raise whatever solvers say of one brake, as of a mesh that is none, as a SquealError.
+    Raise whatever solvers raise for one brake, as for an invalid mesh, as a SquealError.
 
     Parameters
     ----------

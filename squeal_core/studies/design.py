@@ -111,7 +111,7 @@ class BrakeDesign:
         Raises
         ------
         BrakeDescriptionError
-            For a brake that there cannot be.
+            For an impossible brake.
 
         """
         content = self.content
@@ -159,7 +159,7 @@ class DesignModels:
         Raises
         ------
         SquealError
-            For a brake that there cannot be.
+            For an impossible brake.
 
         """
         key = tuple(sorted(values.items()))

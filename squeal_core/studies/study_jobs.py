@@ -47,7 +47,7 @@ def _models(spec: StudySpec) -> DesignModels:
 
 
 def solve_part(spec: StudySpec, values: Values, part: str) -> None:
-    """Solve the 'disc' or the 'pads' of a brake; what cannot be is told when it is assembled."""
+    """Solve the 'disc' or the 'pads' of a brake; assembling it reports what fails."""
     with suppress(Exception):
         _models(spec).solve_part(values, part)
 
@@ -80,7 +80,7 @@ def solve_box(spec: StudySpec, values: Values, box: Box) -> BoxResult:
 
 def _points(spec: StudySpec, model: BrakeModel,
             moves: list[Values]) -> tuple[list[OperatingPoint | None], str]:
-    """Return the points, and why one of them cannot be."""
+    """Return the points, and why one of them is impossible."""
     points: list[OperatingPoint | None] = []
     base, reason = spec.options.at(model), ''
     for move in moves:

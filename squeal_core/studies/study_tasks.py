@@ -50,7 +50,7 @@ class StudyPlace:
     ----------
     model : BrakeModel
     points : sequence of OperatingPoint
-        The last axis runs fastest; None is a point that there cannot be.
+        The last axis runs fastest; None is an impossible point.
     shape : ints
         Of the box.
     rebuilt : callable, optional

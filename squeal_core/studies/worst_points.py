@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The operating points of a drive at which a brake is least stable, a mode each."""
+"""The operating points of a drive at which a brake is least stable, one for each mode."""
 
 from collections.abc import Callable
 import math

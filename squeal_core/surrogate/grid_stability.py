@@ -91,7 +91,7 @@ class GridStability:
         Parameters
         ----------
         points : sequence of OperatingPoint
-            The last axis runs fastest; None is a point that there cannot be.
+            The last axis runs fastest; None is an impossible point.
         shape : ints
             Of the grid.
 
