@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""Jobs on Dask: processes of this machine, or a cluster that is there; limits and losses."""
+"""Jobs on Dask, on a local or an existing cluster: timeouts, retries, lost connections."""
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
@@ -152,7 +152,7 @@ class FleetEngine:
         jobs : mapping
             Arguments by key.
         going_on : callable
-            Of no arguments, called some times a second: whether to go on.
+            Of no arguments, called several times a second: whether to go on.
 
         Raises
         ------
@@ -242,9 +242,9 @@ class _Attempt:
 
 class _Call:
     """
-    Is called where it is unpickled.
+    A call that is made by unpickling it, within the job.
 
-    By the job, that is: a worker that unpickles what it cannot import is ended, and starts anew.
+    An import that fails as Dask itself unpickles a task ends the worker, which is restarted.
     """
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""What a scheduler is asked before a client relies on it, and what Dask may say meanwhile."""
+"""The handshake with a scheduler, with a timeout; what Dask may log meanwhile."""
 
 import asyncio
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def answers(address: str, timeout: float, going_on: Callable[[], bool]) -> bool:
     timeout : float
         For how long it may not answer [s].
     going_on : callable
-        Of no arguments, called some times a second: whether to go on.
+        Of no arguments, called several times a second: whether to go on.
 
     Raises
     ------
@@ -52,13 +52,13 @@ def answers(address: str, timeout: float, going_on: Callable[[], bool]) -> bool:
 async def _answers(address: str, timeout: float, going_on: Callable[[], bool]) -> bool:
     try:
         async with asyncio.timeout(timeout):
-            hands = asyncio.create_task(connect(
+            handshake = asyncio.create_task(connect(
                 address, timeout=timeout, **Security().get_connection_args('client')))
-            while not (await asyncio.wait([hands], timeout=TICK))[0]:
+            while not (await asyncio.wait([handshake], timeout=TICK))[0]:
                 if not going_on():
-                    hands.cancel()
+                    handshake.cancel()
                     return False
-            await (await hands).close()
+            await (await handshake).close()
             return True
     except TimeoutError:
         raise TimeoutError('no answer') from None
