@@ -22,6 +22,7 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from squeal_core.assembly.build import build_model
 from squeal_core.assembly.parts import PartCache
 from squeal_core.brake.brake_yaml import read_brake
 from squeal_core.brake.operating_point import OperatingPoint
@@ -46,16 +47,18 @@ from squeal_core.surrogate.table_file import (
     read_table,
     read_table_header,
 )
+from squeal_core.vehicle.vehicle import Vehicle
 from squeal_ros.cli.arguments import (
     check_output,
     check_workers,
     is_description,
     operating_point,
     PICTURES,
+    positive,
     shipped,
 )
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
-from squeal_ros.cli.drive_signals import drive_and_vehicle, signals_of
+from squeal_ros.cli.drive_signals import Drive, drive_and_vehicle, signals_of
 from squeal_ros.cli.growth_commands import build_emulator_file
 from squeal_ros.cli.point_checks import check_band, check_point, check_values
 
@@ -77,12 +80,13 @@ def compare(options: argparse.Namespace) -> int:
                           'brakes or more')
     bounds = tuple(options.bounds or (0.0, 1.0))
     _check(options, bounds)
+    driven = drive_and_vehicle(options.drive, options.vehicle) if options.drive else None
     given = _read(options.brakes)
     points = [operating_point(one.model, options) for one in given]
     compared = [_compared(one, point, bounds)
                 for one, point in zip(given, points, strict=True)]
     found = compare_brakes(compared)
-    risks = _risks(given, options) if options.drive else []
+    risks = _risks(given, driven, options) if driven else []
     rows = shown_rows(found, options.band, every=options.all)
     if options.plot:
         from squeal_core.view.comparison_slide import plot_comparison
@@ -99,14 +103,14 @@ def _check(options: argparse.Namespace, bounds: tuple[float, float]) -> None:
     check_point(options)
     check_band(options.band)
     check_workers(options.workers)
+    if options.duration is not None:
+        positive('--duration', options.duration)
     check_values('--bounds of friction', 'friction', options.bounds or (), signed=False)
     if not bounds[0] < bounds[1]:
         raise SquealError(f'--bounds: are {bounds[0]:g} and {bounds[1]:g}; give two frictions '
                           'that rise')
     files = [path for path in map(Path, options.brakes) if path.is_file()]
     check_output('--plot', options.plot, PICTURES, force=options.force, inputs=files)
-    if options.drive:
-        drive_and_vehicle(options.drive, options.vehicle)
 
 
 def _read(names: Sequence[str]) -> list[Given]:
@@ -126,7 +130,6 @@ def _read(names: Sequence[str]) -> list[Given]:
 def _model(name: str, parts: PartCache) -> BrakeModel:
     if not is_description(name):
         return BrakeModel.load(name)
-    from squeal_core.assembly.build import build_model
     brake = read_brake(shipped('brakes', name, '.yaml'), warn=warn)
     return build_model(brake, parts=parts,
                        progress=lambda text: report_progress(f'{name}: {text}'))
@@ -148,9 +151,9 @@ def _compared(one: Given, point: OperatingPoint, bounds: tuple[float, float]) ->
     return compared_model(one.name, one.model, point, bounds=bounds, progress=report_progress)
 
 
-def _risks(given: Sequence[Given], options: argparse.Namespace) -> list[DriveRisk]:
+def _risks(given: Sequence[Given], driven: tuple[Drive, Vehicle],
+           options: argparse.Namespace) -> list[DriveRisk]:
     """Return the risk of each brake over the drive, by its own friction and emulator."""
-    drive, vehicle = drive_and_vehicle(options.drive, options.vehicle)
     settings = load_settings(resources.config_folder() / 'monitor.yaml')
     settings, found = replace(settings, rate=_DRIVE_RATE), []
     for one in given:
@@ -162,7 +165,7 @@ def _risks(given: Sequence[Given], options: argparse.Namespace) -> list[DriveRis
             build_emulator_file(cached_emulator_path(one.model), one.model, overwrite=True,
                                 workers=options.workers,
                                 of=f' for the growth emulator of {one.name}')
-        signals = signals_of(drive, vehicle, one.model, rate=10.0, duration=options.duration)
+        signals = signals_of(*driven, one.model, rate=10.0, duration=options.duration)
         with ProgressBar(f'ticks of {one.name}') as progress:
             found.append(drive_risk(one.model, signals, settings, progress))
     return found
