@@ -14,7 +14,7 @@
 
 """A recording of any format: what a replay needs of it, how it is opened, where it is found."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 import glob
 import os
 from pathlib import Path
@@ -29,17 +29,16 @@ from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions
 from squeal_ros.recordings.signals_file import Kind, Signals
+from squeal_ros.recordings.split_bags import is_one_bag, STORAGE
 from squeal_ros.recordings.table_spec import ClockSpec
 
 Samples = list[tuple[str, Signal, Sample | MissingValue]]
 """Brake, signal and sample of all that a message or a row holds."""
 
-_STORAGE = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 _TABLES = ('.csv', '.tsv')
 _MEASUREMENTS = ('.mf4', '.mdf')
-_FORMATS = (*_STORAGE, '.bag', *_MEASUREMENTS, *_TABLES)
+_FORMATS = (*STORAGE, '.bag', *_MEASUREMENTS, *_TABLES)
 _TEXTS = (*_TABLES, '.txt', '.dat', '.asc', '.log', '.prn')  # of what is given by its name
-_SPLIT = re.compile(r'(.*)_\d+')  # name of a storage file that rosbag2 split
 _MOST_FILES = 1_000_000  # looked through in a folder
 _RESULT = 'summary.json'  # what a replay writes beside its outputs
 
@@ -221,18 +220,10 @@ def _recordings_of(path: Path) -> Iterator[Path]:
         results = {file.removesuffix(f'.{_RESULT}') for file in files if file.endswith(_RESULT)}
         readable = [file for file in files if file.endswith(_FORMATS)
                     and file.partition('.')[0] not in results]
-        if 'metadata.yaml' in files or not results and _is_one_bag(readable):
+        if 'metadata.yaml' in files or not results and is_one_bag(folder, readable):
             yield folder
         else:
             yield from (folder / file for file in readable)
-
-
-def _is_one_bag(files: Sequence[str]) -> bool:
-    """Tell whether files are those into which rosbag2 split one bag, by their names."""
-    stems = {file.removesuffix('.zstd').rpartition('.')[0]
-             for file in files if file.endswith(_STORAGE)}
-    splits = {split[1] if (split := _SPLIT.fullmatch(stem)) else stem for stem in stems}
-    return len(stems) == len(files) and len(splits) == 1
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

@@ -27,7 +27,17 @@ from squeal_ros.recordings.recording import (  # noqa: E402
     open_recording,
     RecordingError,
 )
-from support.bags import braking, Entry, header, make, SECOND, START, write_bag  # noqa: E402, I100
+from support.bags import (  # noqa: E402, I100
+    braking,
+    Entry,
+    FLOAT,
+    header,
+    make,
+    SECOND,
+    START,
+    storage_file,
+    write_bag,
+)
 
 
 def touched(folder: Path, *names: str) -> None:
@@ -44,7 +54,7 @@ def found(folder: Path, *patterns: str) -> list[str]:
 
 def test_folders_files_and_patterns(tmp_path: Path) -> None:
     touched(tmp_path, 'week/bag/metadata.yaml', 'week/bag/bag_0.mcap', 'week/bag/bag_1.mcap',
-            'week/split/drive_0.db3', 'week/split/drive_1.db3', 'week/.hidden/x.mcap',
+            'week/split/split_0.db3', 'week/split/split_1.db3', 'week/.hidden/x.mcap',
             'week/many/b.mcap', 'week/many/a_10.mcap', 'week/many/a_9.db3', 'week/notes.md',
             'out/drive/summary.json', 'out/drive/outputs.mcap', 'one/x.mcap', 'one/x.summary.json',
             'one/y.mcap', 'odd[1].mcap')
@@ -58,6 +68,26 @@ def test_folders_files_and_patterns(tmp_path: Path) -> None:
     (tmp_path / 'linked').symlink_to(tmp_path / 'week')
     assert found(tmp_path, 'linked', 'week') == [
         path.replace('week', 'linked', 1) for path in week]
+
+
+def test_parts_of_one_bag_and_drives_of_several_days(tmp_path: Path) -> None:
+    """In a renamed folder without metadata.yaml, by their times."""
+    for folder, later in (('renamed', 1), ('days', 86_400)):
+        (tmp_path / folder).mkdir()
+        for number in range(2):
+            part = write_bag(tmp_path / f'{folder}_{number}', [
+                Entry('/fl/friction', FLOAT, START + (number * later + second) * SECOND,
+                      make(FLOAT, data=0.4)) for second in range(2)])
+            storage_file(part).rename(tmp_path / folder / f'drive_{number}.mcap')
+    assert found(tmp_path, 'renamed') == ['renamed']
+    assert found(tmp_path, 'days') == ['days/drive_0.mcap', 'days/drive_1.mcap']
+    (tmp_path / 'days' / 'drive_0.mcap').write_bytes(b'cut off')  # its times are not known
+    assert found(tmp_path, 'days') == ['days']
+
+
+def test_a_folder_of_one_file_is_a_bag_by_its_name_alone(tmp_path: Path) -> None:
+    touched(tmp_path, 'car/drive.mcap', 'bag/bag_0.mcap', 'own/own.db3')
+    assert found(tmp_path, 'car', 'bag', 'own') == ['bag', 'car/drive.mcap', 'own']
 
 
 def test_positions_of_fixes(tmp_path: Path) -> None:
