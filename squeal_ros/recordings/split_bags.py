@@ -35,6 +35,7 @@ def is_one_bag(folder: Path, files: Sequence[str]) -> bool:
     Parameters
     ----------
     folder : Path
+        That they are in.
     files : sequence of str
         Names of all recordings in it.
 
