@@ -33,7 +33,7 @@ from squeal_core.calibration.scores import (
 )
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.ranges import Ends
-from squeal_core.sound.brakings import Braking
+from squeal_core.sound.brakings import Braking, braking_numbers
 from squeal_core.sound.matching import MatchedApplication
 
 _FEW = 10  # events, or silent applications, below which intervals are wide
@@ -146,22 +146,9 @@ def scored(applications: Sequence[MatchedApplication]) -> ScoredApplications:
         np.array([one.braking.risk for one in known], dtype=float),
         np.array([bool(one.braking.alarm) for one in known], dtype=bool),
         np.array([one.measured for one in known], dtype=bool),
-        _clusters([one.braking for one in known]),
+        braking_numbers([(one.braking.recording, one.braking.start, one.braking.end)
+                         for one in known]),
         _conditions([one.braking for one in known]))
-
-
-def _clusters(brakings: Sequence[Braking]) -> IndexArray:
-    """Return numbers of brakings of the vehicle: one for all at overlapping times."""
-    found = np.zeros(len(brakings), dtype=np.intp)
-    order = sorted(range(len(brakings)), key=lambda i: (brakings[i].recording, brakings[i].start))
-    number, recording, end = -1, '', -math.inf
-    for i in order:
-        one = brakings[i]
-        if one.recording != recording or one.start > end or number < 0:
-            number, recording, end = number + 1, one.recording, one.end
-        end = max(end, one.end)
-        found[i] = number
-    return found
 
 
 def _conditions(brakings: Sequence[Braking]) -> FloatArray:

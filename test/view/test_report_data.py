@@ -15,17 +15,26 @@
 """What a report reduces and counts, against plain loops, scipy and a published example."""
 
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
-from squeal_core.monitor.fleet_files import FleetBrake
+from squeal_core.monitor.fleet_files import FleetBrake, FleetLabel
 from squeal_core.monitor.history import HistoryError, read_rows
 from squeal_core.monitor.history_columns import read_blocks
-from squeal_core.view.report.application_shares import difference, exceedance, shares, wilson
+from squeal_core.view.report.application_shares import (
+    Alarms,
+    difference,
+    exceedance,
+    share_of_brakings,
+    shares,
+    wilson,
+)
 from squeal_core.view.report.envelope import CURVES, MOST_POINTS, StretchEnvelope
-from squeal_core.view.report.fleet_groups import Group
+from squeal_core.view.report.fleet_groups import Group, read_fleet
+from squeal_core.view.report.runs import load_runs
 from squeal_core.view.report.tick_stream import Ticks
 from support.drive_results import SyntheticDrive
 from support.rows import each
@@ -108,13 +117,31 @@ def test_intervals_are_those_of_scipy(hits: int, trials: int) -> None:
 
 def test_the_difference_of_shares_is_newcombes() -> None:
     # Stat. Med. 17 (1998), table II, example (a), method 10: 56/70 minus 48/80
-    assert difference((48, 80), (56, 70)) == pytest.approx((0.2, 0.0524, 0.3339), abs=5e-5)
+    assert difference(Alarms(48, 80, 80), Alarms(56, 70, 70)) == pytest.approx(
+        (0.2, 0.0524, 0.3339), abs=5e-5)
+
+
+def test_intervals_cover_the_truth_where_the_brakes_of_a_vehicle_squeal_together() -> None:
+    """Of 500 drives of 40 brakings; brakes taken as independent cover it in two of three."""
+    squeals = np.random.default_rng(4).random((500, 40)) < 0.3
+    hits = 4 * squeals.sum(axis=1)
+    _, low, high = share_of_brakings(hits, 160, 40)
+    assert 0.93 < np.mean((low <= 0.3) & (high >= 0.3)) < 0.98
+    _, low, high = wilson(hits, 160)
+    assert np.mean((low <= 0.3) & (high >= 0.3)) < 0.75
+    assert np.isnan(share_of_brakings(0, 0, 0)).all()
 
 
 def test_shares_of_classes() -> None:
-    found = shares([1.0, 4.0, 6.0, np.nan], [True, False, True, True], np.array([0.0, 5.0, 10.0]))
-    assert found.counts.tolist() == [2, 1]
-    assert found.share.tolist() == [0.5, 1.0]
+    values, hits = [1.0, 4.0, 6.0, np.nan, 4.5], [True, False, True, True, True]
+    edges = np.array([0.0, 5.0, 10.0])
+    found = shares(values, hits, [0, 0, 1, 2, 3], edges)
+    assert found.counts.tolist() == [3, 1]
+    assert found.share.tolist() == [2 / 3, 1.0]
+    assert found.low.tolist() == wilson([4 / 3, 1], [2, 1])[1].tolist()
+    found = shares(values, hits, [0, 0, 1, 2, 3], edges, of_all=True)
+    assert found.share.tolist() == [2 / 5, 1 / 5]
+    assert found.high.tolist() == wilson([8 / 5, 4 / 5], 4)[2].tolist()
     level, share = exceedance([3.0, np.nan, 1.0])
     assert (level.tolist(), share.tolist()) == ([1.0, 3.0], [1.0, 0.5])
 
@@ -124,5 +151,33 @@ def test_a_risk_that_is_not_known_hides_no_larger_one() -> None:
     for risks in ((0.2, 0.5, np.nan), (np.nan, 0.5, 0.2)):
         group = Group()
         for risk in risks:
-            group.add(FleetBrake('fl', 1.0, 1.0, 1.0, 1, 1, 0, 0, risk))
+            group.add(FleetBrake('fl', 1.0, 1.0, 1.0, 1, 1, 0, 0, risk), 1)
         assert group.peak_risk == 0.5
+
+
+def test_brakes_that_are_applied_at_once_are_one_braking(tmp_path: Path) -> None:
+    """In a drive's page and in a fleet's: by vehicle, over all, by brake and by region."""
+    for seed, name in enumerate(('a', 'b')):
+        SyntheticDrive(120.0, seed=seed, name=name).write(tmp_path / name)
+    run = load_runs([tmp_path])[0]
+    stops = len({one.start_s for one in run.known})
+    assert len(run.known) == 8 * stops > 0  # at the same times in two recordings
+    assert np.unique(run.known_brakings).size == 2 * stops
+    tables: dict[str, Any] = {'recordings': [], 'brakes': [], 'applications': []}
+    for result in run.results:
+        label = FleetLabel(result.name, 'car')
+        known = [one for one in result.applications if one.alarm is not None]
+        hits = sum(bool(one.alarm) for one in known)
+        tables['recordings'].append((label, SimpleNamespace(
+            copy_of='', braking_s=1.0, risk_known_s=1.0, applications=len(known),
+            applications_known=len(known), applications_with_alarm=hits, peak_risk=0.9)))
+        tables['brakes'] += [(label, FleetBrake(
+            brake, 1.0, 1.0, 1.0, stops, stops, 0, 0, 0.9)) for brake in run.brakes]
+        tables['applications'] += [(label, one) for one in result.applications]
+    fleet = read_fleet(cast(Any, SimpleNamespace(rows=tables.__getitem__)))
+    assert fleet.total.known_alarms == fleet.vehicles['car'].known_alarms == Alarms(
+        len(run.squealing), 8 * stops, 2 * stops)
+    assert {one.known_alarms.brakings for one in fleet.brakes.values()} == {2 * stops}
+    for one in fleet.regions.values():
+        assert one.known / 4 <= one.brakings <= one.known
+    assert min(one.brakings / one.known for one in fleet.regions.values() if one.known) == 0.5

@@ -14,6 +14,7 @@
 
 """Shares of applications with their uncertainty, over classes of a condition."""
 
+from itertools import pairwise
 import math
 from typing import NamedTuple
 
@@ -24,9 +25,32 @@ from squeal_core.common.arrays import FloatArray
 Z = 1.959964  # of 95 % of a normal distribution
 
 
+class Alarms(NamedTuple):
+    """
+    Known brake applications, and how many of them have predicted (or measured) squeal.
+
+    Parameters
+    ----------
+    hits, known : int
+    brakings : int
+        Brakings of the vehicle that they are of: brakes that are applied at once are one.
+
+    """
+
+    hits: int
+    known: int
+    brakings: int
+
+    @property
+    def share(self) -> tuple[float, float, float]:
+        """Share of the applications with squeal, and the ends of its 95 % interval."""
+        share, low, high = map(float, share_of_brakings(*self))
+        return share, low, high
+
+
 class Shares(NamedTuple):
     """
-    Share of applications in each class, with 95 % intervals after Wilson.
+    Share of applications in each class, with 95 % intervals of `share_of_brakings`.
 
     Parameters
     ----------
@@ -55,24 +79,32 @@ def wilson(successes: ArrayLike, trials: ArrayLike) -> tuple[FloatArray, FloatAr
     return share, np.clip(centre - half, 0.0, share), np.clip(centre + half, share, 1.0)
 
 
-def difference(first: tuple[int, int], second: tuple[int, int]) -> tuple[float, float, float]:
+def share_of_brakings(hits: ArrayLike, known: ArrayLike, brakings: ArrayLike
+                      ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Return the share of applications with squeal and the ends of its 95 % interval; NaN of none.
+
+    The interval is Wilson's of as many trials as there were brakings of the vehicle. So brakes
+    that are applied at once count as one trial: were they independent it would be narrower.
+    """
+    known, brakings = np.asarray(known, float), np.asarray(brakings, float)
+    share = np.asarray(hits, float) / np.where(known > 0.0, known, np.nan)
+    return wilson(share * brakings, brakings)
+
+
+def difference(first: Alarms, second: Alarms) -> tuple[float, float, float]:
     """
     Return the second share minus the first, with the ends of its 95 % interval.
 
-    By Newcombe's hybrid score method (Stat. Med. 17 (1998) 873-890, method 10).
-
-    Parameters
-    ----------
-    first, second : (int, int)
-        Successes and trials.
-
+    By Newcombe's hybrid score method (Stat. Med. 17 (1998) 873-890, method 10), of the intervals
+    of both shares.
     """
-    (p1, l1, u1), (p2, l2, u2) = (map(float, wilson(*one)) for one in (first, second))
+    (p1, l1, u1), (p2, l2, u2) = first.share, second.share
     return (p2 - p1, p2 - p1 - math.hypot(p2 - l2, u1 - p1),
             p2 - p1 + math.hypot(u2 - p2, p1 - l1))
 
 
-def shares(values: ArrayLike, successes: ArrayLike, edges: FloatArray, *,
+def shares(values: ArrayLike, successes: ArrayLike, brakings: ArrayLike, edges: FloatArray, *,
            of_all: bool = False) -> Shares:
     """
     Return the share of successes in each class of a value.
@@ -83,6 +115,8 @@ def shares(values: ArrayLike, successes: ArrayLike, edges: FloatArray, *,
         One an application.
     successes : boolean array (k,)
         Likewise.
+    brakings : integer array (k,)
+        Number of the braking of the vehicle that it is of.
     edges : array (n + 1,)
         Ends of the classes.
     of_all : bool
@@ -90,10 +124,13 @@ def shares(values: ArrayLike, successes: ArrayLike, edges: FloatArray, *,
 
     """
     values, hits = np.asarray(values, float), np.asarray(successes, bool)
-    known = np.isfinite(values)
-    counts = np.full(len(edges) - 1, len(values), float) if of_all else np.histogram(
-        values[known], edges)[0].astype(float)
-    return Shares(edges, counts, *wilson(np.histogram(values[known & hits], edges)[0], counts))
+    numbers = np.asarray(brakings)
+    inside = [(values >= low) & (values < high) for low, high in pairwise(edges)]
+    among = [np.ones(values.size, bool)] * len(inside) if of_all else inside
+    counts = np.array([own.sum() for own in among], float)
+    return Shares(edges, counts, *share_of_brakings(
+        [(own & hits).sum() for own in inside], counts,
+        [np.unique(numbers[own]).size for own in among]))
 
 
 def classes(values: ArrayLike, width: float) -> FloatArray:

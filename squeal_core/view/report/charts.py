@@ -23,6 +23,7 @@ from squeal_core.calibration.events import MeasuredEvent
 from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.sound.brakings import braking_numbers
 from squeal_core.sound.comparison import Comparison
 from squeal_core.sound.matching import MatchedApplication
 from squeal_core.view.report.application_shares import classes, exceedance, Shares, shares
@@ -75,11 +76,14 @@ def occurrence(runs: Sequence[Run], condition: Condition,
     about: dict[str, Any] = {'name': f'occurrence-{name}', 'title': f'Occurrence over {name}'}
     values = [np.array([value(one) for one in run.known]) for run in runs]
     hits = [np.array([one.alarm for one in run.known], bool) for run in runs]
+    brakings = [run.known_brakings for run in runs]
     names = [label(run.name) if len(runs) > 1 else 'predicted' for run in runs]
     for run, found in zip(runs, comparisons, strict=False):
         heard = [one for one in found.matches.applications if one.outcome != 'not known']
         values.append(np.array([_measured_value(one, condition) for one in heard]))
         hits.append(np.array([one.measured for one in heard], bool))
+        brakings.append(braking_numbers([
+            (one.recording, one.start, one.end) for one in (found.braking for found in heard)]))
         names.append(f'{label(run.name)}, measured' if len(runs) > 1 else 'measured')
     counted = [own[hit] if of_all else own for own, hit in zip(values, hits, strict=True)]
     everything = np.concatenate([own[np.isfinite(own)] for own in counted])
@@ -90,13 +94,14 @@ def occurrence(runs: Sequence[Run], condition: Condition,
             f'No squeal is predicted in the {sum(map(len, values))} brake applications of which '
             'it is known.' if of_all else f'Not known: no brake application has a {name}.'))
     edges = classes(everything, width)
-    traces = [_bars(words, place, shares(own, hit, edges, of_all=of_all))
-              for place, (words, own, hit) in enumerate(zip(names, values, hits, strict=True))]
+    traces = [_bars(words, place, shares(own, hit, number, edges, of_all=of_all))
+              for place, (words, own, hit, number) in enumerate(
+                  zip(names, values, hits, brakings, strict=True))]
     left_out = sum(int(np.isnan(own).sum()) for own in values[:len(runs)]) if not of_all else 0
     caption = ('Share of the known brake applications ' + (
         'whose worst mode is in the class' if of_all else 'of the class')
         + (' with predicted or measured squeal' if comparisons else ' with predicted squeal')
-        + '; bars of error: 95 %.' + (
+        + '; bars of error: 95 %, by brakings of the vehicle.' + (
             f' Left out: {left_out} applications without a {name}.' if left_out else ''))
     return Figure(**about, caption=caption, traces=traces, layout={
         'xaxis': {'title': {'text': f'{title}  {unit}'},

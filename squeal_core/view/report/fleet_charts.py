@@ -72,7 +72,7 @@ def _unknown(groups: Mapping[str, Group]) -> Trace:
 
 
 def _squeal(groups: Mapping[str, Group]) -> Trace:
-    share, low, high = 100.0 * np.array([one.share for one in groups.values()]).T
+    share, low, high = 100.0 * np.array([one.known_alarms.share for one in groups.values()]).T
     return {
         'type': 'bar', 'name': 'squeal predicted, of known applications', 'x': _names(groups),
         'y': packed(share), 'customdata': packed(np.column_stack(
@@ -94,7 +94,7 @@ def region_map(regions: Mapping[Region, Group]) -> Figure:
     shape = tuple(max(getattr(one, key) for one in regions) + 1 for key in ('pressure', 'speed'))
     share, counts = np.full(shape, np.nan), np.zeros((*shape, 3))
     for at, one in regions.items():
-        share[at] = 100.0 * one.share[0]
+        share[at] = 100.0 * one.known_alarms.share[0]
         counts[at] = one.alarms, one.known, one.applications
     unknown = [at for at, one in regions.items() if not one.known]
     x, y = ((np.arange(count) + 0.5) * step for count, step in (

@@ -15,10 +15,11 @@
 
 """What the page of a fleet takes from its tables: read once, kept by vehicle, brake, condition."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import date
+from itertools import groupby
 import math
 from operator import itemgetter
 from typing import NamedTuple, TypeAlias
@@ -26,7 +27,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.fleet_files import FleetBrake, FleetFolder, FleetLabel, FleetRecording
-from squeal_core.view.report.application_shares import wilson
+from squeal_core.sound.brakings import braking_numbers
+from squeal_core.view.report.application_shares import Alarms
 
 PRESSURE_STEP, SPEED_STEP = 5e5, 10.0  # Pa, rad/s: of operating regions
 _MOST_CLASSES = 20  # of mileage or date
@@ -47,6 +49,8 @@ class Group:
         Braking time, and how much of it has a squeal risk.
     applications, known, alarms : int
         Brake applications, those of which squeal or silence is known, those with predicted squeal.
+    brakings : int
+        Brakings of the vehicles that known applications are of: brakes applied at once are one.
     peak_risk : float
 
     """
@@ -57,16 +61,25 @@ class Group:
     applications: int = 0
     known: int = 0
     alarms: int = 0
+    brakings: int = 0
     peak_risk: float = math.nan
 
-    def add(self, one: FleetRecording | FleetBrake) -> None:
-        """Take a recording, or a brake of one."""
+    def add(self, one: FleetRecording | FleetBrake, brakings: int) -> None:
+        """Take a recording, or a brake of one, and its brakings of which squeal is known."""
         self.recordings += 1
         self.braking_s += one.braking_s
         self.risk_known_s += one.risk_known_s
         self.applications += one.applications
         self.known += one.applications_known
         self.alarms += one.applications_with_alarm
+        self.brakings += brakings
+        self.raise_to(one.peak_risk)
+
+    def apply(self, one: ApplicationRecord) -> None:
+        """Take a single brake application; its braking is not counted."""
+        self.applications += 1
+        self.known += one.alarm is not None
+        self.alarms += bool(one.alarm)
         self.raise_to(one.peak_risk)
 
     def raise_to(self, risk: float) -> None:
@@ -79,15 +92,14 @@ class Group:
         return 1.0 - self.risk_known_s / self.braking_s if self.braking_s else math.nan
 
     @property
-    def share(self) -> tuple[float, float, float]:
-        """Part of known applications with predicted squeal, with the ends of its 95 % interval."""
-        share, low, high = map(float, wilson(self.alarms, self.known))
-        return share, low, high
+    def known_alarms(self) -> Alarms:
+        """Known applications, and those with predicted squeal."""
+        return Alarms(self.alarms, self.known, self.brakings)
 
     @property
     def rank(self) -> tuple[float, float, float]:
         """Key of the worst first: by the low end of the interval, which few do not raise."""
-        share, low, _ = self.share
+        share, low, _ = self.known_alarms.share
         return tuple(-math.inf if math.isnan(one) else one  # type: ignore[return-value]
                      for one in (low, share, self.peak_risk))
 
@@ -138,36 +150,46 @@ def read_fleet(folder: FleetFolder) -> FleetData:
 
     """
     rows: list[Row] = [row for row in folder.rows('recordings') if not row[1].copy_of]
+    regions, brakings = _applied(folder.rows('applications'))
+    found = [_Counted(label, one, brakings[label.recording]) for label, one in rows]
     total = Group()
-    for _, record in rows:
-        total.add(record)
-    vehicles = _grouped((label.vehicle, one) for label, one in rows)
+    for _, record, count in found:
+        total.add(record, count)
+    vehicles = _grouped((one.label.vehicle, one) for one in found)
     return FleetData(
         folder, rows, total,
         dict(sorted(vehicles.items(), key=lambda item: item[1].rank, reverse=True)),
-        _grouped((one.brake, one) for _, one in folder.rows('brakes')),
-        _classes(rows, lambda label: label.mileage_km, _mileage_step, _mileage_name),
-        _classes(rows, _day, _day_step, _day_name),
-        _regions(one for _, one in folder.rows('applications')))
+        _grouped((one.brake, _Counted(label, one, one.applications_known))  # never two at once
+                 for label, one in folder.rows('brakes')),
+        _classes(found, lambda label: label.mileage_km, _mileage_step, _mileage_name),
+        _classes(found, _day, _day_step, _day_name), regions)
 
 
-def _grouped(rows: Iterable[tuple[str, FleetRecording | FleetBrake]]) -> dict[str, Group]:
+class _Counted(NamedTuple):
+    """A recording, or a brake of one, and its brakings of which squeal is known."""
+
+    label: FleetLabel
+    record: FleetRecording | FleetBrake
+    brakings: int
+
+
+def _grouped(rows: Iterable[tuple[str, _Counted]]) -> dict[str, Group]:
     groups: dict[str, Group] = defaultdict(Group)
-    for name, record in rows:
-        groups[name].add(record)
+    for name, (_, record, brakings) in rows:
+        groups[name].add(record, brakings)
     return dict(groups)
 
 
-def _classes(rows: Sequence[Row], value: Callable[[FleetLabel], float],
+def _classes(rows: Sequence[_Counted], value: Callable[[FleetLabel], float],
              step_of: Callable[[float], float],
              name: Callable[[float, float], str]) -> dict[str, Group]:
     """Return recordings by classes of a value, in its order; empty where it is never known."""
-    known = sorted(((at, record) for label, record in rows if not math.isnan(at := value(label))),
+    known = sorted(((at, one) for one in rows if not math.isnan(at := value(one.label))),
                    key=itemgetter(0))
     if not known:
         return {}
     step = step_of(known[-1][0] - known[0][0])
-    return _grouped((name(math.floor(at / step) * step, step), record) for at, record in known)
+    return _grouped((name(math.floor(at / step) * step, step), one) for at, one in known)
 
 
 def _mileage_step(span: float) -> float:
@@ -197,14 +219,29 @@ def _day_name(low: float, step: float) -> str:
     return f'{first}' if step == 1.0 else f'from {first}, {step:.0f} days'
 
 
-def _regions(applications: Iterable[ApplicationRecord]) -> dict[Region, Group]:
+def _applied(rows: Iterable[tuple[FleetLabel, ApplicationRecord]]
+             ) -> tuple[dict[Region, Group], Counter[str]]:
+    """Return operating regions, and brakings of which squeal is known by recording."""
     groups: dict[Region, Group] = defaultdict(Group)
-    for one in applications:
-        if math.isfinite(one.pressure_pa + one.rotor_speed_rad_s):
-            group = groups[Region(math.floor(one.pressure_pa / PRESSURE_STEP),
-                                  math.floor(abs(one.rotor_speed_rad_s) / SPEED_STEP))]
-            group.applications += 1
-            group.known += one.alarm is not None
-            group.alarms += bool(one.alarm)
-            group.raise_to(one.peak_risk)
-    return dict(groups)
+    brakings: Counter[str] = Counter()
+    for name, own in groupby(rows, key=lambda row: row[0].recording):
+        applications = [one for _, one in own]
+        known = [one for one in applications if one.alarm is not None]
+        numbers = braking_numbers([(name, one.start_s, one.end_s) for one in known]).tolist()
+        brakings[name] += len(set(numbers))
+        for one in applications:
+            if region := _region(one):
+                groups[region].apply(one)
+        for region, _ in {(_region(one), number)
+                          for one, number in zip(known, numbers, strict=True)}:
+            if region:
+                groups[region].brakings += 1
+    return dict(groups), brakings
+
+
+def _region(one: ApplicationRecord) -> Region | None:
+    """Return the region of an application; None: its pressure or speed is not known."""
+    if not math.isfinite(one.pressure_pa + one.rotor_speed_rad_s):
+        return None
+    return Region(math.floor(one.pressure_pa / PRESSURE_STEP),
+                  math.floor(abs(one.rotor_speed_rad_s) / SPEED_STEP))

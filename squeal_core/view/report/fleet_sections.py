@@ -83,8 +83,9 @@ def _counting(manifest: Mapping[str, Any]) -> Iterator[str]:
     """Yield what counts, and how surely."""
     if copies := manifest['recordings_copied']:
         yield f'Copies of other recordings, which count once: {copies}.'
-    yield ('Intervals take brake applications as independent. Those of the brakes of one stop are '
-           'not, so true intervals are wider.')
+    yield ('Intervals (95 %) take as many independent trials as there were brakings of a vehicle: '
+           'brakes that are applied at once count once. One over several vehicles holds for '
+           'these, not for others.')
 
 
 def _notes(data: FleetData) -> Iterator[Markup]:
@@ -161,7 +162,7 @@ def _figures(one: Group) -> list[Content]:
 
 def _shares(one: Group) -> list[Content]:
     return [str(one.applications), str(one.known), str(one.alarms) if one.known else DASH,
-            share_words(one.alarms, one.known), number(one.peak_risk, '.2f')]
+            share_words(one.known_alarms), number(one.peak_risk, '.2f')]
 
 
 def region_table(data: FleetData) -> Iterator[Markup]:

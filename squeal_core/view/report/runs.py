@@ -21,10 +21,12 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from squeal_core.common.arrays import IndexArray
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.record_tables import ResultError
 from squeal_core.monitor.result_files import find_results, ReplayResult
+from squeal_core.sound.brakings import braking_numbers
 
 MOST_RUNS = 6
 _OF_REPORT = ('braking_s', 'assessed_s', 'risk_known_s', 'never_known', 'brakes', 'findings',
@@ -65,6 +67,12 @@ class Run:
     def known(self) -> list[ApplicationRecord]:
         """Applications of which it is known whether squeal is predicted."""
         return [one for _, one in self.applications if one.alarm is not None]
+
+    @cached_property
+    def known_brakings(self) -> IndexArray:
+        """Number of the braking of the vehicle that each known application is of."""
+        return braking_numbers([(place, one.start_s, one.end_s)
+                                for place, one in self.applications if one.alarm is not None])
 
     @cached_property
     def squealing(self) -> list[ApplicationRecord]:

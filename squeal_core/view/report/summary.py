@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.wording import counted
-from squeal_core.view.report.application_shares import difference, wilson
+from squeal_core.view.report.application_shares import Alarms, difference
 from squeal_core.view.report.charts import DECIBELS, KELVIN
 from squeal_core.view.report.markup import Content, element, Markup, table
 from squeal_core.view.report.runs import Located, Run
@@ -37,27 +37,27 @@ def summary_section(run: Run) -> list[Markup]:
     return [_applications(run), *_worst_events(run)]
 
 
-def _share(run: Run, brake: str = '') -> tuple[int, int]:
-    """Return applications with predicted squeal, and known ones."""
-    known = [one for one in run.known if brake in ('', one.brake)]
-    return sum(bool(one.alarm) for one in known), len(known)
+def _alarms(run: Run, brake: str = '') -> Alarms:
+    own = [(bool(one.alarm), number) for one, number in zip(
+        run.known, run.known_brakings.tolist(), strict=True) if brake in ('', one.brake)]
+    return Alarms(sum(hit for hit, _ in own), len(own), len({number for _, number in own}))
 
 
-def share_words(hits: int, known: int) -> str:
+def share_words(alarms: Alarms) -> str:
     """Return the share of applications with predicted squeal, with its 95 % interval."""
-    if not known:
+    if not alarms.known:
         return 'not known'
-    share, low, high = (float(value) for value in wilson(hits, known))
+    share, low, high = alarms.share
     return f'{percent(share)} ({100 * low:.0f} to {100 * high:.0f} %)'
 
 
 def _applications(run: Run) -> Markup:
     def row(name: str, brake: str) -> list[Content]:
         own = [one.record for one in run.applications if brake in ('', one.record.brake)]
-        hits, known = _share(run, brake)
+        alarms = _alarms(run, brake)
         risks = [one.peak_risk for one in own if math.isfinite(one.peak_risk)]
-        return [name, str(len(own)), str(known), str(hits) if known else DASH,
-                share_words(hits, known), number(max(risks, default=math.nan), '.2f'),
+        return [name, str(len(own)), str(alarms.known), str(alarms.hits) if alarms.known else DASH,
+                share_words(alarms), number(max(risks, default=math.nan), '.2f'),
                 number(float(np.median(risks)) if risks else math.nan, '.2f')]
 
     return table(
@@ -137,8 +137,8 @@ def _median_frequency(run: Run) -> float:
 def _figures(runs: Sequence[Run]) -> Markup:
     first, *others = runs
     rows: list[list[Content]] = [[
-        'applications with predicted squeal', share_words(*_share(first)),
-        *(cell for run in others for cell in (share_words(*_share(run)), _change(first, run)))]]
+        'applications with predicted squeal', share_words(_alarms(first)),
+        *(cell for run in others for cell in (share_words(_alarms(run)), _change(first, run)))]]
     for name, value, words in _FIGURES:
         own = value(first)
         rows.append([name, words(own), *(cell for run in others for cell in (
@@ -151,7 +151,7 @@ def _change(first: Run, run: Run) -> Content:
     """Return the difference of the shares, and whether it is more than chance."""
     if not (first.known and run.known):
         return 'not known'
-    change, low, high = (100.0 * value for value in difference(_share(first), _share(run)))
+    change, low, high = (100.0 * value for value in difference(_alarms(first), _alarms(run)))
     words = f'{change:+.1f} points ({low:+.1f} to {high:+.1f})'
     return element('strong', words) if low > 0.0 or high < 0.0 else (
         f'{words}, within what chance makes of it')
