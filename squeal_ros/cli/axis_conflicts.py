@@ -18,6 +18,7 @@ import argparse
 from collections.abc import Collection
 
 from squeal_core.common.errors import SquealError
+from squeal_core.stability.parameter_paths import Law
 
 LOADS = ('preload', 'pressure', 'contact_pressure')
 
@@ -62,6 +63,42 @@ def refuse_conflicts(options: argparse.Namespace, swept: Collection[str], search
         if why:
             option = '--over' if path in swept else '--parameter'
             raise SquealError(f'{option} {path}: has no effect, {why}')
+
+
+def refuse_without_rotation(options: argparse.Namespace, parameter: str, swept: Collection[str],
+                            law: Law, *, load_counts: bool) -> None:
+    """
+    Refuse a parameter that acts through the terms of rotation alone, where these are left out.
+
+    Parameters
+    ----------
+    options : namespace
+        Of the command.
+    parameter : str
+        An axis, or what a critical value is searched along.
+    swept : collection of str
+        Axes.
+    law : bool or 'slope'
+        What follows the friction law along it.
+    load_counts : bool
+        Whether contact stiffness follows a table, or there is a follower force.
+
+    Raises
+    ------
+    SquealError
+        With the parameter, why it has no effect, and what to leave out.
+
+    """
+    by_load = parameter in LOADS or parameter.startswith('caliper.')
+    by_slope = parameter == 'friction_slope' or (
+        parameter.startswith('friction.')
+        and ('friction' in swept or options.friction is not None))
+    if options.without_rotation and (by_slope or (by_load and not load_counts) or (
+            parameter == 'rotor_speed' and law is not True)):
+        raise SquealError(
+            f'{"--over" if parameter in swept else "--parameter"} {parameter}: has no effect, as '
+            '--without-rotation leaves out the gyroscopic, radial and slope terms, through which '
+            'alone it acts; leave one of them out')
 
 
 def _stiffness(options: argparse.Namespace, swept: Collection[str], table: bool) -> str:

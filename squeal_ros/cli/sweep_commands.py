@@ -45,6 +45,7 @@ from squeal_ros.cli.arguments import (
     operating_point,
     PICTURES,
 )
+from squeal_ros.cli.axis_conflicts import refuse_without_rotation
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
 from squeal_ros.cli.listing import sweep_lines, sweep_rows
 from squeal_ros.cli.point_checks import (
@@ -135,8 +136,10 @@ def critical(options: argparse.Namespace) -> int:
     parameter = source.parameter('--parameter', options.parameter)
     _check_bounds(options, parameter, source)
     axes = read_axes(options.over or [], source)
+    along = follows_law(source.has_friction_law, options, parameter)
+    refuse_without_rotation(options, parameter, axes, along, load_counts=source.load_counts)
     if axes or parameter not in PARAMETERS:
-        return _critical_study(options, source, axes)
+        return _critical_study(options, source, axes, along)
     if options.output or options.plot:
         raise SquealError('--output, --plot: one critical value is printed; sweep with --over')
     model = source.model
@@ -145,18 +148,17 @@ def critical(options: argparse.Namespace) -> int:
         model = without_rotation(model)
     options.rotor_speed = DEFAULT_SPEED if options.rotor_speed is None else options.rotor_speed
     point = operating_point(model, options)
-    law = follows_law(model.friction_law is not None, options, options.parameter)
     found = critical_value(
         model, point, options.parameter,
         options.bounds or default_bounds(point, options.parameter),
         numbers=options.modes, band_hz=tuple(options.band),
-        ray=partial(moved, model, point, options.parameter, friction_law=law))
+        ray=partial(moved, model, point, options.parameter, friction_law=along))
     if options.json:
-        print(json.dumps(plain({**asdict(found), 'modes': options.modes, 'friction_law': law,
+        print(json.dumps(plain({**asdict(found), 'modes': options.modes, 'friction_law': along,
                                 'rotation': not options.without_rotation,
                                 'point': asdict(point)})))
     else:
-        _print_critical(found, point, law)
+        _print_critical(found, point, along)
     return 0
 
 
@@ -183,12 +185,11 @@ def _check_bounds(options: argparse.Namespace, parameter: str, source: StudySour
 
 
 def _critical_study(options: argparse.Namespace, source: StudySource,
-                    axes: dict[str, FloatArray]) -> int:
+                    axes: dict[str, FloatArray], along: Law) -> int:
     """Critical values at each point of a grid, or along a dimension."""
     _check(options)
     if options.parameter in axes:
         raise SquealError(f'--over: {options.parameter} is what is searched along; leave it out')
-    along = follows_law(source.has_friction_law, options, options.parameter)
     law = settle_point(options, axes, source, options.parameter)
     return study(options, source, axes, CriticalTask(
         parameter=options.parameter, bounds=tuple(options.bounds) if options.bounds else None,

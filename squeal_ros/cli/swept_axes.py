@@ -29,7 +29,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.parameter_paths import Law, OPERATING
 from squeal_core.studies.design import BrakeDesign, DesignModels
 from squeal_ros.cli.arguments import DEFAULT_SPEED, is_description
-from squeal_ros.cli.axis_conflicts import LOADS, refuse_conflicts
+from squeal_ros.cli.axis_conflicts import LOADS, refuse_conflicts, refuse_without_rotation
 from squeal_ros.cli.console import warn
 from squeal_ros.cli.point_checks import check_values
 
@@ -88,6 +88,12 @@ class StudySource:
         if not self.described:
             return self.model.stiffness_table is not None
         return 'stiffness_table' in (self.require_design('').content.get('contact') or {})
+
+    @property
+    def load_counts(self) -> bool:
+        """Whether more depends on the load than the terms of rotation do."""
+        return self.has_stiffness_table or (
+            not self.described and self.model.follower is not None)
 
     def parameter(self, option: str, name: str, axis: str = '') -> str:
         """Return the name of a parameter that there is, of the operation or a path."""
@@ -149,6 +155,8 @@ def settle_point(options: argparse.Namespace, axes: dict[str, FloatArray],
         options.rotor_speed = float(axes['rotor_speed'][0] if 'rotor_speed' in axes
                                     else DEFAULT_SPEED)
     law = follows_law(source.has_friction_law, options, *axes)
+    for name in axes:
+        refuse_without_rotation(options, name, axes, law, load_counts=source.load_counts)
     if 'friction' in axes and options.friction is None:
         # what is swept is given: constant friction, or a law's scaled to it, as with --friction
         options.friction = float(np.abs(axes['friction']).max()) or 1.0

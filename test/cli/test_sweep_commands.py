@@ -22,6 +22,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from squeal_core import BrakeModel
+from squeal_core.brake.dimensions import StiffnessTable
+from squeal_core.common.errors import SquealError
 from squeal_core.studies.point_options import point_with
 from squeal_core.studies.sweep_file import load_sweep
 from squeal_ros.cli.arguments import point_options
@@ -34,7 +36,7 @@ AXES = {'contact.stiffness_n_m3': '2e10:4e10:2', 'contact_stiffness': '2e10:4e10
         'caliper.piston_diameter_mm': '50:60:2', 'caliper.efficiency': '0.8:0.9:2',
         'preload': '1000:2000:2', 'pressure': '4e5:8e5:2', 'contact_pressure': '4e5:8e5:2',
         'friction.static': '0.4:0.6:2', 'friction.decay_s_m': '0.5:1:2', 'friction': '0.3:0.5:2',
-        'friction_slope': '-0.02:-0.01:2'}
+        'friction_slope': '-0.02:-0.01:2', 'rotor_speed': '2:10:2'}
 RADIUS = 2.0 / 3.0 * (0.142**3 - 0.1**3) / (0.142**2 - 0.1**2)  # m, of K09's patch
 LAW = [(0.32 + fall, -fall) for fall in (0.18 * math.exp(-RADIUS * speed)
                                          for speed in (2.0, 10.0))]
@@ -132,6 +134,13 @@ def test_what_is_no_study(arguments: list[str], words: str, tmp_path: Path,
     ('friction.static friction_slope', '--friction 0.4 --friction-law', '--friction-law: has no'),
     ('preload', '--pressure 8e5', '--pressure: has no effect beside --over preload'),
     ('contact_pressure', '--preload 2000', '--preload: has no effect'),
+    *((axes, f'{options} --without-rotation', 'as --without-rotation leaves out')
+      for axes, options in (
+          ('friction_slope', '--friction 0.4'), ('preload', ''),
+          ('friction preload', ''), ('caliper.efficiency', '--pressure 8e5'),
+          ('rotor_speed', '--friction 0.4'), ('rotor_speed', '--friction 0.4 --friction-law'),
+          ('friction.static', '--friction 0.4 --friction-law'),
+          ('friction friction.static', '--friction-law'))),
 ])
 def test_what_no_point_depends_on(axes: str, options: str, why: str,
                                   capsys: pytest.CaptureFixture[str]) -> None:
@@ -142,6 +151,31 @@ def test_what_no_point_depends_on(axes: str, options: str, why: str,
         assert len(err.splitlines()) == 1
         assert 'has no effect' in err
         assert why in err
+
+
+@pytest.mark.parametrize(('parameter', 'options'), [
+    ('friction_slope', []), ('contact_pressure', []), ('rotor_speed', ['--friction', '0.4']),
+    ('friction_slope', ['--over', 'friction=0.2:0.4:2'])])
+def test_what_no_critical_value_depends_on(parameter: str, options: list[str],
+                                           capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = squeal(capsys, 'critical', 'kang2009', '--parameter', parameter,
+                          '--without-rotation', *options)
+    assert (code, len(err.splitlines())) == (2, 1)
+    assert f'--parameter {parameter}: has no effect, as --without-rotation' in err
+
+
+def test_what_points_without_rotation_depend_on() -> None:
+    """The law's friction over speed; of a follower force or a stiffness table the load, too."""
+    chosen = parser().parse_args(['map', 'kang2009', '--without-rotation'])
+    source = StudySource('kang2009')
+    assert settle_point(chosen, {'rotor_speed': np.array([1.0, 2.0])}, source) is True
+    for more in ({'follower': np.eye(source.model.size)},
+                 {'stiffness_table': StiffnessTable((1e5, 1e6), (1e10, 2e10))}):
+        counts = StudySource('kang2009')
+        counts.__dict__['model'] = replace(source.model, **more)
+        settle_point(chosen, {'preload': np.array([1e3, 2e3])}, counts)
+    with pytest.raises(SquealError, match='--over preload: has no effect'):
+        settle_point(chosen, {'preload': np.array([1e3, 2e3])}, source)
 
 
 @pytest.mark.parametrize(('axes', 'options'), [
