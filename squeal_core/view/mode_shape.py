@@ -38,6 +38,7 @@ from squeal_core.model.surface_shapes import SurfaceShapes
 from squeal_core.view.saving import FigureTarget
 from squeal_core.view.slide import (
     AMPLITUDES,
+    DPI,
     GREY,
     SEVERAL,
     slide,
@@ -49,7 +50,6 @@ FRAMES, RATE = 20, 10  # of an animation: frames of a cycle, and a second
 _FINER = 3  # times as many points as the model has, between which shapes are interpolated
 _DRAWN = 0.09  # largest displacement that is drawn, of the outer radius
 _APART = 0.3  # how far pads are drawn from the disc, of the outer radius
-_DPI = 60  # of an animation
 _VIEW = {'elev': 28.0, 'azim': 35.0}
 _NO_SHAPES = ('this model carries no shapes of its modes: it was made from matrices or by an '
               'early version; build it from a brake description, or draw --picture damping or '
@@ -159,7 +159,7 @@ def animate_shape(view: ShapeView, path: str | Path, *, overwrite: bool = True) 
         figure, writer = slide_figure(view.title, view.about), PillowWriter(fps=RATE)
         panels = _panels(figure, view)
         frames = Path(folder) / 'cycle.gif'
-        with writer.saving(figure, frames, _DPI):
+        with writer.saving(figure, frames, DPI):
             for phase in cycle():
                 _draw(panels, view, phase)
                 writer.grab_frame()

@@ -172,7 +172,7 @@ def test_pictures_of_a_slides_size_are_written(
         with Image.open(plot) as picture:
             assert picture.size == (1466, 825)
     with Image.open(moving) as animation:
-        assert animation.n_frames == 2
+        assert (animation.n_frames, animation.size) == (2, (1466, 825))
     assert squeal(capsys, 'locus', saved, '--friction', '0.5', '--contact-stiffness', '1e9',
                   '--over', 'friction=0.3:0.5:2', '--plot', plot, '--picture', 'bubbles',
                   '--force')[0] == 0
