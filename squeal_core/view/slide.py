@@ -37,6 +37,7 @@ MARKERS = 'os^DvPX*'
 _STYLE = {'font.size': 14, 'axes.titlesize': 15, 'axes.labelsize': 15, 'legend.fontsize': 13,
           'figure.titlesize': 18, 'axes.spines.top': False, 'axes.spines.right': False,
           'axes.titlelocation': 'left', 'hatch.linewidth': 0.8, 'axes.axisbelow': True}
+STIFFNESS = ('10⁹ N/m³', 1e9)  # unit of contact stiffness per area in pictures, in N/m^3
 _LINE = 118  # characters of a title's second line
 
 
@@ -105,7 +106,13 @@ def point_words(point: OperatingPoint) -> str:
     slope = f', slope {point.friction_slope:.3g} s/m' if point.friction_slope else ''
     return (f'{point.rotor_speed:g} rad/s, friction {point.friction:.3g}{slope}, '
             f'p₀ = {point.contact_pressure / 1e5:.3g} bar, contact stiffness '
-            f'{point.contact_stiffness:.3g} N/m³{scale}')
+            f'{stiffness_words(point.contact_stiffness)}{scale}')
+
+
+def stiffness_words(*ends: float) -> str:
+    """Return a contact stiffness per area [N/m^3], or its two ends, with the unit."""
+    unit, factor = STIFFNESS
+    return f'{" to ".join(dict.fromkeys(f"{end / factor:.3g}" for end in ends))} × {unit}'
 
 
 def number(value: float, digits: int = 3) -> str:

@@ -30,7 +30,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.studies.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
-from squeal_core.view.slide import slide
+from squeal_core.view.slide import slide, stiffness_words
 from squeal_core.view.study_labels import shown_axis
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
@@ -66,7 +66,7 @@ def conditions(record: Sweep, *, brief: bool = False) -> str:
         if name not in record.axes and name not in by_law and np.any(values != usual):
             parts.append(text.format(values[0]) if np.ptp(values) == 0.0
                          else 'slope in proportion to µ')
-    parts += [] if 'contact_stiffness' in record.axes else _stiffness(record, brief)
+    parts += _stiffness(record, brief)
     parts += {True: ['friction by its law of speed'],
               'slope': ['slope by the law of friction']}.get(law, [])
     parts += [] if about['rotation'] else ['without rotation']
@@ -76,10 +76,11 @@ def conditions(record: Sweep, *, brief: bool = False) -> str:
 
 def _stiffness(record: Sweep, brief: bool) -> list[str]:
     values, nominal = record.column('contact_stiffness'), record.about['nominal_contact_stiffness']
+    if 'contact_stiffness' in record.axes:  # whose axis is in per cent
+        return [] if brief else [f'nominal contact stiffness {stiffness_words(nominal)}']
     if brief:
         return [] if np.all(values == nominal) else [f'stiffness {values[0] / nominal:.0%}']
-    ends = dict.fromkeys(f'{end:.3g}' for end in (values.min(), values.max()))
-    return [f'contact stiffness {" to ".join(ends)} N/m³']
+    return [f'contact stiffness {stiffness_words(values.min(), values.max())}']
 
 
 @contextmanager

@@ -21,13 +21,13 @@ from squeal_core.common.ranges import SYMBOLS
 from squeal_core.studies.point_options import DEFAULT_PRELOAD
 from squeal_core.studies.study_record import Study
 from squeal_core.surrogate.grid_columns import IMPOSSIBLE
-from squeal_core.view.slide import typeset
+from squeal_core.view.slide import STIFFNESS, stiffness_words, typeset
 
 _UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0),
           'friction': ('friction coefficient', '', 1.0),
           'friction_slope': ('friction slope', 's/m', 1.0),
           'contact_pressure': ('contact pressure', 'bar', 1e5),
-          'contact_stiffness': ('contact stiffness', '10⁹ N/m³', 1e9),
+          'contact_stiffness': ('contact stiffness', *STIFFNESS),
           'damping_scale': ('damping scale', '', 1.0), 'preload': ('preload', 'kN', 1e3),
           'pressure': ('brake pressure', 'bar', 1e5)}
 _NAMES = {'young modulus': "Young's modulus", 'poisson ratio': "Poisson's ratio"}
@@ -43,7 +43,7 @@ def parameter_in_words(name: str) -> tuple[str, str, float]:
     words = name.removesuffix(f'_{suffix}').replace('_', ' ').replace('.', ': ')
     for plain, printed in _NAMES.items():
         words = words.replace(plain, printed)
-    return words, typeset(symbols.get(suffix, '')), 1.0
+    return words, *(STIFFNESS if suffix == 'n_m3' else (typeset(symbols.get(suffix, '')), 1.0))
 
 
 def study_axis(study: Study, name: str) -> tuple[FloatArray, str]:
@@ -66,7 +66,8 @@ def study_conditions(study: Study) -> str:
             continue
         words, unit, factor = parameter_in_words(name)
         parts.append('slope by the law' if value is True
-                     else f'{words} {value / factor:g} {_times(unit)}'.rstrip())
+                     else f'{words} {stiffness_words(value)}' if name == 'contact_stiffness'
+                     else f'{words} {value / factor:g} {unit}'.rstrip())
     parts += ['nominal contact stiffness'] if study.about['point'].get(
         'contact_stiffness', 0.0) is None else []
     if study.about['friction_law']:
@@ -87,7 +88,3 @@ def _held(study: Study) -> dict[str, Any]:
             *loads, 'contact_pressure'} & study.axes.keys():
         point['preload'] = DEFAULT_PRELOAD
     return point
-
-
-def _times(unit: str) -> str:
-    return f'× {unit}' if unit.startswith('10') else unit

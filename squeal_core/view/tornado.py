@@ -23,7 +23,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.studies.design_sensitivity import ParameterEffect, SensitivityStudy
 from squeal_core.studies.split_doublet import SplitDoublet, SplitGrowth
 from squeal_core.view.saving import FigureTarget
-from squeal_core.view.slide import point_words, slide, typeset
+from squeal_core.view.slide import point_words, slide, stiffness_words, typeset
 from squeal_core.view.study_labels import parameter_in_words
 
 _MOST_BARS = 16
@@ -78,7 +78,7 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
                                  f'of {study.braking[0].duration:g} s of braking\n'
                                  f'{_at(study.targets[0].point)}', fontsize=11, loc='center')
             panels[-1].set_xlabel('change of the risk\npercentage points', fontsize=_SMALL)
-        panels[0].set_yticks(list(places), [_label(one.parameter, *units[one.parameter])
+        panels[0].set_yticks(list(places), [parameter_label(one.parameter, *units[one.parameter])
                                             for one in known])
         panels[0].invert_yaxis()
         handles, labels = panels[0].get_legend_handles_labels()
@@ -101,10 +101,11 @@ def _bars(panel: Any, sides: Sequence[tuple[float, float]]) -> None:
     panel.margins(x=0.06)
 
 
-def _label(parameter: str, value: float, unit: str) -> str:
+def parameter_label(parameter: str, value: float, unit: str) -> str:
     """Return a parameter in words with its value: 'disc: rotor thickness, 16 mm'."""
     words = parameter_in_words(parameter)[0]
-    return words if math.isnan(value) else f'{words}, {typeset(f"{value:.4g} {unit}")}'.rstrip()
+    shown = (stiffness_words(value) if unit == 'N/m^3' else typeset(f'{value:.4g} {unit}'))
+    return words if math.isnan(value) else f'{words}, {shown}'.rstrip()
 
 
 def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,

@@ -25,7 +25,10 @@ import pytest
 from squeal_core import BrakeModel
 from squeal_core.studies.sweep import sweep
 from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
+from squeal_core.view.slide import point_words, stiffness_words
 from squeal_core.view.stability_map import conditions, plot_growth_map, plot_stability_map
+from squeal_core.view.study_labels import shown_axis
+from squeal_core.view.tornado import parameter_label
 from support.sweeps import at, FRICTIONS, interrupted, PAIR, POINT
 
 
@@ -74,13 +77,31 @@ def test_a_map_hides_no_flutter_and_no_divergence(tmp_path: Path) -> None:
 def test_pictures_say_what_was_held(tmp_path: Path) -> None:
     """And nothing that goes without saying."""
     plain = conditions(sweep(PAIR, POINT, {'rotor_speed': [1.0, 2.0]}))
-    assert plain == 'µ = 0.1, p₀ = 1 bar, contact stiffness 1e+10 N/m³'
+    assert plain == 'µ = 0.1, p₀ = 1 bar, contact stiffness 10 × 10⁹ N/m³'
     point = replace(POINT, friction_slope=-0.05, contact_stiffness=0.7e10)
     assert conditions(sweep(PAIR, point, {'rotor_speed': [1.0, 2.0]})) == (
-        'µ = 0.1, slope = -0.05 s/m, p₀ = 1 bar, contact stiffness 7e+09 N/m³')
+        'µ = 0.1, slope = -0.05 s/m, p₀ = 1 bar, contact stiffness 7 × 10⁹ N/m³')
     assert conditions(sweep(PAIR, point, {'rotor_speed': [1.0, 2.0]}), brief=True).endswith(
         'p₀ = 1 bar, stiffness 70%')
+    swept = sweep(PAIR, POINT, {'contact_stiffness': [1e10, 2e10]})
+    assert 'nominal contact stiffness 10 × 10⁹ N/m³' in conditions(swept)
+    assert 'stiffness' not in conditions(swept, brief=True)
     assert 'slope in proportion to µ' in conditions(sweep(PAIR, point, {'friction': [0.1, 0.2]}))
+
+
+def test_contact_stiffness_has_one_unit() -> None:
+    """In titles, on axes of operation and design, on the bars of a tornado chart."""
+    assert stiffness_words(3.5e10) == '35 × 10⁹ N/m³'
+    assert stiffness_words(7.5e8, 2e10) == '0.75 to 20 × 10⁹ N/m³'
+    assert point_words(replace(POINT, contact_stiffness=3.5e10)).endswith(
+        'contact stiffness 35 × 10⁹ N/m³')
+    for name in ('contact_stiffness', 'contact.stiffness_n_m3'):
+        values, words = shown_axis(name, np.array([3.5e10]))
+        assert words.endswith('stiffness  10⁹ N/m³')
+        assert values.tolist() == [35.0]
+    assert parameter_label('contact.stiffness_n_m3', 3.5e10, 'N/m^3') == (
+        'contact: stiffness, 35 × 10⁹ N/m³')
+    assert parameter_label('disc.density_kg_m3', 7150.0, 'kg/m^3') == 'disc: density, 7150 kg/m³'
 
 
 def test_map_of_growth(tmp_path: Path) -> None:
@@ -89,7 +110,7 @@ def test_map_of_growth(tmp_path: Path) -> None:
     assert 'ContourSet' in svg or 'PathCollection' in svg  # the line of zero growth
     for text in ('rotor speed  rad/s', 'friction coefficient', 'largest growth rate'):
         assert text in svg
-    assert 'p₀ = 1 bar, contact stiffness 1e+10 N/m³' in svg
+    assert 'p₀ = 1 bar, contact stiffness 10 × 10⁹ N/m³' in svg
     values['friction'] = [0.4, 0.6]  # all grow
     svg = drawn(tmp_path / 'b.svg', plot_growth_map, sweep(PAIR, POINT, values))
     assert 'ContourSet' not in svg
