@@ -121,6 +121,8 @@ class FleetData:
     folder : FleetFolder
     recordings : list of rows
         Without copies of others.
+    brakings : dict of int
+        Brakings of which squeal is known, by recording; 0 of others.
     total : Group
     vehicles, brakes, mileage, dates : dict of Group
         By name; vehicles worst first, the empty name where none is known.
@@ -131,6 +133,7 @@ class FleetData:
 
     folder: FleetFolder
     recordings: list[Row]
+    brakings: Counter[str]
     total: Group
     vehicles: dict[str, Group]
     brakes: dict[str, Group]
@@ -157,7 +160,7 @@ def read_fleet(folder: FleetFolder) -> FleetData:
         total.add(record, count)
     vehicles = _grouped((one.label.vehicle, one) for one in found)
     return FleetData(
-        folder, rows, total,
+        folder, rows, brakings, total,
         dict(sorted(vehicles.items(), key=lambda item: item[1].rank, reverse=True)),
         _grouped((one.brake, _Counted(label, one, one.applications_known))  # never two at once
                  for label, one in folder.rows('brakes')),

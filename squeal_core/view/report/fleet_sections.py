@@ -194,7 +194,8 @@ def recordings_section(data: FleetData, pages: Mapping[str, str], how: str) -> I
     """
     ranked = worst_first(data)
     yield table(('recording', 'vehicle', 'date', 'mileage km', 'duration', *_COLUMNS),
-                [_recording(row, pages) for row in ranked[:_MOST_RECORDINGS]], numbers_from=2)
+                [_recording(row, pages, data.brakings[row[0].recording])
+                 for row in ranked[:_MOST_RECORDINGS]], numbers_from=2)
     yield from _more(len(ranked), _MOST_RECORDINGS, 'recordings')
     if any(one.result not in pages for _, one in ranked):
         yield element('p', how, class_='notice')
@@ -210,10 +211,10 @@ def worst_first(data: FleetData) -> list[Row]:
     return sorted(data.recordings, key=key)
 
 
-def _recording(row: Row, pages: Mapping[str, str]) -> list[Content]:
+def _recording(row: Row, pages: Mapping[str, str], brakings: int) -> list[Content]:
     label, one = row
     group = Group()
-    group.add(one)
+    group.add(one, brakings)
     page = pages.get(one.result)
     return [element('a', label.recording, href=quote(page)) if page else label.recording,
             label.vehicle or DASH, label.date or DASH, number(label.mileage_km, ',.0f'),
