@@ -53,7 +53,8 @@ def fleet(options: argparse.Namespace) -> int:
                              'give recordings')
     with ProgressBar('recordings') as bar:
         progress = _Progress(bar)
-        run = FleetRun(task, recordings, make_folder(folder), vehicles, _files(options), progress)
+        run = FleetRun(task, recordings, make_folder(folder), vehicles,
+                       [*map(absolute, options.recordings)], _files(options), progress)
         progress.begin(run.paths)
         with interrupts.StopAtNext(progress.stop), engine:
             run.evaluate(engine)

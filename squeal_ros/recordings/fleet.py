@@ -55,6 +55,8 @@ class FleetRun:
     folder : Path
         Of the results.
     vehicles : sequence of VehicleRow
+    given : sequence of Path
+        Files and folders that name the recordings, absolute.
     files : str
         SHA-256 of the files of signals and message types.
     show : callable
@@ -73,6 +75,7 @@ class FleetRun:
     recordings: Sequence[Path]
     folder: Path
     vehicles: Sequence[VehicleRow] = ()
+    given: Sequence[Path] = ()
     files: str = ''
     show: Callable[[str, Sequence[str]], bool] = lambda phase, names: True
     computed: int = field(default=0, init=False)
@@ -158,7 +161,7 @@ class FleetRun:
 
     def write(self) -> dict[str, Any]:
         """Write the tables over all that is evaluated, and the manifest; return it."""
-        rows = vehicles_of(self.paths, self.vehicles)
+        rows = vehicles_of(self.paths, self.vehicles, self.given)
         return write_tables(self.folder, [
             self._member(name, path, rows[name]) for name, path in self.paths.items()],
             {'sources': self.task.sources, 'signals': self.task.signals and {

@@ -26,6 +26,7 @@ from typing import NamedTuple
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
 from squeal_core.common.errors import did_you_mean
 from squeal_ros.recordings.fleet_task import FleetError
+from squeal_ros.recordings.split_bags import folder_of
 
 _COLUMNS = ('recording', 'vehicle', 'mileage_km')
 _MAX_BYTES, _MAX_LINE = 100_000_000, 10_000
@@ -82,14 +83,15 @@ def _row(where: str, row: Mapping[str | None, str | None]) -> VehicleRow:
     return VehicleRow(pattern, vehicle, mileage)
 
 
-def vehicles_of(recordings: Mapping[str, Path],
-                rows: Sequence[VehicleRow]) -> dict[str, VehicleRow]:
+def vehicles_of(recordings: Mapping[str, Path], rows: Sequence[VehicleRow],
+                given: Sequence[Path] = ()) -> dict[str, VehicleRow]:
     """
     Return the vehicle of each recording by its name.
 
     A row counts whose `recording` is, or as a pattern fits, the name, the name of the file or
     the whole path; the first one. Without one, the vehicle is the folder within the one that all
-    recordings have in common, if there is one.
+    recordings have in common, if there is one; where they are all in one folder, it is that one,
+    unless it was given itself.
 
     Parameters
     ----------
@@ -97,12 +99,17 @@ def vehicles_of(recordings: Mapping[str, Path],
         Absolute paths by name.
     rows : sequence of VehicleRow
         Of the table; none: without one.
+    given : sequence of Path
+        Absolute paths of the files and folders that were given.
 
     """
-    common = Path(os.path.commonpath([path.parent for path in recordings.values()]))
+    places = {name: folder_of(path) for name, path in recordings.items()}
+    common = Path(os.path.commonpath(places.values()))
+    if common in places.values() and set(given) & {*common.parents}:
+        common = common.parent
     found = {}
     for name, path in recordings.items():
-        folders = path.parent.relative_to(common).parts
+        folders = places[name].relative_to(common).parts
         plain = VehicleRow(name, folders[0] if folders else '')
         row = next((row for row in rows if any(
             text == row.recording or fnmatchcase(text, row.recording)

@@ -54,6 +54,19 @@ def is_one_bag(folder: Path, files: Sequence[str]) -> bool:
         [folder / parts[number][1] for number in sorted(parts)])
 
 
+def folder_of(recording: Path) -> Path:
+    """
+    Return the folder that a recording is in.
+
+    It is the recording's own where that is one without metadata.yaml whose files are not named
+    after it: so a folder of a vehicle is one whether it holds one split bag or several drives.
+    """
+    own = not recording.is_dir() or (recording / 'metadata.yaml').is_file() or any(
+        recording.name in (stem, stem.rpartition('_')[0]) for stem in (
+            path.name.removesuffix('.zstd').rpartition('.')[0] for path in recording.iterdir()))
+    return recording.parent if own else recording
+
+
 def _follow(files: Sequence[Path]) -> bool:
     """Tell whether each file begins as the one before ends, as far as their times are known."""
     times = [bounds for file in files if (bounds := _bounds(file))]

@@ -39,7 +39,8 @@ from squeal_core.monitor.result_summary import file_hash  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.recordings.fleet_engine import FleetLost  # noqa: E402
 from squeal_ros.recordings.fleet_task import evaluate_recording, FleetError  # noqa: E402
-from squeal_ros.recordings.fleet_vehicles import read_vehicles  # noqa: E402
+from squeal_ros.recordings.fleet_vehicles import read_vehicles, vehicles_of  # noqa: E402
+from squeal_ros.recordings.recording import find_recordings  # noqa: E402
 from support.bags import braking, settings_file, storage_file, write_bag  # noqa: E402, I100
 from support.commands import squeal  # noqa: E402
 from support.fleets import SerialEngine  # noqa: E402
@@ -214,6 +215,26 @@ def test_the_page_of_a_fleet(cars: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert (cars.parent / 'fleet_recordings' / 'plotly.min.js').stat().st_size > 1e6
     assert squeal(capsys, 'report', str(cars.parent / 'out'), '--pages', 'x')[0] == 2
     assert 'give it alone' in squeal(capsys, 'report', str(cars.parent / 'out'), 'b')[2]
+
+
+@each(('files', 'given', 'vehicles'), [
+    (('r/a/x.mcap', 'r/b/y.mcap'), 'r', 'a b'), (('r/a/x.mcap', 'r/b/y.mcap'), 'r/a r/b', 'a b'),
+    (('r/a/x.mcap', 'r/b/y.csv', 'r/b/z.mcap'), 'r', 'a b b'), (('r/a/x.mcap',), 'r', 'a'),
+    (('r/a/x.mcap', 'r/a/y.mcap'), 'r', 'a a'), (('r/a/x.mcap', 'r/a/y.mcap'), 'r/a', ' '),
+    (('r/a/x.mcap',), 'r/a', ''), (('r/a/x.mcap',), 'r/a/x.mcap', ''),
+    (('r/a/x_0.mcap', 'r/a/x_1.mcap', 'r/b/y.mcap'), 'r', 'a b'),  # a split bag is one recording
+    (('r/x/x_0.mcap', 'r/x/x_1.mcap', 'r/b/y.mcap'), 'r', ' b'),  # in a folder of its own
+    (('r/a/x/x_0.mcap', 'r/b/y/metadata.yaml', 'r/b/y/z_0.db3'), 'r', 'a b'),
+    (('r/x.mcap', 'r/a/y.mcap'), 'r', ' a')])
+def test_vehicles_are_folders_whatever_number_of_recordings_they_hold(
+        tmp_path: Path, files: tuple[str, ...], given: str, vehicles: str) -> None:
+    at = tmp_path / str(hash((files, given)))
+    for file in files:
+        (at / file).parent.mkdir(parents=True, exist_ok=True)
+        (at / file).touch()
+    paths = [at / one for one in given.split()]
+    found = vehicles_of({str(path): path for path in find_recordings(paths)}, (), paths)
+    assert sorted(one.vehicle for one in found.values()) == vehicles.split(' ')
 
 
 @each(('text', 'said'), [
