@@ -29,6 +29,7 @@ from squeal_core.sound.tone_sources import (
     BrakingAt,
     follows_speed,
     glides,
+    is_constant,
     is_in_music,
     is_of_clipping,
     is_of_comb,
@@ -157,10 +158,13 @@ def _rule(tone: Tone, index: TimeIndex, melody: TimeIndex, record: ChannelRecord
     if is_of_lower_tones(tone, [other for other in others
                                 if other.mean_frequency < settings.band[0]]):
         return 'below the band'
-    if speed is not None and follows_speed(tone, record.time(tone.frame), speed):
+    times = record.time(tone.frame)
+    if speed is not None and follows_speed(tone, times, speed):
         return 'wheel speed'
-    if braking is not None and is_without_braking(tone, record.time(tone.frame), braking):
+    if braking is not None and is_without_braking(times, braking, timing):
         return 'no braking'
+    if is_constant(tone, timing) and (braking is None or np.isnan(braking(times)).all()):
+        return 'constant'
     if glides(tone):
         return 'glide'
     if is_of_comb(tone, others):

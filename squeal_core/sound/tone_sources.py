@@ -35,7 +35,9 @@ BrakingAt = Callable[[FloatArray], FloatArray]
 RULES = {
     'wheel speed': 'frequency proportional to wheel speed: ln f over ln v has a slope of 0.7 to '
                    '1.3 and a correlation of 0.9, over 5 % of speed or more',
-    'no braking': 'for half of it or more no brake slides under pressure, by the recording',
+    'no braking': 'for half of it or 2 s no brake slides under pressure, by the recording',
+    'constant': '30 s or more without a break, 90 % of the time within 1 % of frequency, where '
+                'no recording tells brakings',
     'glide': 'frequency spans a ratio of more than 1.25 (90 % of the time): whine, siren',
     'below the band': 'multiple of a tone below the band that is not 10 dB weaker',
     'clipping': '10 dB or more weaker than another tone while the channel is overdriven',
@@ -49,6 +51,8 @@ RULES = {
 }
 _SLOPE, _CORRELATION, _LEAST_CHANGE = (0.7, 1.3), 0.9, 0.05
 _GLIDE = 1.25
+_OUTSIDE = 2.0  # s of a tone while no brake slides
+_ENDLESS, _UNCHANGED = 30.0, 1.01  # s, longer than a brake is applied; ratio of frequencies
 _MULTIPLE, _MOST_MULTIPLE = 0.005, 12  # tolerance; of a fundamental
 _NOTE = 0.2  # of the windows of a partial, in which one of its fundamentals is there
 _SHARED = 0.7  # of the windows of a partial in which its fundamental is there
@@ -131,17 +135,27 @@ def follows_speed(tone: Tone, times: FloatArray, speed: SpeedAt) -> bool:
     return _SLOPE[0] <= slope <= _SLOPE[1] and correlation >= _CORRELATION
 
 
-def is_without_braking(tone: Tone, times: FloatArray, braking: BrakingAt) -> bool:
-    """Return whether a tone is mostly there while brakes do not slide, where that is known."""
+def is_without_braking(times: FloatArray, braking: BrakingAt, timing: Timing) -> bool:
+    """Return whether a tone at times is there while no brake slides, where that is known."""
     there = braking(times)
-    known = np.isfinite(there)
-    return bool(known.mean() >= _SHARED and there[known].mean() <= 0.5)
+    known = there[np.isfinite(there)]
+    return known.size >= _SHARED * times.size and bool(
+        known.mean() <= 0.5 or (known == 0.0).sum() * timing.step >= _OUTSIDE)
+
+
+def is_constant(tone: Tone, timing: Timing) -> bool:
+    """Return whether a tone goes on for longer than a brake is applied, and does not change."""
+    return timing.duration(tone) >= _ENDLESS and _frequency_ratio(tone) <= _UNCHANGED
 
 
 def glides(tone: Tone) -> bool:
     """Return whether a tone goes further than a mode of a brake does."""
+    return _frequency_ratio(tone) > _GLIDE
+
+
+def _frequency_ratio(tone: Tone) -> float:
     low, high = np.percentile(tone.frequency, (5.0, 95.0))
-    return bool(high > _GLIDE * low)
+    return float(high / low)
 
 
 def is_of_clipping(tone: Tone, others: Sequence[Tone]) -> bool:

@@ -164,6 +164,32 @@ def test_a_long_tone_without_braking_is_none_and_one_of_a_braking_is(tmp_path: P
     assert not events(heard(tmp_path, sound, braking=still.braking_at))
 
 
+def test_a_tone_that_outlasts_the_braking_is_none(tmp_path: Path) -> None:
+    """By 2 s; one that goes on for as long as the brakes are applied is squeal."""
+    sound = sound_of(np.random.default_rng(15), 16_000, 12.0, [
+        Squeal(1.0, 11.0, 3000.0, 10.0), Squeal(3.0, 10.5, 5000.0, 10.0)])
+    time = np.arange(0.0, 12.0, 0.1)
+    drive = RecordedDrive('drive', time, np.full(time.size, 20.0),
+                          np.where((time > 3.0) & (time < 9.0), 1e6, 0.0))
+    tones = heard(tmp_path, sound, 16_000, braking=drive.braking_at)
+    assert [(round(tone.frequency_hz, -2), tone.rule) for tone in tones] == [
+        (3000.0, 'no braking'), (5000.0, '')]
+
+
+def test_a_tone_that_goes_on_unchanged_for_half_a_minute_is_none(tmp_path: Path) -> None:
+    """Unless its frequency moves, as with the disc's heat, or the brakes were applied so long."""
+    sound = sound_of(np.random.default_rng(16), 16_000, 32.5, [
+        Squeal(1.0, 31.5, 2000.0, 10.0), Squeal(1.5, 32.0, 3000.0, 10.0, glide=60.0),
+        Squeal(2.0, 31.0, 5000.0, 10.0)])
+
+    def rules(braking: BrakingAt | None) -> list[str]:
+        return [tone.rule for tone in heard(tmp_path, sound, 16_000, braking=braking)]
+
+    assert rules(None) == ['constant', '', '']
+    assert rules(lambda time: np.full(time.size, np.nan)) == ['constant', '', '']
+    assert rules(lambda time: np.ones(time.size)) == ['', '', '']
+
+
 def test_a_squeal_with_many_harmonics_is_no_horn(tmp_path: Path) -> None:
     squeal = Squeal(1.0, 2.0, 2000.0, 20.0, harmonics=(0.6, 0.5, 0.4, 0.3, 0.3))
     (event,) = heard(tmp_path, sound_of(np.random.default_rng(6), RATE, 3.0, [squeal]))
