@@ -70,7 +70,7 @@ class Run:
 
     @cached_property
     def known_brakings(self) -> IndexArray:
-        """Number of the braking of the vehicle that each known application is of."""
+        """Return the number of the braking of the vehicle that each known application is of."""
         return braking_numbers([(place, one.start_s, one.end_s)
                                 for place, one in self.applications if one.alarm is not None])
 
