@@ -184,6 +184,12 @@ class ApplicationDetector:
         elif present and sliding is None:
             present.unknown += 1
 
+    def add_brakes(self, other: 'ApplicationDetector') -> None:
+        """Take what was found of other brakes."""
+        self._open |= other._open
+        self._time |= other._time
+        self._ended += other._ended
+
     @property
     def applications(self) -> list[ApplicationRecord]:
         """Return the applications up to now, by time of start."""

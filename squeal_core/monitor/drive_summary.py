@@ -182,6 +182,10 @@ class DriveSummary:
         for assessment in assessments:
             self._count(self.brakes[assessment.brake], assessment)
 
+    def add_brakes(self, other: 'DriveSummary') -> None:
+        """Take what was counted of other brakes at the same ticks."""
+        self.brakes = {**self.brakes, **other.brakes}
+
     def _count(self, brake: BrakeSummary, found: Assessment) -> None:
         known_before = brake.states.total() > brake.unknown
         brake.states[found.state] += 1

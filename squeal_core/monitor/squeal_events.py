@@ -163,6 +163,12 @@ class EventDetector:
             self._open[brake] = Stretch(row)
         return up
 
+    def add_brakes(self, other: 'EventDetector') -> None:
+        """Take what was found of other brakes."""
+        self._alarms |= other._alarms
+        self._open |= other._open
+        self._ended += other._ended
+
     @property
     def events(self) -> list[SquealEvent]:
         """Return the events up to now, by time of start."""

@@ -64,6 +64,8 @@ class VehicleRisk:
     model : BrakeModel
         With a caliper.
     settings : MonitorSettings
+    first : int
+        As of `VehicleEvaluator`.
 
     Attributes
     ----------
@@ -79,8 +81,9 @@ class VehicleRisk:
 
     """
 
-    def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
-        self._model, self._prior = model, ensemble_prior(settings)
+    def __init__(self, model: BrakeModel, settings: MonitorSettings, first: int = 0) -> None:
+        self._model, self._prior, self._first = model, ensemble_prior(settings), first
+        self._pairs = (len(settings.brakes) + 1) // 2
         self._loaded = ensemble_risk(model, settings)
         self._statistics = EmulatorStatistics()
         self.reset()
@@ -177,14 +180,14 @@ class VehicleRisk:
             if not 0 <= tick[0].time - self._planned <= 1e9 * self._settings.longest_interval:
                 self._sliding.clear()
             self._planned = tick[0].time
-            for place, one in enumerate(tick):
+            for place, one in enumerate(tick, self._first):
                 at = next(found) if isinstance(one, AssessmentContext) else None
                 if not isinstance(at, BrakeStability):
                     self._sliding.discard(one.brake)
                     yield one, None, False
                     continue
                 due = one.brake not in self._sliding or is_due(
-                    one.time, self._period, self._interval, place // 2, (len(tick) + 1) // 2)
+                    one.time, self._period, self._interval, place // 2, self._pairs)
                 self._sliding.add(one.brake)
                 yield one, at, due
 

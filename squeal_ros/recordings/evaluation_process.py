@@ -13,19 +13,20 @@
 # limitations under the License.
 
 """
-Replay in two processes: this one reads and writes, the other evaluates the brakes in between.
+Replay in processes: this one reads and writes, one or two others evaluate the brakes in between.
 
-The other process gets prepared ticks in blocks through a pipe and answers with their records.
-While it evaluates a block, this one writes the records of the block before and prepares the next,
-so that memory does not grow with the bag. It has no files, runs in a session of its own, so that
-an interrupt reaches this process only, and ends when its pipe ends.
+The others get prepared ticks in blocks through pipes, each those of its brakes, and answer with
+their records. While they evaluate, this one writes the records before and prepares the next ticks,
+so that memory does not grow with the bag. They have no files, run in sessions of their own, so
+that an interrupt reaches this process only, and end when their pipes end.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
 from collections.abc import Iterable, Iterator  # noqa: I100
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, ExitStack, suppress
 import gc
+from itertools import islice
 import os
 import pickle
 import subprocess
@@ -36,14 +37,16 @@ from typing import Any
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.assessment import PreparedTick
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
+from squeal_ros.recordings.evaluation_worker import ALLOCATIONS
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_outputs import Outputs
-from squeal_ros.recordings.tick_record import TickRecord
+from squeal_ros.recordings.tick_record import Recorder, TickRecord
 
 _FEW_MESSAGES = 20_000  # read in less time than a process takes to start
+# blocks that are handed over together: brakes are released in some, and applied in others
+_AT_ONCE = 4
 _START = ('import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); '
-          'from squeal_ros.recordings.evaluation_process import work; work()')
-_ALLOCATIONS = 100_000  # from one search for garbage to the next; a block of ticks has 10,000
+          'from squeal_ros.recordings.evaluation_worker import work; work()')
 
 
 def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = None) -> None:
@@ -57,7 +60,7 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
     outputs : Outputs
         Its summary and its events are those of the replay afterwards.
     parallel : bool, optional
-        In two processes; by default where there are two processors and the bag is not short.
+        In several processes; by default where there are two processors and the bag is not short.
 
     Raises
     ------
@@ -65,63 +68,103 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
         As iterating over the replay, and writing the outputs, does.
 
     """
-    outputs.recorder.unknown_risk = replay.unknown_risk
     if parallel is None:
         parallel = (os.cpu_count() or 1) > 1 and replay.messages >= _FEW_MESSAGES
     if not parallel:
-        outputs.write_records(map(outputs.recorder.record, replay), replay)
+        evaluator = VehicleEvaluator(replay.model, replay.settings)
+        outputs.recorder.unknown_risk = evaluator.risk.unknown
+        outputs.write_records(map(outputs.recorder.record, replay.evaluated_by(evaluator)),
+                              replay)
         return
-    with _EvaluationProcess(replay, outputs) as process, _rare_collections():
-        outputs.write_records(process.records(replay.blocks()), replay)
+    with _Evaluation(replay, outputs) as evaluation, _rare_collections():
+        outputs.write_records(evaluation.records(), replay)
 
 
 @contextmanager
 def _rare_collections() -> Iterator[None]:
     """Look for cyclic garbage, of which ticks leave none, less often."""
     before = gc.get_threshold()
-    gc.set_threshold(_ALLOCATIONS)
+    gc.set_threshold(ALLOCATIONS)
     try:
         yield
     finally:
         gc.set_threshold(*before)
 
 
-class _EvaluationProcess:
-    """The process that evaluates; a context manager."""
+class _Evaluation(ExitStack):
+    """
+    The evaluation of a replay in other processes; a context manager.
+
+    Two of them, where there are two brakes: reading and writing take about as long as either.
+    """
 
     def __init__(self, replay: Replay, outputs: Outputs) -> None:
+        super().__init__()
         self._replay, self._outputs = replay, outputs
+
+    def __enter__(self) -> '_Evaluation':
+        super().__enter__()
+        settings = self._replay.settings
+        half = (len(settings.brakes) + 1) // 2
+        self._parts = [part for part in (slice(0, half), slice(half, None))
+                       if settings.brakes[part]]
+        self._processes = [self.enter_context(_EvaluationProcess()) for _ in self._parts]
+        for process, part in zip(self._processes, self._parts, strict=True):
+            process.send((self._replay.model, settings, part.start,
+                          Recorder(settings, self._outputs.node, part)))
+        return self
+
+    def records(self) -> Iterator[TickRecord]:
+        """Yield the records of all ticks; the outputs have the recorder of the drive then."""
+        blocks = self._replay.blocks()
+        answered: Iterable[TickRecord] = ()
+        pending = False
+        while some := list(islice(blocks, _AT_ONCE)):
+            if pending:  # before the next are sent: both pipes may be too short for a block
+                answered = self._received()
+            self._send(some)
+            pending = True
+            yield from answered
+        if pending:
+            yield from self._received()
+        self._finish()
+
+    def _send(self, blocks: list[list[PreparedTick]]) -> None:
+        for process, part in zip(self._processes, self._parts, strict=True):
+            process.send([[tick[part] for tick in block] for block in blocks])
+
+    def _received(self) -> Iterator[TickRecord]:
+        """Return the records of what was sent, once all of them are there."""
+        parts = [process.received() for process in self._processes]
+        return map(TickRecord.joined, zip(*parts, strict=True)) if len(parts) > 1 else iter(
+            parts[0])
+
+    def _finish(self) -> None:
+        for process in self._processes:
+            process.send(None)
+        answers = [process.received() for process in self._processes]
+        (self._outputs.recorder, self._replay.risk_warnings), *others = answers
+        for recorder, _ in others:
+            self._outputs.recorder.add_brakes(recorder)
+
+
+class _EvaluationProcess:
+    """A process that evaluates; a context manager."""
 
     def __enter__(self) -> '_EvaluationProcess':
         self._process = subprocess.Popen(
             [sys.executable, '-P', '-c', _START], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             start_new_session=True)
-        self._send(sys.path)
-        self._send((self._replay.model, self._replay.settings, self._outputs.recorder))
+        self.send(sys.path)
         return self
 
-    def records(self, blocks: Iterable[list[PreparedTick]]) -> Iterator[TickRecord]:
-        """Yield the records of all ticks; the outputs have the recorder of the drive then."""
-        answered: list[TickRecord] = []
-        pending = False
-        for block in blocks:
-            if pending:  # before the next is sent: both pipes may be too short for a block
-                answered = self._received()
-            self._send(block)
-            pending = True
-            yield from answered
-        if pending:
-            yield from self._received()
-        self._send(None)
-        self._outputs.recorder = self._received()
-
-    def _send(self, what: object) -> None:
+    def send(self, what: object) -> None:
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # its answer says why
             pickle.dump(what, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
             self._process.stdin.flush()
 
-    def _received(self) -> Any:
+    def received(self) -> Any:
         assert self._process.stdout is not None
         try:
             answer = pickle.load(self._process.stdout)
@@ -141,22 +184,3 @@ class _EvaluationProcess:
             assert pipe is not None
             with suppress(BrokenPipeError):
                 pipe.close()
-
-
-def work() -> None:
-    """Answer blocks of the standard input by their records; for the process itself."""
-    gc.set_threshold(_ALLOCATIONS)
-    with suppress(EOFError, pickle.UnpicklingError, BrokenPipeError):  # the other process ended
-        try:
-            model, settings, recorder = pickle.load(sys.stdin.buffer)
-            evaluator = VehicleEvaluator(model, settings)
-            while (block := pickle.load(sys.stdin.buffer)) is not None:
-                _answer([*map(recorder.record, evaluator.complete(block))])
-            _answer(recorder)
-        except SquealError as error:
-            _answer(str(error))
-
-
-def _answer(what: object) -> None:
-    pickle.dump(what, sys.stdout.buffer, protocol=pickle.HIGHEST_PROTOCOL)
-    sys.stdout.buffer.flush()

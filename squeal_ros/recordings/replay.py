@@ -15,18 +15,14 @@
 """Run the monitor of the node on a recording, on the time of recording."""
 
 from collections.abc import Callable, Iterator
-from functools import cached_property
 from itertools import islice
 
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.assessment import Assessment, PreparedTick
 from squeal_core.monitor.input_quality import InputQuality
-from squeal_core.monitor.risk_warnings import risk_warnings, why_unknown
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_core.monitor.vehicle_monitor import VehicleInputs
-from squeal_core.monitor.vehicle_risk import ensemble_risk
-from squeal_core.risk.squeal_risk import SquealRisk
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.recording import Recording
 
@@ -59,6 +55,8 @@ class Replay:
         Of the inputs, as far as they were read.
     start, end, read : int
         Times of recording of the first and the last message [ns], and how many were read.
+    risk_warnings : tuple of str
+        As of `VehicleRisk`, once ticks were evaluated.
 
     """
 
@@ -70,6 +68,7 @@ class Replay:
         self.partial = False
         self.start = self.end = self.read = self._beyond = 0
         self.quality = InputQuality(settings)
+        self.risk_warnings: tuple[str, ...] = ()
 
     @property
     def findings(self) -> list[Finding]:
@@ -81,16 +80,7 @@ class Replay:
         """Return what else is to be known of recording and settings, as far as it was read."""
         beyond = [f'{self._beyond} messages recorded before 1970 or after January 2038, which a '
                   'time of ROS cannot hold, are left out'] if self._beyond else []
-        return [*self.recording.notes, *beyond, *risk_warnings(self._risk, self.settings)]
-
-    @property
-    def unknown_risk(self) -> str:
-        """Return why no squeal risk is known of any brake; empty where it is."""
-        return why_unknown(self._risk, self.settings)
-
-    @cached_property
-    def _risk(self) -> SquealRisk | None:
-        return ensemble_risk(self.model, self.settings)
+        return [*self.recording.notes, *beyond, *self.risk_warnings]
 
     @property
     def messages(self) -> int:
@@ -107,7 +97,11 @@ class Replay:
             For a recording that cannot be read, or holds none of the inputs.
 
         """
-        evaluator = VehicleEvaluator(self.model, self.settings)
+        return self.evaluated_by(VehicleEvaluator(self.model, self.settings))
+
+    def evaluated_by(self, evaluator: VehicleEvaluator) -> Iterator[tuple[Assessment, ...]]:
+        """Yield the assessments of every tick by an evaluator of these settings."""
+        self.risk_warnings = evaluator.risk.warnings
         for block in self.blocks():
             yield from evaluator.complete(block)
 

@@ -15,6 +15,8 @@
 """What is written of a tick, in plain values, and what is counted over the ticks of a drive."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 from squeal_core.monitor.alarm_events import AlarmEvents
@@ -56,6 +58,12 @@ class TickRecord(NamedTuple):
     statuses: list[messages.StatusTexts]
     events: list[messages.StatusTexts]
 
+    @classmethod
+    def joined(cls, parts: 'Sequence[TickRecord]') -> 'TickRecord':
+        """Return the record of a tick from those of its brakes, in their order."""
+        return cls(parts[0].time, *([*chain.from_iterable(lists)]
+                                    for lists in zip(*(part[1:] for part in parts), strict=True)))
+
 
 class Recorder:
     """
@@ -66,6 +74,8 @@ class Recorder:
     settings : MonitorSettings
     node : str
         Whose topics are written.
+    part : slice
+        The brakes of the settings whose records it makes; the last one's has the node's status.
 
     Attributes
     ----------
@@ -74,8 +84,10 @@ class Recorder:
 
     """
 
-    def __init__(self, settings: MonitorSettings, node: str) -> None:
+    def __init__(self, settings: MonitorSettings, node: str, part: slice = slice(None)) -> None:
         self._node = node.lstrip('/')
+        self._first, self._count = part.start or 0, len(settings.brakes)
+        settings = replace(settings, brakes=settings.brakes[part])
         self._alarms = AlarmEvents(settings)
         self._levels: list[int] = []
         self.unknown_risk = ''
@@ -84,6 +96,12 @@ class Recorder:
         self.detector = EventDetector(settings)
         self.applications = ApplicationDetector(settings)
         self.summary = DriveSummary(settings)
+
+    def add_brakes(self, other: 'Recorder') -> None:
+        """Take what was found of other brakes of the same ticks."""
+        self.detector.add_brakes(other.detector)
+        self.applications.add_brakes(other.applications)
+        self.summary.add_brakes(other.summary)
 
     def record(self, assessments: Sequence[Assessment]) -> TickRecord:
         """Return the record of a tick."""
@@ -106,14 +124,14 @@ class Recorder:
         Each status once an interval, one after the other, and that of a brake on a change of its
         level; all at the first tick.
         """
-        time, count = assessments[0].time, len(assessments)
+        time, count = assessments[0].time, self._count
         levels, before = messages.levels(assessments, self._alarms), self._levels
         self._levels = levels
         due = [not before or is_due(time, self._period, self._interval, place, count + 1)
                for place in range(count + 1)]
         for place, (assessment, level) in enumerate(zip(assessments, levels, strict=True)):
-            if due[place] or level != before[place]:
+            if due[self._first + place] or level != before[place]:
                 yield messages.brake_status(self._node, assessment, level)
-        if due[count]:
+        if due[count] and self._first + len(assessments) == count:
             said = (messages.WARN, self.unknown_risk) if self.unknown_risk else ()
             yield messages.NodeStatus({'ticks_done': self.summary.ticks}, *said).of(self._node)

@@ -53,9 +53,14 @@ def contents(path: Path) -> list[tuple[str, str, int, bytes]]:
         return [(c.topic, c.msgtype, time, data) for c, time, data in reader.messages()]
 
 
-def test_the_same_outputs_as_of_one_process(tmp_path: Path, settings: MonitorSettings,
+@pytest.mark.parametrize('brakes', [('fl',), ('fl', 'fr', 'rl')])
+def test_the_same_outputs_as_of_one_process(tmp_path: Path, brakes: tuple[str, ...],
                                             kang: BrakeModel) -> None:
-    bag = write_bag(tmp_path / 'bag', braking(3.0))
+    settings = read_settings({'brakes': [*brakes]})
+    bag = write_bag(tmp_path / 'bag', [
+        entry for number, brake in enumerate(brakes)
+        for entry in braking(3.0, joint=f'{brake}_wheel_joint', topics=f'/{brake}',
+                             pressure=(8 - number) * 1e5)])
     outputs = {}
     for parallel in (False, True):
         folder = tmp_path / str(parallel)
@@ -73,6 +78,9 @@ def test_the_same_outputs_as_of_one_process(tmp_path: Path, settings: MonitorSet
             assert path.read_bytes() == other.read_bytes()
     assert repr(one.events) == repr(two.events)
     assert (one.summary.brakes, one.summary.ticks) == (two.summary.brakes, 31)
+    assert [*two.summary.brakes] == [*brakes]
+    assert repr(one.recorder.applications.applications) == repr(
+        two.recorder.applications.applications)
 
 
 def test_short_bags_are_left_to_one_process(tmp_path: Path, settings: MonitorSettings,
