@@ -29,6 +29,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import prior_ensemble
 from squeal_core.risk.risk_records import GrowthSource, RiskSettings
 
+_LEAST = 4  # brakings of the vehicle, below which draws of them say nothing
 _OF_TABLE = 3  # first columns of `inputs_of`: pressure, speed, temperature
 
 
@@ -105,9 +106,12 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
     likely = after.by_family.mean(axis=0).argmax(axis=-1)
     off = np.abs(pitch / after.frequency_hz[np.arange(len(new)), likely] - 1.0)[heard]
     off = off[np.isfinite(off)]
+    numbers = scores.braking_numbers([(one.recording, one.time[0], one.time[-1]) for one in new])
+    draws = scores.bootstrap_draws(numbers) if np.unique(numbers).size >= _LEAST else []
     return Evaluation(
         int(heard.sum()), heard.size,
-        {name: scores.score(values, heard, rate) for name, values in probability.items()},
+        {name: scores.score(values, heard, rate, draws=draws)
+         for name, values in probability.items()},
         scores.calibration_curve(probability['calibrated'], heard),
         float(np.median(off)) if off.size else math.nan, without)
 

@@ -179,6 +179,27 @@ def matthews(said: NDArray[np.bool_], heard: NDArray[np.bool_]) -> float:
     return float(np.corrcoef(said, heard)[0, 1])
 
 
+def braking_numbers(applications: Sequence[tuple[str | int, float, float]]) -> IndexArray:
+    """
+    Return numbers of brakings of the vehicle: one for all applications at overlapping times.
+
+    Parameters
+    ----------
+    applications : sequence of tuples
+        Recording, start and end [s] of each.
+
+    """
+    found = np.zeros(len(applications), dtype=np.intp)
+    number, last, end = -1, None, -math.inf
+    for i in sorted(range(len(applications)), key=lambda i: applications[i][:2]):
+        recording, start, until = applications[i]
+        if recording != last or start > end:
+            number, last, end = number + 1, recording, until
+        end = max(end, until)
+        found[i] = number
+    return found
+
+
 def bootstrap_draws(clusters: IndexArray, *, count: int = _RESAMPLES,
                     seed: int = 0) -> list[IndexArray]:
     """

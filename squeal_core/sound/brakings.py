@@ -19,8 +19,6 @@ from dataclasses import dataclass
 import math
 from typing import Any, Protocol
 
-import numpy as np
-from squeal_core.common.arrays import IndexArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.history_columns import HistoryBlock
 from squeal_core.monitor.squeal_events import SquealEvent
@@ -88,27 +86,6 @@ class Braking:
     def risk(self) -> float:
         """Largest squeal risk of these brakes; NaN: not known."""
         return self.worst.peak_risk
-
-
-def braking_numbers(applications: Sequence[tuple[str | int, float, float]]) -> IndexArray:
-    """
-    Return numbers of brakings of the vehicle: one for all applications at overlapping times.
-
-    Parameters
-    ----------
-    applications : sequence of tuples
-        Recording, start and end [s] of each.
-
-    """
-    found = np.zeros(len(applications), dtype=np.intp)
-    number, last, end = -1, None, -math.inf
-    for i in sorted(range(len(applications)), key=lambda i: applications[i][:2]):
-        recording, start, until = applications[i]
-        if recording != last or start > end:
-            number, last, end = number + 1, recording, until
-        end = max(end, until)
-        found[i] = number
-    return found
 
 
 def groups_of(brakes: Sequence[str], places: Mapping[str, Sequence[str]],

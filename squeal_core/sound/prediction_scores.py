@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from squeal_core.calibration.scores import (
     base_rate_of,
     bootstrap_draws,
+    braking_numbers,
     calibration_curve,
     interval,
     lookup_table,
@@ -33,7 +34,7 @@ from squeal_core.calibration.scores import (
 )
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.ranges import Ends
-from squeal_core.sound.brakings import Braking, braking_numbers
+from squeal_core.sound.brakings import Braking
 from squeal_core.sound.matching import MatchedApplication
 
 _FEW = 10  # events, or silent applications, below which intervals are wide

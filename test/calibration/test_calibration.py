@@ -16,6 +16,8 @@
 
 from dataclasses import replace
 import math
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.calibrate import calibrate
 from squeal_core.calibration.calibration_report import parameter_rows, remarks
 from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
+from squeal_core.calibration.evaluation import evaluate
 from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import sample_posterior
 from squeal_core.calibration.likelihood import log_likelihood
@@ -86,6 +89,24 @@ def test_probabilities_are_those_of_listening(kang: BrakeModel) -> None:
     # linear between nodes with 14 % between them, and damping linear in its logarithm
     assert np.abs(found - truth.probability).max() < 0.08
     assert np.abs(found - truth.probability).mean() < 0.03
+
+
+def test_brakes_of_one_stop_make_no_interval_narrower(kang: BrakeModel) -> None:
+    """Four brakes that were applied together and are alike say what one of them says."""
+    brake = BrakeCandidates(*np.zeros((5, 1)), np.array([0.02]), np.array([0.15]))
+    found = cast(Any, SimpleNamespace(candidates=brake, prior=EnsemblePrior(count=8)))
+    single = [replace(one, time=one.time + 100.0 * place) for place, one in enumerate(
+        brake_applications(np.random.default_rng(6), 24, STOPS))]
+    intervals = []
+    for brakes in (1, 4):
+        applications = [one for one in single for _ in range(brakes)]
+        train, test = ([Observation((i,), i // brakes % 3 == 0) for i in range(*ends)]
+                       for ends in ((0, 12 * brakes), (12 * brakes, 24 * brakes)))
+        own = evaluate(found, kang, GROWTH, applications, train, test,
+                       HearingModel()).scores['calibrated']
+        intervals.append((*own.roc_interval, *own.precision_interval))
+    assert intervals[1] == pytest.approx(intervals[0])
+    assert intervals[0][1] - intervals[0][0] > 0.2
 
 
 def test_calibration_beats_what_knows_no_physics(kang: BrakeModel) -> None:
