@@ -216,10 +216,11 @@ class MarginEvaluator:
 def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerances,
                  band_hz: tuple[float, float], rows: FloatArray, kind: Kind) -> ComplexArray:
     """Return what `Growth` does, by look-up; where a verdict hangs on an error, too."""
-    x = coordinates(rows[:, 0], model.contact_pressure(1.0) * rows[:, 1], rows[:, 2])
-    roots = table.eigenvalues(x, tolerances)
+    x = coordinates(rows * (1.0, model.contact_pressure(1.0), 1.0))
+    roots, answered = table.eigenvalues(x, tolerances)
     found = least_stable(roots, kind, band_hz, tolerances)
-    return np.where(np.isnan(roots.real).all(axis=1), complex(math.nan, math.nan), found)
+    found[~answered] = complex(math.nan, math.nan)
+    return found
 
 
 def _margin(crossing: Crossing, level: float, parameter: Parameter, kind: Kind,

@@ -147,7 +147,6 @@ def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],
         meant &= frequency < low
     else:
         meant = frequency <= tolerances.oscillation
-    growth = np.where(meant & ~np.isnan(roots.real), roots.real, -np.inf)
-    places = growth.argmax(axis=1)
-    each = np.arange(len(roots))
-    return np.where(np.isneginf(growth[each, places]), NO_MODE, roots[each, places])
+    growth = np.where(meant, roots.real, -np.inf)
+    found = roots[np.arange(len(roots)), growth.argmax(axis=1)]
+    return np.where(meant.any(axis=1), found, NO_MODE)

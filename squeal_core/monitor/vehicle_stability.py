@@ -30,6 +30,7 @@ from squeal_core.monitor.margins import Kind, Margin, Margins, MarginSettings
 from squeal_core.monitor.settings import band_of, MonitorSettings
 from squeal_core.stability.eigensolution import ComplexModes, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
+from squeal_core.surrogate.table_domain import places_of
 from squeal_core.surrogate.table_file import find_table, read_table
 from squeal_core.surrogate.tabulated_solver import SolverStatistics, TabulatedSolver
 
@@ -105,11 +106,20 @@ class VehicleStability:
         if not conditions:
             return []
         points = [self.model.operating_point(**vars(at)) for at in conditions]
-        modes = self.solver.solve_all(points)
+        modes = self.solver.solve_all(points, self._places(conditions, points))
         solved = [one for one in zip(conditions, points, modes, confirm, strict=True)
                   if isinstance(one[2], ComplexModes)]
         found = iter(self._evaluated(*zip(*solved, strict=True)) if solved else ())
         return [next(found) if isinstance(one, ComplexModes) else one for one in modes]
+
+    def _places(self, conditions: Sequence[SlidingConditions],
+                points: Sequence[OperatingPoint]) -> FloatArray | None:
+        """Return the places of points in the table if these follow the model's laws, as usual."""
+        table = self.solver.table
+        if table is None or table.domain.stiffness_factor != 1.0 or any(
+                at.contact_stiffness is not None for at in conditions):
+            return None
+        return places_of(points)
 
     def _evaluated(self, conditions: Sequence[SlidingConditions],
                    points: Sequence[OperatingPoint], modes: Sequence[ComplexModes],

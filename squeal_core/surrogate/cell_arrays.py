@@ -12,18 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The cells of a table as a few long arrays, which is how files keep them, and back."""
+"""The cells of a table as a few arrays: ragged in files, padded to one layout for evaluation."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from squeal_core.common.arrays import readonly
+from squeal_core.common.arrays import FloatArray, readonly
 from squeal_core.common.errors import SquealError
-from squeal_core.surrogate.table_cell import DEGREE, fit_terms, TableCell
+from squeal_core.surrogate.table_cell import BlockInvariants, DEGREE, fit_terms, TableCell
 
 MAX_CELLS = 100_000
-_OMITTED_DEGREE = 2
+OMITTED_DEGREE = 2
 CELL_KINDS = {
     'blocks': '<i4', 'sizes': '|u1', 'constants': '<f8', 'series': '<f4', 'bounds': '<f4',
     'mirrored': '|u1', 'omitted_modes': '<i4', 'omitted': '<f4', 'omitted_below': '<f4'}
@@ -95,7 +96,7 @@ class _Reader:
         return TableCell(
             sizes, readonly(series),
             self._floats('bounds', count), readonly(self._take('mirrored', count), bool),
-            self._floats('omitted', fit_terms(_OMITTED_DEGREE).count, omitted),
+            self._floats('omitted', fit_terms(OMITTED_DEGREE).count, omitted),
             float(self._arrays['omitted_below'][place]))
 
     def _floats(self, name: str, *shape: int) -> Any:
@@ -114,3 +115,58 @@ class _Reader:
         for name, used in self._places.items():
             if used != self._arrays[name].size:
                 raise ValueError(f'{name} has {self._arrays[name].size} numbers, {used} are used')
+
+
+class CellStack(NamedTuple):
+    """
+    The arrays of C cells, padded by NaN to one layout of K eigenvalues; the last one is no cell.
+
+    Attributes
+    ----------
+    layout : BlockInvariants
+        As many blocks of each size as the cell that has most of them.
+    series : (C + 1, terms, 2 K) array
+    bounds : (C + 1, K) array
+    mirrored : (C + 1, K) bool array
+    omitted : (C + 1, terms of degree 2, modes) array
+    omitted_below : (C + 1,) array
+    centres, halves : (C + 1, 3) arrays
+        As of the table.
+
+    """
+
+    layout: BlockInvariants
+    series: FloatArray
+    bounds: FloatArray
+    mirrored: Any
+    omitted: FloatArray
+    omitted_below: FloatArray
+    centres: FloatArray
+    halves: FloatArray
+
+
+def stack_cells(cells: Sequence[TableCell], centres: FloatArray, halves: FloatArray
+                ) -> CellStack:
+    """Return the arrays of cells, see `TableCell`, in one layout."""
+    layouts = {cell.sizes.tobytes(): cell.layout for cell in cells}
+    most: Counter[int] = Counter()
+    for one in layouts.values():
+        most |= Counter(one.sizes.tolist())  # the larger number of each
+    layout = BlockInvariants(np.array(sorted(most.elements()), np.intp))
+    places = {key: one.places_in(layout) for key, one in layouts.items()}
+    count = len(cells) + 1
+    series = np.zeros((count, fit_terms(DEGREE).count, layout.count), complex)
+    omitted = np.zeros((count, fit_terms(OMITTED_DEGREE).count,
+                        max((cell.omitted.shape[1] for cell in cells), default=0)))
+    series[:, 0], omitted[:, 0] = complex(np.nan, np.nan), np.nan
+    bounds, mirrored = np.full(series[:, 0].shape, np.nan), np.zeros(series[:, 0].shape, bool)
+    for place, cell in enumerate(cells):
+        eigenvalues, invariants = places[cell.sizes.tobytes()]
+        series[place][:, invariants] = cell.series.view(complex)
+        bounds[place, invariants] = cell.bounds
+        mirrored[place, eigenvalues] = cell.mirrored
+        omitted[place, :, :cell.omitted.shape[1]] = cell.omitted
+    below = [*(cell.omitted_below for cell in cells), np.nan]
+    nowhere = np.full((1, 3), np.nan)
+    return CellStack(layout, series.view(float), bounds, mirrored, omitted, np.array(below),
+                     np.concatenate([centres, nowhere]), np.concatenate([halves, nowhere]))

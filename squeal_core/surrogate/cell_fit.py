@@ -30,11 +30,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from squeal_core.common.arrays import ComplexArray, FloatArray
 from squeal_core.stability.eigensolution import Tolerances
-from squeal_core.surrogate.block_invariants import BlockInvariants
 from squeal_core.surrogate.expansion_builder import expand_spectrum
 from squeal_core.surrogate.full_solutions import FullSolutions
 from squeal_core.surrogate.spectral_expansion import SpectralExpansion
 from squeal_core.surrogate.table_cell import (
+    BlockInvariants,
     DEGREE,
     fit_terms,
     not_known,
@@ -230,7 +230,7 @@ class _Fit:
         cell = self._fitted(self._roots)
         if self._fails(cell, self._tolerances):
             return Rejection(self.axes())
-        hanging = verdict_within_error(*cell.at(_within())[:2], self._limits)
+        hanging = verdict_within_error(*cell.at(_within()), self._limits)
         if hanging.any(axis=1).mean() <= _HANGING:
             return cell
         blocks = self._own[self._kept(self._roots)][hanging.any(axis=0)]
@@ -239,7 +239,7 @@ class _Fit:
     def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
         if not np.isfinite(cell.series).all():  # a block too large for single precision
             return True
-        roots, errors, _ = cell.at(fit_terms(DEGREE).at(samples()))
+        roots, errors = cell.at(fit_terms(DEGREE).at(samples()))
         return bool(not_known(roots, errors, cell.mirrored, cell.omitted_below, tolerances,
                               self._limits).any())
 

@@ -21,7 +21,8 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import Tolerances
+from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.surrogate.cell_arrays import CellStack, OMITTED_DEGREE, stack_cells
 from squeal_core.surrogate.table_cell import (
     DEGREE,
     fit_terms,
@@ -31,7 +32,100 @@ from squeal_core.surrogate.table_cell import (
     verdict_within_error,
 )
 from squeal_core.surrogate.table_domain import TableDomain
-from squeal_core.surrogate.table_modes import TableModes
+
+_FACTORS = fit_terms(DEGREE).factors
+_OMITTED = fit_terms(OMITTED_DEGREE).count
+_ROUNDING = 1e-12  # of a box, by which one is taken for its neighbour
+
+
+@dataclass(frozen=True, eq=False)
+class TableModes:
+    """
+    Kept modes at P points.
+
+    Parameters
+    ----------
+    roots : (P, K) complex array
+        Kept eigenvalues with Im >= 0 in order of mode number, NaN beyond `counts` [1/s].
+    errors : (P, K) array
+        Bounds of their errors [1/s].
+    numbers : (P, K) index array
+        Mode numbers; 0 beyond `counts`.
+    counts : (P,) index array
+        Number of kept modes.
+    omitted_below : (P,) array
+        Growth rate that all other oscillating modes stay below [1/s].
+    cells : (P,) index array
+        Cell of each point; -1: the table has no answer.
+    tolerances : Tolerances
+
+    """
+
+    roots: ComplexArray
+    errors: FloatArray
+    numbers: IndexArray
+    counts: IndexArray
+    omitted_below: FloatArray
+    cells: IndexArray
+    tolerances: Tolerances
+
+    __repr__ = repr_with_shapes
+
+    @classmethod
+    def in_order(cls, roots: ComplexArray, errors: FloatArray, omitted: FloatArray, *, modes: int,
+                 omitted_below: FloatArray, cells: IndexArray,
+                 tolerances: Tolerances) -> 'TableModes':
+        """
+        Return modes in order of mode number.
+
+        Parameters
+        ----------
+        roots, errors : (P, K) arrays
+            Eigenvalues of cells, NaN beyond their number; those that neither oscillate nor grow,
+            and conjugates, are left out.
+        omitted : (P, L) array
+            Angular frequencies of the omitted modes, NaN beyond their number [rad/s].
+        modes : int
+            N, modes of the model: they are numbered from the highest frequency down, as the
+            non-oscillating ones come first.
+        omitted_below, cells, tolerances
+            As of the class.
+
+        """
+        oscillate = roots.imag > tolerances.oscillation
+        diverge = (roots.real > tolerances.growth) & (
+            np.abs(roots.imag) <= tolerances.oscillation)
+        key = np.where(oscillate, roots.imag, np.where(diverge, -roots.real, np.inf))
+        divergent = diverge.sum(axis=1)
+        counts = divergent + oscillate.sum(axis=1)
+        place = np.arange(counts.max(initial=0))
+        order = key.argsort(axis=1, kind='stable')[:, :place.size]
+        order += roots.shape[1] * np.arange(len(roots))[:, None]  # places in the flat arrays
+        listed = place < counts[:, None]
+        roots = np.where(listed, roots.take(order), complex(np.nan, np.nan))
+        above = (omitted[:, None, :] > roots.imag[:, :, None]).sum(axis=2)
+        numbers = modes - above - (counts[:, None] - 1 - place)
+        numbers = np.where(place < divergent[:, None], place + 1, numbers)
+        return cls(roots, np.where(listed, errors.take(order), np.nan),
+                   np.where(listed, numbers, 0), counts, omitted_below, cells, tolerances)
+
+    @property
+    def answered(self) -> Any:
+        """Points that the table answers (P,)."""
+        return self.cells >= 0
+
+    def __len__(self) -> int:
+        return int(self.cells.size)
+
+    def modes(self, place: int) -> ComplexModes:
+        """Return the complex modes at one of the points, which the table answers."""
+        count = self.counts[place]
+        roots = self.roots[place, :count]
+        first = np.count_nonzero(roots.imag <= self.tolerances.oscillation)
+        return ComplexModes(
+            roots[:first], roots[first:], roots, self.errors[place, :count], self.tolerances,
+            'table', mode_numbers=self.numbers[place, :count],
+            omitted_below=float(self.omitted_below[place]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +165,9 @@ class ExpansionTable:
     @property
     def nbytes(self) -> int:
         """Size in memory [bytes]."""
-        return int(self.grid.nbytes + self.centres.nbytes + self.halves.nbytes + sum(
-            2 * cell.series.nbytes + 6 * cell.omitted.nbytes for cell in self.cells))
+        arrays = (self.grid, self.centres, self.halves, *self._stack[1:], *(
+            array for cell in self.cells for array in (cell.series, cell.omitted)))
+        return sum(array.nbytes for array in arrays)
 
     def without(self, cell: int) -> 'ExpansionTable':
         """Return the table without a cell."""
@@ -80,13 +175,13 @@ class ExpansionTable:
 
     def locate(self, x: FloatArray) -> IndexArray:
         """Return the cell of each place x (P, 3); -1: none."""
-        low, boxes_per_unit, last = self._axes
-        share = (x - low) * boxes_per_unit
-        inside: Any = ((share >= 0.0) & (share <= last + 1.0)).all(axis=1)  # NaN is outside
-        box = np.where(inside[:, None], np.minimum(share, last), 0.0).astype(np.intp)
-        return np.asarray(np.where(inside, self.grid[box[:, 0], box[:, 1], box[:, 2]], -1))
+        grid, scale, offset, last = self._boxes
+        box = np.minimum(np.fmax(x * scale + offset, 0.0), last)  # NaN is outside
+        i, j, k = box.astype(np.intp).T
+        return np.asarray(grid[i, j, k])
 
-    def evaluate(self, x: FloatArray, tolerances: Tolerances) -> TableModes:
+    def evaluate(self, x: FloatArray, tolerances: Tolerances,
+                 band_hz: tuple[float, float] | None = None) -> TableModes:
         """
         Return the modes at P points.
 
@@ -97,73 +192,72 @@ class ExpansionTable:
         tolerances : Tolerances
             What counts as oscillation and growth. A point at which the sign of a growth rate
             hangs on its error is not answered.
+        band_hz : (2,) floats, optional
+            Nor is one at which an omitted mode may be the least stable of this band.
 
         """
-        cells, roots, errors, omitted = self._values(x)
-        below = self._omitted_below[cells]
-        unknown = not_known(roots, errors, self._mirrored[cells], below[:, None],
+        stack, (cells, roots, errors, omitted) = self._stack, self._values(x)
+        below = stack.omitted_below[cells]
+        unknown = not_known(roots, errors, stack.mirrored[cells], below[:, None],
                             self.tolerances, tolerances)
         unknown |= verdict_within_error(roots, errors, tolerances)
+        missing = unknown.any(axis=1)
+        if band_hz is not None:
+            low, high = 2.0 * np.pi * band_hz[0], 2.0 * np.pi * band_hz[1]
+            inside = (roots.imag >= max(low, tolerances.oscillation)) & (roots.imag <= high)
+            missing |= ~(inside & (roots.real > below[:, None])).any(axis=1)
         return TableModes.in_order(
             roots, errors, omitted, modes=self.modes, omitted_below=below,
-            cells=np.where(unknown.any(axis=1), -1, cells), tolerances=tolerances)
+            cells=np.where(missing, -1, cells), tolerances=tolerances)
 
-    def eigenvalues(self, x: FloatArray, tolerances: Tolerances) -> ComplexArray:
+    def eigenvalues(self, x: FloatArray, tolerances: Tolerances) -> tuple[ComplexArray, Any]:
         """
-        Return the kept eigenvalues, (P, K) in no order [1/s]; rows of NaN without an answer.
+        Return the kept eigenvalues, (P, K) in no order [1/s], and which points are answered.
 
         As `evaluate`, but it answers close to a stability boundary, too.
         """
-        cells, roots, errors, _ = self._values(x)
-        unknown = not_known(roots, errors, self._mirrored[cells],
-                            self._omitted_below[cells, None], self.tolerances, tolerances)
-        roots[unknown.any(axis=1)] = complex(np.nan, np.nan)
-        return roots
+        stack, (cells, roots, errors, _) = self._stack, self._values(x, numbered=False)
+        unknown = not_known(roots, errors, stack.mirrored[cells],
+                            stack.omitted_below[cells, None], self.tolerances, tolerances)
+        return roots, (cells >= 0) & ~unknown.any(axis=1)
 
-    def _values(self, x: FloatArray
+    def _values(self, x: FloatArray, *, numbered: bool = True
                 ) -> tuple[IndexArray, ComplexArray, FloatArray, FloatArray]:
         """
         Return cells (P,), eigenvalues (P, K), their errors, frequencies of omitted modes (P, L).
 
-        NaN at points without a cell, and beyond the number of a cell.
+        NaN at points without a cell, and beyond the number of a cell. The polynomials are
+        evaluated point by point, so that a point has the same bits in any company.
         """
-        cells, (kept, most_omitted) = self.locate(x), self._widths
-        roots, errors = np.empty((len(x), kept), complex), np.empty((len(x), kept))
-        omitted = np.empty((len(x), most_omitted))
-        roots[...] = complex(np.nan, np.nan)
-        errors[...] = omitted[...] = np.nan
+        stack, cells = self._stack, self.locate(x)
+        factors = np.ones((len(x), 4))
+        factors[:, 1:] = (x - stack.centres[cells]) / stack.halves[cells]
+        terms = factors[:, _FACTORS].prod(axis=1)[:, None]
+        values = np.empty((len(x), stack.series.shape[2]))
+        omitted = np.empty((len(x), stack.omitted.shape[2] if numbered else 0))
         points_of: dict[int, list[int]] = {}
         for point, cell in enumerate(cells.tolist()):
             points_of.setdefault(cell, []).append(point)
-        points_of.pop(-1, None)
         for cell, points in points_of.items():
-            u = (x[points] - self.centres[cell]) / self.halves[cell]
-            found = self.cells[cell].at(fit_terms(DEGREE).at(u))
-            for array, values in zip((roots, errors, omitted), found, strict=True):
-                array[points, :values.shape[1]] = values
+            here = terms[points]
+            values[points] = (here @ stack.series[cell])[:, 0]
+            if numbered:
+                omitted[points] = (here[..., :_OMITTED] @ stack.omitted[cell])[:, 0]
+        roots, errors = stack.layout.eigenvalues(values.view(complex), stack.bounds[cells])
         return cells, roots, errors, omitted
 
     @cached_property
-    def _axes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Lower corner of the envelope, finest boxes per unit, number of the last, each (3,)."""
+    def _boxes(self) -> tuple[IndexArray, FloatArray, FloatArray, FloatArray]:
+        """
+        Return the grid with a border of no cells, and which x has which of its boxes.
+
+        That is x * scale + offset, from 0 to a last one; the ends of the envelope are in it.
+        """
         boxes = np.array(self.grid.shape)
-        return self.domain.low, boxes / self.domain.width, boxes - 1.0
+        scale = (1.0 - 2.0 * _ROUNDING) * boxes / self.domain.width
+        return (np.pad(self.grid, 1, constant_values=-1), scale,
+                1.0 + _ROUNDING - self.domain.low * scale, boxes + 1.0)
 
     @cached_property
-    def _widths(self) -> tuple[int, int]:
-        """Largest number of kept eigenvalues and of omitted modes of a cell."""
-        return (max((cell.layout.count for cell in self.cells), default=1),
-                max((cell.omitted.shape[1] for cell in self.cells), default=0))
-
-    @cached_property
-    def _omitted_below(self) -> FloatArray:
-        """Bound of each cell on the growth rates of its omitted modes, NaN last: of no cell."""
-        return np.array([*(cell.omitted_below for cell in self.cells), np.nan])
-
-    @cached_property
-    def _mirrored(self) -> Any:
-        """Eigenvalues of each cell (cells + 1, K) whose conjugates are not among them."""
-        found = np.zeros((len(self.cells) + 1, self._widths[0]), bool)
-        for row, cell in zip(found, self.cells, strict=False):
-            row[:cell.mirrored.size] = cell.mirrored
-        return found
+    def _stack(self) -> CellStack:
+        return stack_cells(self.cells, self.centres, self.halves)

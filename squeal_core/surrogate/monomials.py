@@ -63,20 +63,14 @@ class Monomials:
                      for j, right in enumerate(self.terms[second]))
 
     @cached_property
-    def _factors_of_all(self) -> tuple[IndexArray, ...]:
-        """For each factor of a product the places (count,) of the factors among 1, z0, z1, ..."""
+    def factors(self) -> IndexArray:
+        """Places (degree, count) of the factors of each term among 1, z0, z1, ..."""
         every = [term for terms in self.terms for term in terms]
-        return tuple(np.array([term[i] + 1 if i < len(term) else 0 for term in every], np.intp)
-                     for i in range(self.degree))
+        return np.array([[term[i] + 1 if i < len(term) else 0 for term in every]
+                         for i in range(self.degree)], np.intp).reshape(self.degree, self.count)
 
     def at(self, values: FloatArray) -> FloatArray:
         """Return all terms, degree by degree: (..., variables) -> (..., count)."""
         factors = np.ones((*values.shape[:-1], self.variables + 1))
         factors[..., 1:] = values
-        if not self.degree:
-            return factors[..., :1]
-        first, *others = self._factors_of_all
-        found = factors.take(first, axis=-1)
-        for places in others:
-            found *= factors.take(places, axis=-1)
-        return found
+        return np.asarray(factors[..., self.factors].prod(axis=-2))

@@ -12,7 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a table keeps of one cell of its envelope, and how well it has to know it."""
+"""
+What a table keeps of one cell of its envelope, and how well it has to know it.
+
+Eigenvalues that meet are no smooth functions of the operating point, but the coefficients of the
+characteristic polynomial of all that meet are. A block of n eigenvalues is n numbers: its mean m
+and the coefficients c_2 ... c_n of prod (z - z_k) = z^n + c_2 z^(n-2) + ... + c_n, z = lambda - m.
+"""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -25,12 +31,12 @@ from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.stability.state_space import frequency_scale
-from squeal_core.surrogate.block_invariants import BlockInvariants
 from squeal_core.surrogate.monomials import Monomials
 
 DEGREE = 4  # of the fit: 35 terms
 _GROWTH = 4.9e-7  # of the model's largest frequency: ten times what counts as growth
 _MATTERS = 2.47e-5  # of the model's largest frequency: decay rate of modes that do not matter
+_TINY = 1e-200  # so small that nothing finite over it overflows
 
 
 @cache
@@ -83,6 +89,101 @@ class TableTolerances:
 
 
 @dataclass(frozen=True, eq=False)
+class BlockInvariants:
+    """
+    Where the invariants of blocks stand: single eigenvalues, means and squares of pairs, others.
+
+    There are as many of them as eigenvalues.
+
+    Parameters
+    ----------
+    sizes : (blocks,) index array
+        Sizes of the blocks, ascending.
+
+    """
+
+    sizes: IndexArray
+
+    @cached_property
+    def count(self) -> int:
+        """Return the number of eigenvalues."""
+        return int(self.sizes.sum())
+
+    @cached_property
+    def larger(self) -> tuple[slice, ...]:
+        """Place of each larger block among the eigenvalues and invariants."""
+        ends = np.cumsum(self.sizes).tolist()
+        return tuple(slice(end - size, end) for end, size in zip(
+            ends, self.sizes.tolist(), strict=True) if size > 2)
+
+    def of(self, eigenvalues: ComplexArray) -> ComplexArray:
+        """Return the invariants (..., n) of eigenvalues (..., n), block by block."""
+        found = np.array(eigenvalues, order='C')
+        first, middle, end = self._ends
+        one, other = eigenvalues[..., first:end:2], eigenvalues[..., first + 1:end:2]
+        found[..., first:middle] = 0.5 * (one + other)
+        found[..., middle:end] = (0.5 * (one - other)) ** 2
+        for place in self.larger:
+            found[..., place] = _polynomial(eigenvalues[..., place])
+        return found
+
+    @cached_property
+    def _ends(self) -> tuple[int, int, int]:
+        """Places of the means of pairs, of their squares, of the larger blocks."""
+        singles, pairs = (int(np.count_nonzero(self.sizes == size)) for size in (1, 2))
+        return singles, singles + pairs, singles + 2 * pairs
+
+    def eigenvalues(self, invariants: ComplexArray,
+                    bounds: FloatArray) -> tuple[ComplexArray, FloatArray]:
+        """
+        Return the eigenvalues, (..., n) [1/s], and bounds of their errors, (..., n) [1/s].
+
+        Parameters
+        ----------
+        invariants : (..., n) array
+            Of all blocks.
+        bounds : (n,) or (..., n) array
+            Of the errors of the invariants.
+
+        """
+        first, middle, end = self._ends
+        roots = invariants.copy()
+        errors = np.empty(roots.shape)
+        errors[...] = bounds
+        if end > first:
+            mean, s = invariants[..., first:middle], np.sqrt(invariants[..., middle:end])
+            off, square = bounds[..., first:middle], bounds[..., middle:end]
+            roots[..., first:end:2], roots[..., first + 1:end:2] = mean + s, mean - s
+            off = off + np.minimum(np.sqrt(square), square / (np.abs(s) + _TINY))
+            errors[..., first:end:2] = errors[..., first + 1:end:2] = off
+        for place in self.larger:
+            there = ~np.isnan(invariants[..., place.start])
+            if there.any():
+                roots[there, place], errors[there, place] = _solved(
+                    invariants[there, place], errors[there, place])
+        return roots, errors
+
+    def places_in(self, other: 'BlockInvariants') -> tuple[IndexArray, IndexArray]:
+        """Return where eigenvalues and invariants (n,) stand in a layout of more blocks."""
+        within = np.arange(self.sizes.size) - np.searchsorted(self.sizes, self.sizes)
+        blocks = np.searchsorted(other.sizes, self.sizes) + within  # as many of the same size
+        moved = (np.cumsum(other.sizes) - other.sizes)[blocks] - np.cumsum(self.sizes) + self.sizes
+        eigenvalues = np.arange(self.count) + np.repeat(moved, self.sizes)
+        invariants = np.empty_like(eigenvalues)
+        invariants[self._order] = other._order[eigenvalues]
+        return eigenvalues, invariants
+
+    @cached_property
+    def _order(self) -> IndexArray:
+        """Place (n,) of the invariant that stands for each eigenvalue."""
+        first, middle, end = self._ends
+        found = np.arange(self.count)
+        found[first:end:2] = np.arange(first, middle)
+        found[first + 1:end:2] = np.arange(middle, end)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
 class TableCell:
     """
     Blocks of eigenvalues in a cell, as polynomials of its coordinates u in [-1, 1]^3.
@@ -115,25 +216,17 @@ class TableCell:
     def layout(self) -> BlockInvariants:
         return BlockInvariants(self.sizes)
 
-    def at(self, terms: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    def at(self, terms: FloatArray) -> tuple[ComplexArray, FloatArray]:
         """
-        Return eigenvalues (..., n), error bounds (..., n), frequencies of omitted modes.
+        Return eigenvalues (P, n) and their error bounds (P, n).
 
         Parameters
         ----------
-        terms : (..., terms) array
+        terms : (P, terms) array
             Of the cell coordinates, as `fit_terms` has them.
 
         """
-        values = (terms[..., None, :] @ self._all)[..., 0, :]  # bit for bit those of each alone
-        ends = 2 * self.layout.count
-        roots, errors = self.layout.eigenvalues(values[..., :ends].view(complex), self.bounds)
-        return roots, errors, values[..., ends:]
-
-    @cached_property
-    def _all(self) -> FloatArray:
-        lacking = len(self.series) - len(self.omitted)
-        return np.concatenate([self.series, np.pad(self.omitted, ((0, lacking), (0, 0)))], axis=1)
+        return self.layout.eigenvalues((terms @ self.series).view(complex), self.bounds)
 
 
 def not_known(roots: ComplexArray, errors: FloatArray, mirrored: Any, omitted_below: Any,
@@ -150,3 +243,27 @@ def not_known(roots: ComplexArray, errors: FloatArray, mirrored: Any, omitted_be
 def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
     """Tell which verdicts hang on the errors."""
     return np.abs(roots.real - tolerances.growth) <= errors
+
+
+def _polynomial(eigenvalues: ComplexArray) -> ComplexArray:
+    """Return mean and coefficients (..., n) of a larger block."""
+    mean = eigenvalues.mean(axis=-1, keepdims=True)
+    coefficients = np.zeros((*eigenvalues.shape[:-1], eigenvalues.shape[-1] + 1), complex)
+    coefficients[..., 0] = 1.0
+    for root in np.moveaxis(eigenvalues - mean, -1, 0):
+        coefficients[..., 1:] -= root[..., None] * coefficients[..., :-1]
+    return np.concatenate([mean, coefficients[..., 2:]], axis=-1)
+
+
+def _solved(invariants: ComplexArray, bounds: FloatArray) -> tuple[Any, Any]:
+    """Return the eigenvalues (..., n) of a larger block and the bounds of their errors."""
+    size = invariants.shape[-1]
+    companion = np.zeros((*invariants.shape[:-1], size, size), complex)
+    companion[..., range(1, size), range(size - 1)] = 1.0
+    companion[..., 0, 1:] = -invariants[..., 1:]
+    z = np.linalg.eigvals(companion)
+    apart = np.abs(z[..., :, None] - z[..., None, :])
+    apart[..., range(size), range(size)] = 1.0
+    powers = np.abs(z)[..., None] ** np.arange(size - 2, -1, -1)
+    off = (powers @ bounds[..., 1:, None])[..., 0] / (apart.prod(axis=-1) + _TINY)
+    return invariants[..., :1] + z, bounds[..., :1] + off

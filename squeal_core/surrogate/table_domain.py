@@ -20,7 +20,6 @@ import math
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 from squeal_core.brake.operating_point import (
     MINIMUM_ROTOR_SPEED,
     OperatingPoint,
@@ -138,14 +137,12 @@ class TableDomain:
         return x
 
 
-def coordinates(rotor_speeds: ArrayLike, contact_pressures: ArrayLike,
-                frictions: ArrayLike) -> FloatArray:
-    """Return the places x (P, 3) of magnitudes, which are broadcast together."""
-    found = np.empty((np.broadcast(rotor_speeds, contact_pressures, frictions).size, 3))
+def coordinates(rows: FloatArray) -> FloatArray:
+    """Return the places x (P, 3) of rotor speeds, contact pressures and frictions, magnitudes."""
+    x = rows.copy()
     with np.errstate(divide='ignore', invalid='ignore'):
-        found[:, 0], found[:, 1] = np.log(rotor_speeds), np.log(contact_pressures)
-    found[:, 2] = frictions
-    return found
+        x[:, :2] = np.log(rows[:, :2])
+    return x
 
 
 def places_of(points: Sequence[OperatingPoint]) -> FloatArray:

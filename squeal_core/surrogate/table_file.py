@@ -152,6 +152,8 @@ def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
             grid.min() >= -1 and grid.max() < count):
         raise ValueError('the grid does not fit the cells')
     cells = unpack_cells(arrays)
+    if max((cell.layout.count for cell in cells), default=0) > 2 * modes:
+        raise ValueError('a cell has more eigenvalues than the model')
     return ExpansionTable(
         domain=TableDomain(**_numbers(header['domain'], TableDomain)),
         tolerances=TableTolerances(**_numbers(header['tolerances'], TableTolerances)),

@@ -19,6 +19,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.common.arrays import FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
@@ -78,20 +79,36 @@ class TabulatedSolver:
             raise found
         return found
 
-    def solve_all(self, points: Sequence[OperatingPoint]
+    def solve_all(self, points: Sequence[OperatingPoint], places: FloatArray | None = None
                   ) -> list[ComplexModes | np.linalg.LinAlgError]:
         """
         Return the complex modes at several points, or why a point has none.
 
         The same bit for bit in any company; those of a cell cost little more than one.
+
+        Parameters
+        ----------
+        points : sequence of OperatingPoint
+            Sliding points.
+        places : (P, 3) array, optional
+            Their places in the table's domain, see `TableDomain.places`, if already known.
+
         """
         if self.table is None or not points:
             return [self._in_full(point) for point in points]
-        found = self.table.evaluate(self.table.domain.places(self.model, points), self.limits)
-        known = found.answered if self.band is None else found.answered_in(*self.band)
-        return [self._by_table(point, found.modes(i), cell) if answered else self._in_full(point)
-                for i, (point, answered, cell) in enumerate(zip(
-                    points, known.tolist(), found.cells.tolist(), strict=True))]
+        if places is None:
+            places = self.table.domain.places(self.model, points)
+        known = self.table.evaluate(places, self.limits, self.band)
+        found: list[ComplexModes | np.linalg.LinAlgError] = []
+        for place, cell in enumerate(known.cells.tolist()):
+            if cell < 0 or cell in self._distrusted:
+                found.append(self._in_full(points[place]))
+                continue
+            self.statistics.tabulated += 1
+            modes = known.modes(place)
+            due = self.audit_every and self.statistics.tabulated % self.audit_every == 0
+            found.append(self._spot_check(points[place], modes, cell) if due else modes)
+        return found
 
     def distrust(self, point: OperatingPoint) -> None:
         """Do not use the table's cell at a point again, as it was found wrong."""
@@ -111,16 +128,6 @@ class TabulatedSolver:
             return complex_modes(self.model, point, tolerances=self.limits)
         except np.linalg.LinAlgError as error:
             return error
-
-    def _by_table(self, point: OperatingPoint, found: ComplexModes,
-                  cell: int) -> ComplexModes | np.linalg.LinAlgError:
-        """Return an answer of the table, or a full solution where that will not do."""
-        if cell in self._distrusted:
-            return self._in_full(point)
-        self.statistics.tabulated += 1
-        if self.audit_every and self.statistics.tabulated % self.audit_every == 0:
-            return self._spot_check(point, found, cell)
-        return found
 
     def _spot_check(self, point: OperatingPoint, found: ComplexModes,
                     cell: int) -> ComplexModes | np.linalg.LinAlgError:
