@@ -77,7 +77,8 @@ def _evaluator(model: BrakeModel, path: str, limits: Tolerances) -> MarginEvalua
         pressure=(2e4, 1.6e7), error=table.tolerances.growth)
     growth = partial(table_growth, table, model, limits, SQUEAL_BAND)
     return MarginEvaluator(model, settings, limits, growth=growth, scan=FrictionScan(
-        lambda rows: growth(rows, 'squeal').real, settings.friction))
+        lambda rows: growth(rows, 'squeal').real, limits.growth, friction=settings.friction,
+        rotor_speed=settings.rotor_speed, pressure=settings.pressure))
 
 
 def _worst(model: BrakeModel, conditions: Sequence[SlidingConditions],

@@ -14,10 +14,10 @@
 
 """Evaluation of margins by look-up along friction, speed and pressure."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 import math
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import SlidingConditions
@@ -53,10 +53,9 @@ _RATIO = 1.2  # of speed and pressure, likewise
 # step (1e-3), so that rounding does not decide whether it is narrow enough
 _WIDTH = 1.2e-3
 _TRIALS = 8  # that narrow a bracket at once: look-ups cost by the call rather than by the value
-_BATCH = 16  # values of a walk evaluated at once
-# trials about an estimate by the scan, in its steps of 0.02: nine of ten boundaries are between
-# the inner ones, which are as close as a bracket has to be
-_ABOUT = np.concatenate([[-1.0], 0.045 * np.arange(-4.5, 5.0), [1.0]])
+# trials about an estimate of friction by the scan: nine of ten boundaries are between the inner
+# ones, which are as close as a bracket has to be
+_ABOUT = np.array([-0.02, -1.65e-3, -0.55e-3, 0.55e-3, 1.65e-3, 0.02])
 
 
 class MarginEvaluator:
@@ -149,16 +148,21 @@ class MarginEvaluator:
             f'{full.real:+.3g} 1/s there, not {found[0].real:+.3g} 1/s'))
 
     def _along_friction(self, rows: FloatArray, here: ComplexArray, kind: Kind) -> list[Margin]:
-        low, high = self.settings.friction
-        unstable = here.real > self.tolerances.growth
-        start = rows[:, 2]
-        walks, batch = _walks(start, np.where(unstable, low, high)), _BATCH
-        if self._scan is not None and kind == 'squeal':
-            walks = np.concatenate([self._estimated(rows, unstable, walks), walks], axis=1)
-            batch = _ABOUT.size
-        found = self._search(rows, here, walks, 'friction', kind, batch)
+        start, side = rows[:, 2:], np.where(here.real[:, None] > self.tolerances.growth, -1.0, 1.0)
+        ends = np.where(side < 0.0, *self.settings.friction)
+
+        def trials() -> Iterator[FloatArray]:
+            if self._scan is not None and kind == 'squeal':
+                estimate = self._scan.nearest(rows, side)[:, None]
+                values = estimate + side * _ABOUT
+                values = np.where(side * values > side * start, values, start)
+                values = np.where(side * values < side * ends, values, ends)
+                yield np.where(np.isfinite(estimate), values, start)
+            yield _walks(start, ends)
+
+        found = self._search(rows, here, trials(), 'friction', kind)
         return [_margin(crossing, found.level, 'friction', kind, present)
-                for crossing, present in zip(found.crossings(), start.tolist(), strict=True)]
+                for crossing, present in zip(found.crossings(), rows[:, 2].tolist(), strict=True)]
 
     def _along(self, row: FloatArray, parameter: Parameter) -> Margin:
         """Return the nearer one of the margins of squeal towards less and towards more."""
@@ -168,15 +172,15 @@ class MarginEvaluator:
         length = max(walk.size for walk in walks)
         padded = np.array([np.pad(walk, (0, length - walk.size), 'edge') for walk in walks])
         rows, here = np.repeat(row, 2, axis=0), np.repeat(self._growth(row, 'squeal'), 2)
-        found = self._search(rows, here, padded, parameter, 'squeal', _BATCH)
+        found = self._search(rows, here, [padded], parameter, 'squeal')
         both = [_margin(crossing, found.level, parameter, 'squeal', present)
                 for crossing in found.crossings()]
         known = [margin for margin in both if not math.isnan(margin.critical)]
         return min(known, key=lambda margin: abs(margin.value), default=replace(
             both[0], reason='; '.join(margin.reason for margin in both)))
 
-    def _search(self, rows: FloatArray, here: ComplexArray, walks: FloatArray,
-                parameter: Parameter, kind: Kind, batch: int) -> Boundaries:
+    def _search(self, rows: FloatArray, here: ComplexArray, trials: Iterable[FloatArray],
+                parameter: Parameter, kind: Kind) -> Boundaries:
         growth, column = self._growth, _COLUMNS[parameter]
         assert growth is not None
         scale = 1.0 if parameter == 'friction' else float(rows[0, column])
@@ -187,30 +191,8 @@ class MarginEvaluator:
             return growth(conditions, kind).reshape(values.shape)
 
         search = BoundarySearch(parameter=parameter, level=self.tolerances.growth,
-                                width=_WIDTH * scale, batch=batch, trials=_TRIALS)
-        return search(rows[:, column], here, walks, evaluate)
-
-    def _estimated(self, rows: FloatArray, unstable: Any, walks: FloatArray) -> FloatArray:
-        """Return values (P, n) about where the scan has the boundary; else where walks begin."""
-        assert self._scan is not None
-        frictions, start, down = self._scan.friction, rows[:, 2:], unstable[:, None]
-        growth = self._scan.along_friction(rows[:, 0], rows[:, 1])
-        other = ((growth > self.tolerances.growth) != down) & ~np.isnan(growth)
-        other &= np.where(down, frictions < start, frictions > start)
-        count = frictions.size
-        far = np.where(unstable, count - 1 - other[:, ::-1].argmax(axis=1), other.argmax(axis=1))
-        near = np.minimum(np.maximum(far + np.where(unstable, 1, -1), 0), count - 1)
-        each = np.arange(len(rows))
-        rate, change = growth[each, near], growth[each, far] - growth[each, near]
-        with np.errstate(divide='ignore', invalid='ignore'):
-            fraction = (self.tolerances.growth - rate) / change
-        fraction = np.where((fraction >= 0.0) & (fraction <= 1.0), fraction, 0.5)
-        span = frictions[far] - frictions[near]
-        zero = frictions[near] + fraction * span
-        trials, end = zero[:, None] + span[:, None] * _ABOUT, walks[:, -1:]
-        bounded = np.minimum(np.maximum(trials, np.where(down, end, start)),
-                             np.where(down, start, end))
-        return np.where(other.any(axis=1)[:, None], bounded, start)
+                                width=_WIDTH * scale, trials=_TRIALS)
+        return search(rows[:, column], here, trials, evaluate)
 
 
 def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerances,
@@ -240,12 +222,11 @@ def _rows(conditions: Sequence[SlidingConditions]) -> FloatArray:
 
 
 def _walks(start: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return values (P, n) in steps of friction from starts to ends, which are repeated."""
+    """Return values (P, n) in steps of friction from starts (P, 1) to ends, which are repeated."""
     far = ends - start
     count = max(math.ceil(float(np.abs(far).max()) / _STEP - 1e-9), 1)
-    ways = np.minimum(_STEP * np.arange(1.0, count + 1.0), np.abs(far)[:, None])
-    return np.asarray(np.where(ways == np.abs(far)[:, None], ends[:, None],
-                               start[:, None] + np.sign(far)[:, None] * ways))
+    steps = _STEP * np.arange(1.0, count + 1.0)
+    return np.where(steps < np.abs(far), start + np.sign(far) * steps, ends)
 
 
 def _geometric(start: float, end: float) -> FloatArray:

@@ -69,7 +69,10 @@ class VehicleStability:
             self.solver.table is not None)
         self._margins = MarginEvaluator(
             self.model, margins, self.tolerances, growth=self._growth if known else None,
-            scan=FrictionScan(self._squeal_growth, margins.friction) if known else None)
+            scan=FrictionScan(lambda rows: self._growth(rows, 'squeal').real,
+                              self.tolerances.growth, friction=margins.friction,
+                              rotor_speed=margins.rotor_speed, pressure=margins.pressure)
+            if known else None)
 
     def warm_up(self, brakes: int) -> list[Evaluated]:
         """Evaluate brakes once, uncounted."""
@@ -154,9 +157,6 @@ class VehicleStability:
         rows = np.full((pressures.size, 3), (abs(at.rotor_speed), 0.0, at.friction))
         rows[:, 1] = pressures
         return self._growth(rows, 'squeal')
-
-    def _squeal_growth(self, rows: FloatArray) -> FloatArray:
-        return self._growth(rows, 'squeal').real
 
     def figures(self) -> dict[str, float]:
         """Return the counts of answers since the start, by name."""

@@ -100,9 +100,9 @@ class Boundaries:
     def begun(cls, parameter: str, level: float, start: FloatArray,
               eigenvalues: ComplexArray) -> 'Boundaries':
         count = start.size
-        return cls(parameter, level, start, np.stack([start, start], axis=1),
-                   np.stack([eigenvalues, eigenvalues], axis=1), np.full(count, np.nan),
-                   np.full(count, 'none', dtype='U7'), np.zeros(count, np.intp))
+        return cls(parameter, level, start, np.repeat(start, 2).reshape(count, 2),
+                   np.repeat(eigenvalues, 2).reshape(count, 2), np.full(count, np.nan),
+                   np.full(count, 'found', dtype='U7'), np.zeros(count, np.intp))
 
     @property
     def widths(self) -> FloatArray:
@@ -111,8 +111,7 @@ class Boundaries:
     @property
     def changes(self) -> FloatArray:
         """Return the change of the growth rate over each [1/s]; not finite where no mode is."""
-        with np.errstate(invalid='ignore'):
-            return np.abs(self.eigenvalues.real[:, 1] - self.eigenvalues.real[:, 0])
+        return np.abs(self.eigenvalues.real[:, 1] - self.eigenvalues.real[:, 0])
 
     @property
     def unstable(self) -> Any:
@@ -123,8 +122,7 @@ class Boundaries:
     def zeros(self) -> FloatArray:
         """Where the chord through both ends is at the level, as fractions of the bracket."""
         growth = self.eigenvalues.real
-        with np.errstate(invalid='ignore', divide='ignore'):
-            return np.asarray((growth[:, 0] - self.level) / (growth[:, 0] - growth[:, 1]))
+        return np.asarray((growth[:, 0] - self.level) / (growth[:, 0] - growth[:, 1]))
 
     def take(self, rows: IndexArray, trials: FloatArray, eigenvalues: ComplexArray, *,
              past_unknown: bool) -> Any:
@@ -134,19 +132,18 @@ class Boundaries:
         The far end goes to the first trial of the other verdict, the near end to the last one
         before it. Unless they are passed over, trials that are not known end a search.
         """
-        missing = np.isnan(eigenvalues.real)
-        other = (eigenvalues.real > self.level) != self.unstable[rows, None]
-        hits = np.where(missing, not past_unknown, other)
-        first = np.where(hits.any(axis=1), hits.argmax(axis=1), trials.shape[1])
-        before = ~missing & (np.arange(trials.shape[1]) < first[:, None])
-        last = trials.shape[1] - 1 - before[:, ::-1].argmax(axis=1)
-        for end, picked, chosen in ((0, before.any(axis=1), last),
-                                    (1, first < trials.shape[1], first)):
-            places = np.flatnonzero(picked)
-            self.ends[rows[places], end] = trials[places, chosen[places]]
-            self.eigenvalues[rows[places], end] = eigenvalues[places, chosen[places]]
+        growth, places = eigenvalues.real, np.arange(trials.shape[1] + 1)
+        missing, other = np.isnan(growth), (growth > self.level) != self.unstable[rows, None]
+        ends = other & ~missing if past_unknown else other | missing
+        far = np.where(ends.any(axis=1), ends.argmax(axis=1) + 1, places.size)
+        near = (places[1:] * (~missing & (places[1:] < far[:, None]))).max(axis=1, initial=0)
+        changed = far < places.size
+        for known, tried in ((self.ends, trials), (self.eigenvalues, eigenvalues)):
+            values = np.concatenate([known[rows, :1], tried], axis=1)
+            known[rows, 0] = values[np.arange(rows.size), near]
+            known[rows[changed], 1] = values[changed, far[changed]]
         self.solves[rows] += trials.shape[1]
-        return first < trials.shape[1]
+        return changed
 
     def crossings(self) -> list[Crossing]:
         """Return the result of each search, in words, too."""

@@ -20,7 +20,7 @@ expansions for all brakes and several values at once. Both ends of a bracket are
 extrapolated.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 import math
 from typing import Any, TypeAlias
@@ -58,8 +58,6 @@ class BoundarySearch:
         Growth rate above which a mode is unstable [1/s].
     width : float
         Of a bracket at the end, in units of the parameter.
-    batch : int
-        Values of a walk evaluated at once.
     trials : int
         Values at once that narrow a bracket: 1, or an even number.
 
@@ -76,11 +74,10 @@ class BoundarySearch:
     parameter: str
     level: float
     width: float
-    batch: int = 1
     trials: int = 1
 
-    def __call__(self, start: FloatArray, eigenvalues: ComplexArray, walks: FloatArray,
-                 evaluate: Evaluate) -> Boundaries:
+    def __call__(self, start: FloatArray, eigenvalues: ComplexArray,
+                 trials: Iterable[FloatArray], evaluate: Evaluate) -> Boundaries:
         """
         Return the nearest boundary of each of B searches.
 
@@ -90,24 +87,24 @@ class BoundarySearch:
             Where each search begins.
         eigenvalues : (B,) array
             Of the least stable mode there [1/s].
-        walks : (B, n) array
-            Values to try, in order from the start; two boundaries between two of them pass
-            unseen.
+        trials : iterable of (B, n) arrays
+            Values to walk along, in order from the start, each array evaluated at once; two
+            boundaries between two values pass unseen.
         evaluate : callable
             See `Evaluate`.
 
         """
         found = Boundaries.begun(self.parameter, self.level, start, eigenvalues)
         rows = np.arange(start.size)
-        for i in range(0, walks.shape[1], self.batch):
-            trials = walks[rows, i:i + self.batch]
-            changed = found.take(rows, trials, evaluate(rows, trials), past_unknown=False)
-            found.status[rows[changed]] = 'found'
-            rows = rows[~changed]
+        for values in trials:
+            some = values[rows]
+            rows = rows[~found.take(rows, some, evaluate(rows, some), past_unknown=False)]
             if not rows.size:
                 break
+        found.status[rows] = 'none'
         found.status[np.isnan(found.eigenvalues.real[:, 1])] = 'unknown'
-        self._narrow(found, evaluate)
+        with np.errstate(invalid='ignore', divide='ignore'):  # where there is no mode
+            self._narrow(found, evaluate)
         return found
 
     def both_sides(self, start: float, eigenvalue: complex, bounds: tuple[float, float],
@@ -130,32 +127,33 @@ class BoundarySearch:
 
         """
         below, above = (self(np.array([start]), np.array([eigenvalue]), linear_walk(
-            start, end, step), one_by_one(at)).crossings()[0] for end in bounds)
+            start, end, step).T[..., None], one_by_one(at)).crossings()[0] for end in bounds)
         return below, above
 
     def _narrow(self, found: Boundaries, evaluate: Evaluate) -> None:
-        first, even = found.widths, np.zeros(found.start.size, bool)
-        reference, change = found.widths, found.changes
+        widths, searching, even = found.widths, found.status == 'found', np.zeros(
+            found.start.size, bool)
+        first, reference, change = widths, widths, found.changes
         while True:
-            widths, through = found.widths, self._through(found, reference, change)
+            through = self._through(found.changes, change, widths / reference)
             least = np.maximum(np.where(through, 1.0, _DOUBT) * self.width,
                                _ROUNDING * np.abs(found.ends[:, 0]))
-            rows = np.flatnonzero((found.status == 'found') & (widths > least))
+            rows = (searching & (widths > least)).nonzero()[0]
             if not rows.size:
                 break
             trials = self._trials(found, rows, first, even)
             found.take(rows, trials, evaluate(rows, trials), past_unknown=True)
-            narrowed = found.widths[rows]
-            found.status[rows[narrowed == widths[rows]]] = 'unknown'
-            even[rows] = narrowed > 0.5 * widths[rows]
-            lacking = ~np.isfinite(change)
-            reference = np.where(lacking, found.widths, reference)
+            narrowed = found.widths
+            even[rows] = narrowed[rows] > 0.5 * widths[rows]
+            stuck = rows[narrowed[rows] == widths[rows]]
+            found.status[stuck], searching[stuck] = 'unknown', False
+            widths, lacking = narrowed, ~np.isfinite(change)
+            reference = np.where(lacking, widths, reference)
             change = np.where(lacking, found.changes, change)
-        done = found.status == 'found'
-        found.status[done & ~through] = 'jump'
+        found.status[searching & ~through] = 'jump'
         fraction = np.where(through, found.zeros, 0.5)
         values = found.ends[:, 0] + fraction * (found.ends[:, 1] - found.ends[:, 0])
-        found.values[done] = values[done]
+        found.values[searching] = values[searching]
 
     def _trials(self, found: Boundaries, rows: IndexArray, first: FloatArray,
                 even: Any) -> FloatArray:
@@ -178,11 +176,10 @@ class BoundarySearch:
         parts = np.where(evenly[:, None], division, np.clip(parts, _EDGE, 1.0 - _EDGE))
         return np.asarray(found.ends[rows, :1] + spans[:, None] * parts)
 
-    def _through(self, found: Boundaries, reference: FloatArray, change: FloatArray) -> Any:
+    def _through(self, changes: FloatArray, change: FloatArray, narrower: FloatArray) -> Any:
         """Tell where the growth rate goes through zero, by its change over the bracket."""
-        with np.errstate(invalid='ignore', divide='ignore'):
-            most = np.maximum(change * (found.widths / reference) ** _SMOOTH, self.level)
-            return np.isfinite(found.changes) & (found.changes <= most)
+        return np.isfinite(changes) & (
+            changes <= np.maximum(change * narrower ** _SMOOTH, self.level))
 
 
 def one_by_one(at: Callable[[float], complex]) -> Evaluate:

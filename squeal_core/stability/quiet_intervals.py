@@ -110,7 +110,7 @@ def quiet_intervals(parameter: str, bounds: tuple[float, float], least_stable: L
     near, far = near + ~stable[near], near + stable[near]  # the stable end, and the other one
     trials = _TRIALS if together else 1
     search = BoundarySearch(parameter=parameter, level=level, width=_WIDTH, trials=trials)
-    boundaries = search(x[near], found[near], x[far, None], evaluate)
+    boundaries = search(x[near], found[near], [x[far, None]], evaluate)
     at = {(place, place > beyond): IntervalEnd(
         math.exp(end), 'unknown' if status == 'unknown' else 'boundary', here.real,
         abs(there.imag) / math.tau) for place, beyond, end, (here, there), status in zip(

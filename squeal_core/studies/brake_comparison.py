@@ -246,7 +246,7 @@ def _boundary(model: BrakeModel, point: OperatingPoint, number: int,
 
     search = BoundarySearch(parameter='friction', level=limits.growth, width=_WIDTH)
     crossing = search(np.array([ends[0]]), np.array([eigenvalue(ends[0])]),
-                      np.array([[ends[1]]]), one_by_one(eigenvalue))
+                      [np.array([[ends[1]]])], one_by_one(eigenvalue))
     value = float(crossing.values[0])
     return ends[1] if math.isnan(value) else value
 

@@ -53,13 +53,13 @@ class Evaluator:
 
 def found(evaluator: Evaluator, start: float = 0.0, end: float = 1.0, *, batch: int = 1,
           width: float = 1e-6, level: float = 0.0, first: FloatArray | None = None) -> Crossing:
-    search = BoundarySearch(parameter='friction', level=level, width=width, trials=batch,
-                            batch=batch if first is None else first.size)
-    walk = linear_walk(start, end, 0.02) if first is None else np.concatenate(
-        [first[None], linear_walk(float(first[-1]), end, 0.02)], axis=1)
+    search = BoundarySearch(parameter='friction', level=level, width=width, trials=batch)
+    walk = linear_walk(start if first is None else float(first[-1]), end, 0.02)
+    values = [walk[:, i:i + batch] for i in range(0, walk.shape[1], batch)]
     here = evaluator.at(start)
     evaluator.calls = 0
-    return search(np.array([start]), here, walk, evaluator).crossings()[0]
+    return search(np.array([start]), here, values if first is None else [first[None], *values],
+                  evaluator).crossings()[0]
 
 
 @pytest.mark.parametrize('start', [0.0, 0.42])
@@ -154,7 +154,7 @@ def test_a_gap_of_the_table_in_the_bracket() -> None:
 
     search = BoundarySearch(parameter='friction', level=0.0, width=1e-4)
     crossing = search(np.array([0.26]), np.array([-0.0131 + 1j * OMEGA]),
-                      linear_walk(0.26, 1.0, 0.02), evaluate).crossings()[0]
+                      [linear_walk(0.26, 1.0, 0.02)], evaluate).crossings()[0]
     assert math.isnan(crossing.value)
     assert 'outside the table' in crossing.reason
 
@@ -169,12 +169,12 @@ def test_no_way_to_go() -> None:
 def test_searches_side_by_side_are_those_alone() -> None:
     """One evaluation for all that are not over; the results are those one by one, bit for bit."""
     curves = [growth for growth, _ in CURVES.values()]
-    search = BoundarySearch(parameter='friction', level=0.01, width=1e-5, batch=4, trials=4)
+    search = BoundarySearch(parameter='friction', level=0.01, width=1e-5, trials=4)
     walk = linear_walk(0.42, 0.0, 0.02)
     start, alone = np.array([0.42]), [Evaluator(curve) for curve in curves]
-    expected = [search(start, one.at(0.42), walk, one).crossings()[0] for one in alone]
+    expected = [search(start, one.at(0.42), [walk], one).crossings()[0] for one in alone]
     together, count = Evaluator(*curves), len(curves)
-    results = search(np.repeat(start, count), together.at(0.42), np.repeat(walk, count, axis=0),
+    results = search(np.repeat(start, count), together.at(0.42), [np.repeat(walk, count, axis=0)],
                      together)
     assert results.crossings() == expected
     assert together.calls < sum(one.calls for one in alone) / 3
