@@ -51,9 +51,9 @@ class Assessment:
     inputs : mapping
         `Reading` of each input.
     friction : float
-        mu [-], measured or by the temperature table.
+        mu [-], measured, by the temperature table or constant.
     friction_source : str
-        'measured' or 'temperature'; empty where friction is not known.
+        'measured', 'temperature' or 'constant'; empty where friction is not known.
     point : OperatingPoint or None
     modes : tuple of Mode
         All unstable modes, worst first: flutter in and below the squeal band, divergence.

@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 import math
 from typing import NamedTuple, Self
 
+from squeal_core.monitor.brake_settings import BrakeSettings
 from squeal_core.monitor.setting_specs import Signal, UNITS
-from squeal_core.monitor.settings import BrakeSettings
 from squeal_core.monitor.signal_windows import SignalWindow, STEP
 
 _SECOND = 1_000_000_000

@@ -19,11 +19,12 @@ from collections import Counter
 import math
 from typing import NamedTuple
 
+from squeal_core.monitor.brake_settings import InputSettings
 from squeal_core.monitor.plausibility import unit_guards
 from squeal_core.monitor.publishers import PublisherGuard
 from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, ValidatedRange
 from squeal_core.monitor.setting_specs import Signal
-from squeal_core.monitor.settings import InputSettings, MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.stuck_signal import StuckCheck
 
 _GOOD: tuple[Status, str] = 'good', ''

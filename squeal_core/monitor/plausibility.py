@@ -22,8 +22,9 @@ to the sample and depends on no tick. A guard says '' for a sample it has nothin
 import math
 from typing import NamedTuple, Protocol
 
+from squeal_core.monitor.brake_settings import InputSettings
 from squeal_core.monitor.setting_specs import Signal
-from squeal_core.monitor.settings import InputSettings, MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings
 
 RPM = math.tau / 60.0  # rad/s
 _SECOND = 1_000_000_000

@@ -230,12 +230,13 @@ MONITOR_KEYS = (
                 'frame of the markers, z along the axis; <brake> stands for the name'),
 )
 
+LARGEST_FRICTION = 1.5
 _INPUTS: dict[Signal, tuple[str, str, str, float, float, str]] = {
     'rotor_speed': ('joint_states', 'sensor_msgs/msg/JointState',
                     'velocity[name={brake}_wheel_joint]', -400.0, 400.0, 'rad/s'),
     'pressure': ('{brake}/brake_pressure', 'sensor_msgs/msg/FluidPressure', 'fluid_pressure',
                  -1.05e5, 3e7, 'Pa'),  # a gauge reads down to minus an atmosphere
-    'friction': ('{brake}/friction', 'std_msgs/msg/Float64', 'data', 0.01, 1.5, '-'),
+    'friction': ('{brake}/friction', 'std_msgs/msg/Float64', 'data', 0.01, LARGEST_FRICTION, '-'),
     'temperature': ('', 'sensor_msgs/msg/Temperature', 'temperature', 200.0, 1500.0, 'K'),
 }
 UNITS: Mapping[str, str] = {signal: entry[-1] for signal, entry in _INPUTS.items()}
@@ -256,6 +257,9 @@ def input_keys(brake: str, signal: Signal) -> tuple[SettingSpec, ...]:
                              'sensor_msgs/FluidPressure is by its definition: ambient_pressure is '
                              'subtracted then', change='configure', choices=('gauge', 'absolute')),
                  ) if signal == 'pressure' else ()
+    constant = (SettingSpec(f'{at}.constant', 0.0, '-', 'friction coefficient where neither '
+                            'friction nor temperature has a topic; 0: none', 0.0, high),
+                ) if signal == 'friction' else ()
     return (
         SettingSpec(f'{at}.topic', topic.format(brake=brake), '-',
                     'topic; empty: this input is not used', change='configure'),
@@ -269,7 +273,7 @@ def input_keys(brake: str, signal: Signal) -> tuple[SettingSpec, ...]:
         SettingSpec(f'{at}.scale', 1.0, f'{unit} per message unit',
                     'value = scale * field + offset'),
         SettingSpec(f'{at}.offset', offset, unit, 'value = scale * field + offset'),
-        *reference,
+        *reference, *constant,
         SettingSpec(f'{at}.max_age', 0.5, 's', 'older than this an input is stale', 1e-3, 3600.0),
         SettingSpec(f'{at}.minimum', low, unit, 'a smaller value is invalid', least),
         SettingSpec(f'{at}.maximum', high, unit, 'a larger value is invalid', least),

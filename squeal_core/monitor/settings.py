@@ -23,44 +23,13 @@ from typing import Any
 from squeal_core.common.errors import ConfigurationError, did_you_mean, short_repr
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.monitor.axles import axle_partners
-from squeal_core.monitor.setting_specs import (
-    input_keys,
-    MONITOR_KEYS,
-    SettingSpec,
-    Signal,
-    SIGNALS,
-)
+from squeal_core.monitor.brake_settings import BrakeSettings, read_brake
+from squeal_core.monitor.setting_specs import input_keys, MONITOR_KEYS, SettingSpec, SIGNALS
 from squeal_core.risk.ensemble import EnsemblePrior
 
 NODE_NAME = 'squeal_monitor'
 MAX_BRAKES = 64  # of one node
 MAX_NAME = 100  # letters of a brake's name
-
-
-@dataclass(frozen=True, kw_only=True)
-class InputSettings:
-    """Where a signal comes from, and which values of it are believed."""
-
-    topic: str
-    type: str  # noqa: A003
-    field: str
-    scale: float
-    offset: float
-    max_age: float
-    minimum: float
-    maximum: float
-    stamp: str = 'header'
-    stuck_after: float = 0.0
-    movement: float = 1e-9
-    reference: str = 'gauge'
-
-
-@dataclass(frozen=True)
-class BrakeSettings:
-    """One brake: its name and its inputs; an input without a topic is absent."""
-
-    name: str
-    inputs: Mapping[Signal, InputSettings]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +176,9 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
     axles = top['axles']
     assert isinstance(axles, tuple)
     axle_partners(names, axles)
-    brakes = tuple(_read_brake(name, parameters) for name in names)
+    friction = top['validated_friction_low'], top['validated_friction_high']
+    brakes = tuple(read_brake(name, parameters, friction)  # type: ignore[arg-type]
+                   for name in names)
     return MonitorSettings(brakes=brakes, **top)  # type: ignore[arg-type]
 
 
@@ -273,27 +244,3 @@ def check_names(names: tuple[str, ...]) -> None:
                                      'use letters, digits and _')
     if len(set(names)) != len(names) or not names:
         raise ConfigurationError('brakes', f'is {short_repr(list(names))}', 'name each brake once')
-
-
-def _read_brake(brake: str, parameters: Mapping[str, Any]) -> BrakeSettings:
-    inputs: dict[Signal, InputSettings] = {}
-    for signal in SIGNALS:
-        keys = input_keys(brake, signal)
-        values = {key.name.rpartition('.')[2]: key.read(parameters.get(key.name, key.default))
-                  for key in keys}
-        if not values['topic']:
-            continue
-        inputs[signal] = found = InputSettings(**values)  # type: ignore[arg-type]
-        if found.scale == 0.0:
-            raise ConfigurationError(f'{brake}.{signal}.scale', 'is 0', 'give another number')
-        if not found.minimum < found.maximum:
-            raise ConfigurationError(
-                f'{brake}.{signal}.maximum', f'is {found.maximum:g} and the minimum '
-                f'{found.minimum:g}', 'make it the larger')
-    for signal in ('rotor_speed', 'pressure'):
-        if signal not in inputs:
-            raise ConfigurationError(f'{brake}.{signal}.topic', "is ''", 'name a topic')
-    if not {'friction', 'temperature'} & set(inputs):
-        raise ConfigurationError(
-            f'{brake}.friction.topic', "is '' and so is temperature.topic", 'name one of them')
-    return BrakeSettings(brake, inputs)

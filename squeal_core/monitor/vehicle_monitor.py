@@ -34,11 +34,12 @@ from squeal_core.monitor.assessment import (
     PreparedTick,
     State,
 )
+from squeal_core.monitor.brake_settings import BrakeSettings
 from squeal_core.monitor.cross_checks import CrossChecks
 from squeal_core.monitor.input_channel import InputChannel
 from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, validated_ranges
 from squeal_core.monitor.setting_specs import Signal
-from squeal_core.monitor.settings import BrakeSettings, MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.tick_turns import is_due
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 
@@ -157,12 +158,14 @@ class BrakeMonitor:
 
     def _friction(self, inputs: Mapping[Signal, Reading]) -> tuple[dict[str, Reading], str, float]:
         """
-        Choose where friction comes from: measured, or the temperature while that fails.
+        Choose where friction comes from: measured, the temperature while that fails, or constant.
 
         Returns the readings that are needed for it, the name of the source, and mu.
         """
         measured, temperature = inputs.get('friction'), inputs.get('temperature')
         table = self._model.friction_table
+        if measured is None and temperature is None:
+            return {}, 'constant', self.brake.constant_friction
         if temperature is None or table is None or (measured and measured.status == 'good'):
             assert measured is not None  # the settings see to it
             return {'friction': measured}, 'measured', measured.value
@@ -200,7 +203,8 @@ def _check_model_serves(brake: BrakeSettings, model: BrakeModel) -> None:
     if model.caliper is None:
         raise ConfigurationError('model', 'has no caliper, so a pressure says nothing to it',
                                  'give it one (BrakeModel(caliper=...) or a brake description)')
-    if 'friction' not in brake.inputs and model.friction_table is None:
+    by_temperature = 'temperature' in brake.inputs and 'friction' not in brake.inputs
+    if by_temperature and model.friction_table is None:
         raise ConfigurationError(
             f'{brake.name}.temperature', 'is all there is, and the model has no friction table',
             'name a friction topic, or build the model with friction.temperature_table')

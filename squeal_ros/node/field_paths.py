@@ -23,8 +23,9 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.errors import ConfigurationError
+from squeal_core.monitor.brake_settings import InputSettings
 from squeal_core.monitor.setting_specs import Signal
-from squeal_core.monitor.settings import InputSettings, MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import MissingValue, Sample
 
 _STEP = re.compile(r'\.?([A-Za-z_]\w*)|\[(\d{1,9})\]|\[([A-Za-z_]\w*)=([^\]]+)\]')

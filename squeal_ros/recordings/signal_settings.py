@@ -19,8 +19,9 @@ from typing import Any
 
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.axles import axle_partners
+from squeal_core.monitor.brake_settings import BrakeSettings, check_friction, InputSettings
 from squeal_core.monitor.setting_specs import input_keys, Signal
-from squeal_core.monitor.settings import BrakeSettings, InputSettings, MonitorSettings
+from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.signals_file import Signals, SignalsError, SignalSource
 
 COLUMN = 'column'  # the type of an input that no topic feeds
@@ -51,7 +52,10 @@ def settings_with_signals(settings: MonitorSettings, signals: Signals) -> Monito
     for source in signals.sources:
         known = before.get(source.brake, {}).get(source.signal)
         inputs.setdefault(source.brake, {})[source.signal] = _input(source, known)
-    brakes = tuple(BrakeSettings(name, found) for name, found in inputs.items())
+    brakes = tuple(BrakeSettings(name, found, signals.frictions.get(name, 0.0))
+                   for name, found in inputs.items())
+    for brake in brakes:
+        _check_friction(signals, brake, settings)
     try:
         axle_partners(list(inputs), settings.axles)
     except ConfigurationError as error:
@@ -61,9 +65,17 @@ def settings_with_signals(settings: MonitorSettings, signals: Signals) -> Monito
     return replace(settings, brakes=brakes)
 
 
+def _check_friction(signals: Signals, brake: BrakeSettings, settings: MonitorSettings) -> None:
+    try:
+        check_friction(brake, settings.validated_friction_low, settings.validated_friction_high)
+    except ConfigurationError as error:
+        raise SignalsError(signals.path, f'{error.where} {error.what}', error.remedy) from None
+
+
 def _input(source: SignalSource, known: InputSettings | None) -> InputSettings:
     specs = {spec.name.rpartition('.')[2]: spec
-             for spec in input_keys(source.brake, source.signal)}
+             for spec in input_keys(source.brake, source.signal)
+             if not spec.name.endswith('.constant')}
     values: dict[str, Any] = {name: getattr(known, name) if known else spec.default
                               for name, spec in specs.items()}
     try:

@@ -19,7 +19,7 @@ docs/howto/recordings.md is its manual; `squeal signals` writes one.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -27,7 +27,7 @@ from typing import Any, Literal, TypeAlias
 from squeal_core.common.errors import LocatedError, short_repr
 from squeal_core.common.measured_units import find_unit, Unit, unit_remedy
 from squeal_core.common.yaml_sections import YamlSection
-from squeal_core.monitor.setting_specs import Signal, SIGNALS
+from squeal_core.monitor.setting_specs import LARGEST_FRICTION, Signal, SIGNALS
 from squeal_core.monitor.settings import check_names
 from squeal_ros.recordings.table_spec import ClockSpec, read_clock, read_table, TableSpec
 
@@ -104,13 +104,28 @@ class CoordinateSource:
 
 @dataclass(frozen=True)
 class Signals:
-    """What a file of signals says; `position` is latitude and longitude, or nothing."""
+    """
+    What a file of signals says.
+
+    Parameters
+    ----------
+    path : path
+    sources : tuple of SignalSource
+    clock : ClockSpec
+    table : TableSpec
+    position : tuple of CoordinateSource
+        Latitude and longitude, or nothing.
+    frictions : mapping
+        Constant friction coefficient of each brake that has one.
+
+    """
 
     path: Path
     sources: tuple[SignalSource, ...]
     clock: ClockSpec
     table: TableSpec
     position: tuple[CoordinateSource, ...] = ()
+    frictions: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, kind: Kind) -> 'Signals | None':
         """Return what it says of recordings with columns, or with topics; None: nothing."""
@@ -135,6 +150,7 @@ def read_signals(path: str | Path) -> Signals:
     radius = top.number(_RADIUS, 0.0, 0.0, _LARGEST_RADIUS)
     brakes, clock = top.section('brakes'), top.section('clock')
     sources: list[SignalSource] = []
+    frictions: dict[str, float] = {}
     if not brakes.content:
         raise top.error('brakes', 'names no brake', 'see docs/howto/recordings.md, or let `squeal '
                         'signals RECORDING -o SIGNALS.yaml` propose a file')
@@ -144,33 +160,51 @@ def read_signals(path: str | Path) -> Signals:
         raise brakes.error('', error.what, error.remedy) from None
     stamp = clock.text('stamp', choices=('header', 'receipt'))
     for brake in brakes.content:
-        sources += _inputs(brakes.section(brake), brake, radius, stamp)
+        section = brakes.section(brake)
+        if constant := _constant_friction(section):
+            frictions[brake] = constant
+        sources += _inputs(section, brake, radius, stamp, constant > 0.0)
     found = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')),
-                    _position(top.section('position')))
+                    _position(top.section('position')), frictions)
     top.finish()
     return found
 
 
-def _inputs(brake: YamlSection, name: str, radius: float, stamp: str) -> list[SignalSource]:
-    radius = brake.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS)
-    found = [_source(entry, name, signal, radius, stamp)
-             for signal in SIGNALS if signal in brake.content for entry in brake.sections(signal)]
-    brake.finish(SIGNALS)
-    kinds = {source.kind for source in found} or {'column'}
-    for kind in sorted(kinds):
-        _check_inputs(brake, [source.signal for source in found if source.kind == kind],
-                      f' as {kind}' if len(kinds) > 1 else '')
+def _constant_friction(brake: YamlSection) -> float:
+    """Return mu where the entry of friction is a constant; else 0."""
+    entry = brake.content.get('friction')
+    if not isinstance(entry, Mapping) or 'constant' not in entry:
+        return 0.0
+    section = brake.section('friction')
+    found = section.number('constant', 0.0, 0.0, LARGEST_FRICTION)
+    section.finish()
     return found
 
 
-def _check_inputs(brake: YamlSection, signals: Sequence[Signal], kind: str) -> None:
+def _inputs(brake: YamlSection, name: str, radius: float, stamp: str,
+            is_constant: bool) -> list[SignalSource]:
+    radius = brake.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS)
+    found = [_source(entry, name, signal, radius, stamp)
+             for signal in SIGNALS if signal in brake.content
+             and not (is_constant and signal == 'friction') for entry in brake.sections(signal)]
+    brake.finish(SIGNALS)
+    kinds = {source.kind for source in found} or {'column'}
+    for kind in sorted(kinds):
+        signals = [source.signal for source in found if source.kind == kind]
+        _check_inputs(brake, signals, is_constant, f' as {kind}' if len(kinds) > 1 else '')
+    return found
+
+
+def _check_inputs(brake: YamlSection, signals: Sequence[Signal], is_constant: bool,
+                  kind: str) -> None:
     """Refuse a brake that lacks an input in recordings of a kind, or has one twice."""
     for signal in ('rotor_speed', 'pressure'):
         if signal not in signals:
             raise brake.error(signal, f'is missing{kind}', 'say where it is')
-    if not {'friction', 'temperature'} & set(signals):
+    if not is_constant and not {'friction', 'temperature'} & set(signals):
         raise brake.error('friction', f'is missing{kind}, and so is temperature',
-                          "give one of them; by the temperature, friction is the model's")
+                          "give one of them (by the temperature, friction is the model's), or "
+                          'friction: {constant: NUMBER}: docs/howto/missing_sensors.md')
     if doubled := [signal for signal in signals if signals.count(signal) > 1]:
         raise brake.error(doubled[0], f'is named {signals.count(doubled[0])} times{kind}',
                           'give one column for tables, and one topic for bags')

@@ -24,7 +24,7 @@ from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
-from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
+from squeal_core.monitor.vehicle_monitor import BrakeMonitor, Sample, VehicleMonitor
 from support.brake_monitors import (
     ANY_LEAP,
     assess,
@@ -207,6 +207,19 @@ def test_the_temperature_stands_in_for_friction(friction: dict[str, float]) -> N
     assert found.growth_rate == assess(GOOD).growth_rate
     found = feed(watch, TICK + 1, friction=0.45).assess(TICK + 1)
     assert (found.friction, found.friction_source) == (0.45, 'measured')
+
+
+def test_a_constant_friction_and_another_one_later() -> None:
+    def given(mu: float) -> dict[str, Any]:
+        return {'brakes': ['a'], 'a.friction.topic': '', 'a.friction.constant': mu}
+
+    watch = feed(BrakeMonitor(read_settings(given(0.5)).brakes[0], read_settings(given(0.5)),
+                              small_model(friction_table=None)), **GOOD)
+    found = watch.assess(TICK)
+    assert (found.state, found.friction, found.friction_source) == ('steady', 0.5, 'constant')
+    assert found.growth_rate == assess(GOOD).growth_rate
+    watch.update_settings(read_settings(given(0.4)).brakes[0], read_settings(given(0.4)))
+    assert feed(watch, TICK + 1, **GOOD).assess(TICK + 1).friction == 0.4
 
 
 def test_stale_friction_and_temperature() -> None:

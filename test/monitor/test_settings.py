@@ -17,8 +17,9 @@
 import math
 from typing import Any
 
+from squeal_core.monitor.brake_settings import InputSettings
 from squeal_core.monitor.setting_specs import SettingSpec
-from squeal_core.monitor.settings import InputSettings, read_settings, settings_keys
+from squeal_core.monitor.settings import read_settings, settings_keys
 from support.rows import each
 from support.setting_refusals import read, refusal
 
@@ -200,9 +201,25 @@ def test_topics_that_must_be(signal: str) -> None:
 
 def test_friction_or_temperature_must_be() -> None:
     text = refusal({'brakes': ['a'], 'a.friction.topic': ''})
-    assert text == "a.friction.topic: is '' and so is temperature.topic; name one of them"
+    assert text == ("a.friction.topic: is '' and so is temperature.topic; name one of them, or "
+                    'give friction.constant: docs/howto/missing_sensors.md')
     inputs = read(a__friction__topic='', a__temperature__topic='/t').brakes[0].inputs
     assert list(inputs) == ['rotor_speed', 'pressure', 'temperature']
+
+
+def test_a_constant_friction_stands_alone() -> None:
+    (brake,) = read(a__friction__topic='', a__friction__constant=0.4).brakes
+    assert (list(brake.inputs), brake.constant_friction) == (['rotor_speed', 'pressure'], 0.4)
+    assert read(a__friction__constant=0.0).brakes[0].constant_friction == 0.0
+    given = {'brakes': ['a'], 'a.friction.constant': 0.4}
+    assert refusal(given) == ('a.friction.constant: is 0.4, and friction has a topic; leave it '
+                              "out, or set friction.topic to ''")
+    given |= {'a.friction.topic': '', 'a.temperature.topic': 't'}
+    assert 'is 0.4, and temperature has a topic' in refusal(given)
+    given |= {'a.temperature.topic': '', 'validated_friction_low': 0.45}
+    assert refusal(given) == (
+        'a.friction.constant: is 0.4; give 0.45 to 0.9, or change validated_friction_low and '
+        'validated_friction_high')
 
 
 @each(('changes', 'text'), [

@@ -76,6 +76,14 @@ def test_topics_change_inputs_and_the_rest_is_as_in_the_settings(tmp_path: Path)
 COLUMN = {'column': 'x', 'unit': 'bar'}
 
 
+@pytest.mark.parametrize('key', ['column', 'topic'])
+def test_a_constant_friction(key: str, tmp_path: Path) -> None:
+    inputs = {'rotor_speed': {key: 'n', 'unit': 'rpm'}, 'pressure': {key: 'p', 'unit': 'bar'},
+              'friction': {'constant': 0.41}}
+    (brake,) = settings_of(tmp_path, {'brakes': {'fl': inputs}}).brakes
+    assert (set(brake.inputs), brake.constant_friction) == ({'rotor_speed', 'pressure'}, 0.41)
+
+
 def wrong(**changes: Any) -> dict[str, Any]:
     """Return a file with other entries of the brake's inputs, None for one left out."""
     content = document()
@@ -104,6 +112,11 @@ def wrong(**changes: Any) -> dict[str, Any]:
     (wrong(pressure=[]), r'brakes.fl.pressure: is missing'),
     (wrong(pressure=None), r'line \d+, brakes.fl.pressure: is missing'),
     (wrong(friction=None, temperature=None), 'friction: is missing, and so is temperature'),
+    (wrong(friction={'constant': 0.4, 'column': 'mu'}), 'column: unknown key'),
+    (wrong(friction={'constant': 2.0}), 'constant: is 2.0; write a number from 0 to 1.5'),
+    (wrong(friction={'constant': 0.95}, temperature=None), 'is 0.95; give 0.05 to 0.9'),
+    (wrong(friction={'constant': 0.4}, temperature=COLUMN | {'unit': 'K'}),
+     'friction.constant is 0.4, and temperature has a topic'),
     (wrong(presure=COLUMN), r'presure: unknown key .*did you mean pressure'),
     (wrong(pressure=3), 'brakes.fl.pressure: is 3; write keys and values'),
     ({'brakes': {}}, 'names no brake'), ({'brakes': {'f l': {}}}, "has 'f l'; use letters"),
