@@ -15,8 +15,9 @@
 """
 What SIGINT and SIGTERM do to a process. Imports next to nothing: it is there before the rest.
 
-While a process starts they end it at once; while a command works the first one raises
-KeyboardInterrupt, and what that ends is not interrupted again; at last they are ignored.
+While a process starts they end it at once. Then the node only notes them, and ends in good order;
+while a command works the first one raises KeyboardInterrupt, and what that ends is not
+interrupted again. At last they are ignored.
 """
 
 from collections.abc import Callable
@@ -32,7 +33,7 @@ _AGAIN = 0.01  # s
 
 class EndAtOnce:
     """
-    End the process as soon as a signal comes, until cancelled: for the time it starts.
+    End the process as soon as a signal comes: for the time it starts. Later only note it.
 
     Parameters
     ----------
@@ -43,24 +44,31 @@ class EndAtOnce:
     always : bool
         Also where a signal is ignored, as SIGINT by the background jobs of a shell.
 
+    Attributes
+    ----------
+    came : bool
+        Whether a signal came that was only noted.
+
     """
 
     def __init__(self, code: int, words: str = '', *, always: bool = False) -> None:
         self._code, self._words = code, words
-        self._cancelled = False
+        self._noting = self.came = False
         for number in _SIGNALS:
             if always or signal.getsignal(number) is not signal.SIG_IGN:
                 signal.signal(number, self._end)
 
-    def cancel(self) -> None:
-        """Let signals pass from now on, without changing the handler: another may chain to it."""
-        self._cancelled = True
+    def only_note(self) -> None:
+        """Let signals end nothing from now on, and set `came`."""
+        self._noting = True
 
     def _end(self, *_: object) -> None:
-        if not self._cancelled:
-            if self._words:
-                os.write(2, f'{self._words}\n'.encode())
-            os._exit(self._code)
+        if self._noting:
+            self.came = True
+            return
+        if self._words:
+            os.write(2, f'{self._words}\n'.encode())
+        os._exit(self._code)
 
 
 class InterruptOnce:

@@ -23,7 +23,6 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 from squeal_core.common.errors import ConfigurationError, in_one_line, SquealError
@@ -37,6 +36,7 @@ from squeal_ros.node.tick_grid import Tick
 from squeal_ros.node.ticker import Ticker
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+_LONGEST_WAIT = 0.1  # s, of an executor that nothing wakes, until it looks for a signal
 
 
 class SquealMonitor(LifecycleNode):  # type: ignore[misc]
@@ -86,7 +86,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
 
     def report(self, error: Exception) -> None:
         """Log and count what one moment raised; the node goes on."""
-        if not self.context.ok():  # a signal came amid it: nothing can be published any more
+        if not self.context.ok():  # it ended amid it: nothing can be published any more
             return
         self.health.errors += 1
         self.get_logger().error(f'{type(error).__name__}: {in_one_line(error)}',
@@ -102,6 +102,11 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         if configured != SUCCESS:
             raise self._configure_error or SquealError('configuration failed; see the log')
         self.trigger_activate()
+
+    def shut_down(self) -> None:
+        """Go to the final state from any other; an active node first says its last word."""
+        if self._state_machine.current_state[1] != 'finalized':
+            self.trigger_shutdown()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         try:
@@ -207,34 +212,37 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; 2 for a configuration that cannot be used."""
-    starting = interrupts.EndAtOnce(0, always=True)
+    signals = interrupts.EndAtOnce(0, always=True)
     context, started = Context(), False
     try:
         check_arguments(sys.argv[1:] if arguments is None else arguments)
         rclpy.init(args=arguments, context=context,
-                   signal_handler_options=SignalHandlerOptions.ALL)
-        # rclpy's own handler ends the context, and calls ours, which has nothing to do any more
+                   signal_handler_options=SignalHandlerOptions.NO)
+        # rclpy's own handlers end the context, and what is published after that goes nowhere
         started = True
-        starting.cancel()
-        node = SquealMonitor(alone=True, context=context)
-        executor = ResilientExecutor(context=context, report=node.report)
-        executor.add_node(node)
-        try:
-            node.bring_up()
-            executor.spin()
-        finally:
-            executor.shutdown()  # its destructor reports an error where others ran before it
-    except ExternalShutdownException:
-        pass
+        signals.only_note()
+        _serve(context, signals)
     except Exception as error:
-        if started and not context.ok():
-            return 0  # a signal ended the context under a call, which then raises whatever it may
         if started and not isinstance(error, SquealError):
             raise
         return _refuse(error)
     finally:
         context.try_shutdown()
     return 0
+
+
+def _serve(context: Context, signals: interrupts.EndAtOnce) -> None:
+    """Bring the node up and serve it until a signal comes; its last word then gets out."""
+    node = SquealMonitor(alone=True, context=context)
+    executor = ResilientExecutor(context=context, report=node.report)
+    executor.add_node(node)
+    try:
+        node.bring_up()
+        while not signals.came:
+            executor.spin_once(_LONGEST_WAIT)
+    finally:
+        node.shut_down()
+        executor.shutdown()  # its destructor reports an error where others ran before it
 
 
 def _refuse(error: Exception) -> int:

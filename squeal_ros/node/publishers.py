@@ -15,8 +15,11 @@
 """Publishers of the node: reliable, lists and events latched, silent unless it is active."""
 
 from collections.abc import Iterable
+from contextlib import suppress
+import time
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -29,6 +32,7 @@ from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.subscriptions import naming, POLICIES
 
 _DIAGNOSTICS = '/diagnostics'
+_LONGEST_WAIT = 1_000_000_000  # ns, for subscribers; `ros2 launch` allows a node 5 s to end
 
 
 class OutputTopics:
@@ -109,6 +113,12 @@ class OutputTopics:
         self._publishers['', messages.EVENTS].publish(message)
 
     def destroy(self) -> None:
+        """Remove the topics once all subscribers have what was published, or do not take it."""
+        end = time.monotonic_ns() + _LONGEST_WAIT
+        for publisher in self._publishers.values():
+            with suppress(Exception):  # a middleware that ended, or has no such thing
+                publisher.wait_for_all_acked(
+                    Duration(nanoseconds=max(end - time.monotonic_ns(), 0)))
         for publisher in self._publishers.values():
             self._node.destroy_lifecycle_publisher(publisher)
         self._publishers.clear()

@@ -16,6 +16,7 @@
 
 from collections.abc import Iterator
 import json
+import math
 from pathlib import Path
 import signal
 import subprocess
@@ -26,10 +27,13 @@ import pytest
 
 pytest.importorskip('rclpy', reason='needs rclpy')
 
-from squeal_ros.cli.main import main  # noqa: E402, I100
+from diagnostic_msgs.msg import DiagnosticStatus  # noqa: E402, I100
+from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.node.arguments import check_arguments  # noqa: E402
 from squeal_ros.node.lifecycle_node import main as node_main  # noqa: E402
-from support.processes import process  # noqa: E402, I100
+from support.domains import free_domain  # noqa: E402, I100
+from support.node_runs import outside  # noqa: E402
+from support.processes import monitor, process  # noqa: E402
 
 NODE = ['-m', 'squeal_ros.node', '--ros-args']
 SQUEAL = ['-m', 'squeal_ros.cli']
@@ -63,6 +67,44 @@ def test_a_signal_ends_the_node_cleanly() -> None:
         rest = node.stderr.read()
         assert node.wait() == 0
     assert 'Traceback' not in rest
+
+
+@pytest.mark.parametrize(('number', 'simulated'), [
+    (signal.SIGTERM, False), (signal.SIGINT, True)])
+def test_the_last_word_after_a_signal_is_that_nothing_is_known(number: int, simulated: bool
+                                                               ) -> None:
+    """What another process has heard by the time the node has ended, while an alarm is up."""
+    streams = {'stderr': subprocess.PIPE, 'text': True}
+    with free_domain() as domain, monitor(domain, streams=streams, use_sim_time=simulated) as node:
+        with outside(domain, simulated=simulated) as car:
+            car.until(lambda: car.risk > 0.99 and car.events, 'alarm')
+            node.send_signal(number)
+            assert node.wait() == 0
+            car.hear()
+            assert math.isnan(car.risk)
+            assert math.isnan(car.unstable[0])
+            events = [value.value for message in car.events for status in message.status
+                      for value in status.values if value.key == 'event']
+            assert events == ['start', 'end']
+            assert car.status.level == DiagnosticStatus.STALE
+            assert 'not active' in car.status.message
+        log = node.stderr.read()
+    assert 'Traceback' not in log
+    assert 'Error' not in log
+
+
+def test_a_subscriber_that_stands_still_does_not_keep_the_node() -> None:
+    listening = ('import rclpy, sys; from std_msgs.msg import Float64; rclpy.init();'
+                 'node = rclpy.create_node("listener"); node.create_subscription('
+                 'Float64, "/squeal_monitor/front_left/squeal_risk", print, 1);'
+                 'rclpy.spin_once(node); print("heard", flush=True); rclpy.spin(node)')
+    with process(NODE, stderr=subprocess.PIPE, text=True) as node, process(
+            ['-c', listening], stdout=subprocess.PIPE, text=True) as listener:
+        while 'heard' not in listener.stdout.readline():
+            pass
+        listener.send_signal(signal.SIGSTOP)
+        node.send_signal(signal.SIGTERM)
+        assert node.wait() == 0
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [
