@@ -178,15 +178,16 @@ class ComplexModes:
     @cached_property
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
-        growth = self.mode_eigenvalues.real
-        growing = (growth > self.tolerances.growth).nonzero()[0]
-        return tuple(self._at(growing[np.argsort(-growth[growing], kind='stable')]))
+        limit = self.tolerances.growth
+        growing = [Mode(number, root, kind_of(root, self.tolerances)) for number, root in zip(
+            self.numbers.tolist(), self.mode_eigenvalues.tolist(), strict=True)
+            if root.real > limit]
+        return tuple(sorted(growing, key=lambda mode: -mode.eigenvalue.real))
 
     def _at(self, places: Any) -> list[Mode]:
-        numbers = places + 1 if self.mode_numbers is None else self.mode_numbers[places]
         found = self.mode_eigenvalues[places].tolist()
         return [Mode(number, root, kind_of(root, self.tolerances))
-                for number, root in zip(numbers.tolist(), found, strict=True)]
+                for number, root in zip(self.numbers[places].tolist(), found, strict=True)]
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""

@@ -51,8 +51,8 @@ class TableModes:
         Bounds of their errors [1/s].
     numbers : (P, K) index array
         Mode numbers; 0 beyond `counts`.
-    counts : (P,) index array
-        Number of kept modes.
+    counts, divergent : (P,) index arrays
+        Number of kept modes, and of those, the first ones, that do not oscillate.
     omitted_below : (P,) array
         Growth rate that all other oscillating modes stay below [1/s].
     cells : (P,) index array
@@ -65,6 +65,7 @@ class TableModes:
     errors: FloatArray
     numbers: IndexArray
     counts: IndexArray
+    divergent: IndexArray
     omitted_below: FloatArray
     cells: IndexArray
     tolerances: Tolerances
@@ -107,7 +108,8 @@ class TableModes:
         numbers = modes - above - (counts[:, None] - 1 - place)
         numbers = np.where(place < divergent[:, None], place + 1, numbers)
         return cls(roots, np.where(listed, errors.take(order), np.nan),
-                   np.where(listed, numbers, 0), counts, omitted_below, cells, tolerances)
+                   np.where(listed, numbers, 0), counts, divergent, omitted_below, cells,
+                   tolerances)
 
     @property
     def answered(self) -> Any:
@@ -119,9 +121,8 @@ class TableModes:
 
     def modes(self, place: int) -> ComplexModes:
         """Return the complex modes at one of the points, which the table answers."""
-        count = self.counts[place]
+        first, count = self.divergent[place], self.counts[place]
         roots = self.roots[place, :count]
-        first = np.count_nonzero(roots.imag <= self.tolerances.oscillation)
         return ComplexModes(
             roots[:first], roots[first:], roots, self.errors[place, :count], self.tolerances,
             'table', mode_numbers=self.numbers[place, :count],
