@@ -15,6 +15,8 @@
 """Squeal risk of a running node from the shipped emulator, and its alarms: topic and log."""
 
 import math
+from pathlib import Path
+import runpy
 from typing import Any
 
 import pytest
@@ -28,6 +30,7 @@ from support.node_runs import vehicle  # noqa: E402
 from support.vehicle import Vehicle  # noqa: E402
 
 TOPIC = '/squeal_monitor/events'
+EXAMPLES = Path(__file__).parents[2] / 'examples'
 # the prior as it is shipped; node tests have one brake without uncertainty else
 PRIOR = {'ensemble_size': 64.0, 'audible_build_up': 5.5, 'audible_build_up_deviation': 2.0,
          'damping_deviation': 0.3, 'contact_stiffness_deviation': 0.1,
@@ -79,6 +82,28 @@ def test_an_alarm_is_an_event_a_level_and_a_line_of_the_log(
             message.status[0].message for message in car.events]
     log = [line for line in capfd.readouterr().err.splitlines() if 'fl: squeal' in line]
     assert [('WARN' in line, 'INFO' in line) for line in log] == [(True, False), (False, True)]
+
+
+def test_the_example_hears_of_alarms_that_began_before_it(
+        capsys: pytest.CaptureFixture[str]) -> None:
+    example = runpy.run_path(str(EXAMPLES / 'act_on_alarms.py'))
+    with vehicle() as car:
+        braking(car)
+        listener = example['AlarmListener'](context=car.context)
+        car.executor.add_node(listener)
+        car.until(lambda: listener.squealing, 'the alarm, late')
+        assert list(listener.squealing) == ['fl']
+        assert 1250.0 < listener.squealing['fl'] < 16000.0
+        car.until(lambda: 'squeal_monitor: fl' not in listener.unknown, 'a known brake')
+        car.pressure = 0.0
+        car.until(lambda: not listener.squealing, 'its end')
+        car.pressure = math.nan
+        car.until(lambda: 'squeal_monitor: fl' in listener.unknown, 'a brake not known')
+        listener.destroy_node()
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 2
+    assert lines[0].startswith('fl: squeal probable, risk ')
+    assert lines[1].startswith('fl: squeal alarm over after ')
 
 
 def test_a_node_that_stops_ends_its_alarms() -> None:
