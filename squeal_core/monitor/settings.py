@@ -205,7 +205,7 @@ def load_settings(path: str | Path) -> MonitorSettings:
     10.0
 
     """
-    content = read_yaml(path, ConfigurationError)
+    content = read_yaml(path, ConfigurationError, ros=True)
     parameters: dict[str, Any] = {}
     for section in parameter_sections(content):
         parameters.update(flatten(section))

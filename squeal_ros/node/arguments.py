@@ -113,7 +113,7 @@ def _check_ros(arguments: Sequence[str]) -> None:
 
 def _check_files(paths: Sequence[str], names: Container[str]) -> None:
     """Refuse files none of which says anything to this node: a misspelt name of a node would."""
-    contents = [read_yaml(path, ConfigurationError) for path in paths]
+    contents = [read_yaml(path, ConfigurationError, ros=True) for path in paths]
     if contents and not any(True for content in contents
                             for _ in parameter_sections(content, names)):
         raise ConfigurationError(

@@ -55,7 +55,7 @@ def test_the_shipped_settings_are_the_defaults() -> None:
     ('/**: {ros__parameters: {rate: fast}}', "rate: is 'fast'"),
     ('/**: {ros__parameters: {rate: }}', 'rate: is None'),
     ('/**: {ros__parameters: {rats: 1}}', 'rats: unknown key'),
-    ('a: 2024-13-45', 'is not YAML'), ('a: !!int x', 'is not YAML'),
+    ('a: !!timestamp 2024-13-45', 'is not YAML'), ('a: !!int x', 'is not YAML'),
     ('a: !!bool x', 'is not YAML'), ('[' * 5000, 'is not YAML'),
     ('/**: {ros__parameters: &x {rate: 9}}\n/a: *x', 'is not YAML this can read (an alias (*)'),
     ('/**: {ros__parameters: {rate: 9, rate: 9}}', "'rate' twice in the mapping at line 1"),
