@@ -20,6 +20,8 @@ import time
 from squeal_core.common.errors import in_one_line
 from squeal_core.common.json_values import plain
 
+_BETWEEN_LINES = 60.0  # s
+
 __all__ = ['note', 'plain', 'ProgressBar', 'report_progress', 'time_left', 'warn']
 
 
@@ -39,23 +41,37 @@ def note(text: str) -> None:
 
 
 class ProgressBar:
-    """A bar on stderr where that is a terminal: call it with what is done and of how many."""
+    """
+    A bar on stderr, or a line a minute where that is no terminal.
+
+    Call it with what is done and of how many.
+    """
 
     def __init__(self, what: str, *, width: int = 30) -> None:
         self._what, self._width = what, width
         self._shown = sys.stderr.isatty()
         self._drawn = ''
-        self._begun = time.monotonic()
+        self._begun = self._told = time.monotonic()
 
     def __enter__(self) -> 'ProgressBar':
         return self
 
     def __call__(self, done: int, total: int, rest: str = '') -> None:
         filled = self._width * done // total
-        text = f'[{"#" * filled:-<{self._width}}] {done} of {total} {self._what}{rest:16}'
-        if self._shown and text != self._drawn:
-            print(f'\r{text}', end='', file=sys.stderr, flush=True)
+        text = f'{done} of {total} {self._what}{rest:16}'
+        if not self._shown:
+            self._tell(text.rstrip())
+        elif text != self._drawn:
+            print(f'\r[{"#" * filled:-<{self._width}}] {text}', end='', file=sys.stderr,
+                  flush=True)
             self._drawn = text
+
+    def _tell(self, text: str) -> None:
+        """Write a line, unless the last one is fresh: a log tells slow from stuck, too."""
+        now = time.monotonic()
+        if now - self._told >= _BETWEEN_LINES:
+            self._told = now
+            print(text, file=sys.stderr, flush=True)
 
     def timed(self, done: int, total: int) -> None:
         """Show what is done, and how long the rest takes."""
