@@ -30,7 +30,7 @@ from squeal_core.monitor.settings import MonitorSettings, NODE_NAME, pressure_re
 from squeal_ros.node.arguments import check_arguments
 from squeal_ros.node.configured_monitor import ConfiguredMonitor
 from squeal_ros.node.executor import guard_services, report_exceptions, ResilientExecutor
-from squeal_ros.node.node_statistics import Health
+from squeal_ros.node.node_statistics import Health, LostTicks
 from squeal_ros.node.parameters import NodeParameters
 from squeal_ros.node.tick_grid import Tick
 from squeal_ros.node.ticker import Ticker
@@ -64,7 +64,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self._configure_error: Exception | None = None
         self._starting = False
         self._last_unknown: int | None = None  # steady time
-        self.health = Health()
+        self.health, self._lost_ticks = Health(), LostTicks()
         guard_services(self, self.report)
         self._parameters_of_ours = NodeParameters(
             self, lambda: self._configured is not None, self._retune)
@@ -179,10 +179,19 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         start = time.perf_counter_ns()
         self._last_unknown = None
         self.health.begin(tick, self.settings.period)
+        self._log_lost_ticks(tick)
         try:
             self._configured.assess(tick)
         finally:
             self.health.end(time.perf_counter_ns() - start, self.settings.period)
+
+    def _log_lost_ticks(self, tick: Tick) -> None:
+        lost = self.health.ticks_lost
+        if self._lost_ticks.due(lost, time.monotonic_ns()):
+            slower = ', or play the recording more slowly' if tick.simulated else ''
+            self.get_logger().warning(
+                f'ticks lost so far: {lost}; this processor does not keep up with rate '
+                f'{self.settings.rate:g} Hz: lower `rate`, run less beside the node{slower}')
 
     def _clock_stopped(self, reason: str) -> None:
         """Say now and at the rate of diagnostics that nothing is known while the clock stands."""

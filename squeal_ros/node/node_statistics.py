@@ -22,6 +22,7 @@ from squeal_ros.node.tick_grid import Tick
 
 _KEPT = 1000  # ticks that percentiles are taken of
 RECENT = 10_000_000_000  # ns; for so long a fault of the node's own shows in its level
+_AGAIN = 60_000_000_000  # ns until lost ticks are logged again
 
 
 class Series:
@@ -80,6 +81,20 @@ class Health:
                 'deadline_misses': self.deadline_misses, 'clock_jumps': self.clock_jumps,
                 'clock_stops': self.clock_stops, 'errors': self.errors,
                 **self.work.values('tick_time'), **self.lateness.values('tick_lateness')}
+
+
+class LostTicks:
+    """Tells when to log that ticks were lost: at the first, then once a minute at most."""
+
+    def __init__(self) -> None:
+        self._logged, self._next = 0, 0
+
+    def due(self, lost: int, steady: int) -> bool:
+        """Take the number of ticks lost so far, and steady time [ns]."""
+        if lost == self._logged or (self._logged and steady < self._next):
+            return False
+        self._logged, self._next = lost, steady + _AGAIN
+        return True
 
 
 class Rate:

@@ -19,7 +19,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from squeal_ros.node.node_statistics import Growth, Health, Rate, RECENT, Series
+from squeal_ros.node.node_statistics import Growth, Health, LostTicks, Rate, RECENT, Series
 from squeal_ros.node.tick_grid import StandstillWatch, Tick, TickGrid
 
 MS = 1_000_000
@@ -215,3 +215,12 @@ def test_growth_is_forgotten_after_a_while() -> None:
     assert growth.recent(3, 10)
     assert growth.recent(3, 9 + RECENT)
     assert not growth.recent(3, 10 + RECENT)
+
+
+def test_lost_ticks_are_logged_at_the_first_and_once_a_minute_where_more_come() -> None:
+    lost = LostTicks()
+    assert not lost.due(0, 5)
+    assert lost.due(3, SECOND)
+    assert not lost.due(4, 60 * SECOND)
+    assert lost.due(5, 61 * SECOND)
+    assert not lost.due(5, 300 * SECOND)

@@ -90,6 +90,20 @@ def test_a_clock_with_long_steps_costs_no_ticks() -> None:
         assert car.risk > 0.99
 
 
+def test_lost_ticks_are_logged_once_with_a_remedy(capfd: pytest.CaptureFixture[str]) -> None:
+    with vehicle(rate=100.0, diagnostics_rate=100.0) as car:
+        go_on(car)
+        lost = car.monitor.health.ticks_lost
+        assert 'ticks lost' not in capfd.readouterr().err
+        for _ in range(2):
+            car.advance(0.5, step=0.5)
+        assert car.monitor.health.ticks_lost > lost + 50
+        (line,) = (line for line in capfd.readouterr().err.splitlines() if 'ticks lost' in line)
+        assert 'WARN' in line
+        assert 'lower `rate`' in line
+        assert 'more slowly' in line
+
+
 def test_a_clock_that_never_starts_is_named() -> None:
     with simulated() as car:
         stopped(car)
