@@ -34,6 +34,7 @@ from squeal_ros.node.node_statistics import Health, LostTicks
 from squeal_ros.node.parameters import NodeParameters
 from squeal_ros.node.tick_grid import Tick
 from squeal_ros.node.ticker import Ticker
+from squeal_ros.node.transitions import refuse_in_words
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 _LONGEST_WAIT = 0.1  # s, of an executor that nothing wakes, until it looks for a signal
@@ -65,6 +66,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self._starting = False
         self._last_unknown: int | None = None  # steady time
         self.health, self._lost_ticks = Health(), LostTicks()
+        refuse_in_words(self)
         guard_services(self, self.report)
         self._parameters_of_ours = NodeParameters(
             self, lambda: self._configured is not None, self._retune)
