@@ -26,8 +26,8 @@ sys.path.insert(0, str(Path(__file__).parent / 'extensions'))
 project = 'squeal_ros'
 author = 'squeal_ros developers'
 release = version = __version__
-extensions = ['myst_parser', 'settings_table', 'sphinx.ext.autodoc', 'sphinx.ext.napoleon',
-              'sphinx_argparse_cli', 'sphinx_copybutton']
+extensions = ['myst_parser', 'brake_keys', 'settings_table', 'sphinx.ext.autodoc',
+              'sphinx.ext.napoleon', 'sphinx_argparse_cli', 'sphinx_copybutton']
 default_role = 'literal'  # single backticks in docstrings
 myst_heading_anchors = 4
 myst_enable_extensions = ['attrs_block', 'attrs_inline']
@@ -40,6 +40,7 @@ napoleon_use_param = napoleon_use_rtype = False  # arguments described together 
 
 html_theme = 'furo'
 html_title = f'squeal_ros {release}'
+html_last_updated_fmt = '%Y-%m-%d'
 html_static_path = ['static']
 html_css_files = ['wide.css']
 html_show_copyright = html_show_sphinx = html_copy_source = False
