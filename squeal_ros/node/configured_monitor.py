@@ -20,6 +20,7 @@ from itertools import islice
 import time
 from typing import Any
 
+from squeal_core.common.errors import in_one_line
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.alarm_events import AlarmEvent, AlarmEvents
 from squeal_core.monitor.settings import MonitorSettings
@@ -30,6 +31,7 @@ from squeal_ros.node.advice_reports import AdviceReports
 from squeal_ros.node.diagnostics import Reporter
 from squeal_ros.node.executor import DeferredCallbackGroup, Report, report_exceptions
 from squeal_ros.node.field_check import check_fields
+from squeal_ros.node.field_hints import hint
 from squeal_ros.node.field_paths import Router
 from squeal_ros.node.markers import ModeShapes
 from squeal_ros.node.message_types import RosMessages
@@ -37,6 +39,8 @@ from squeal_ros.node.node_statistics import Health
 from squeal_ros.node.publishers import OutputTopics
 from squeal_ros.node.subscriptions import InputTopics
 from squeal_ros.node.tick_grid import Tick
+
+_LONGEST_HINT = 500  # characters, of names that a message may have any number of
 
 
 class ConfiguredMonitor:
@@ -144,11 +148,15 @@ class ConfiguredMonitor:
             self.pictures.wipe()
 
     def _receive(self, topic: str, message: Any, received: int, number: int) -> None:
-        problems = len(self.router.problems)
-        for brake, name, sample in self.router.samples(topic, message, received, number):
+        problems, known = self.router.problems, len(self.router.problems)
+        for source, (brake, name, sample) in zip(
+                self.router.sources(topic),
+                self.router.samples(topic, message, received, number), strict=True):
             self.monitor.receive(brake, name, sample)
-        for problem in islice(self.router.problems, problems, None):  # said once, counted after
-            self._complain(f'cannot read {problem}')
+            for problem in islice(problems, known, None):  # logged once, counted after
+                known = len(problems)
+                self._complain(f'cannot read {problem}; '
+                               f'{in_one_line(hint(source.path, message), _LONGEST_HINT)}')
 
     def _tell(self, time: int, events: Sequence[AlarmEvent]) -> None:
         """Publish and log the alarms that began or ended at a tick."""

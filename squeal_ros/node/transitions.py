@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Requests for a transition that the state does not offer: refused in words, where rclpy raises."""
+"""Requests for a transition that the state does not offer: refused in words; rclpy raises."""
 
 from collections.abc import Callable
 from typing import Any

@@ -32,8 +32,8 @@ from squeal_core.monitor.brake_settings import InputSettings
 from squeal_core.monitor.reading import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_ros.node.field_hints import hint, in_words
 from squeal_ros.node.field_paths import FieldPath
-from squeal_ros.recordings.field_hints import hint, in_words
 
 _OFTEN = 0.1  # of the stamps
 _MOST_IDS = 64  # different ones that are kept; more of them are a counter

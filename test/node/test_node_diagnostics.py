@@ -134,7 +134,8 @@ def test_what_cannot_be_read_is_logged_once_and_counted_after(
         capfd: pytest.CaptureFixture[str]) -> None:
     with vehicle(brakes=['fl', 'fr']) as car:
         car.silent = {'rotor_speed'}
-        for message in (JointState(), JointState(name=['fl_wheel_joint', 'fr_wheel_joint'])):
+        for message in (JointState(name=['WSS', 'fl_wheel'], velocity=[1.0, 2.0]),
+                        JointState(name=['fl_wheel_joint', 'fr_wheel_joint'])):
             before = int(car.figures.get('unreadable_messages', 0))
             car.until(lambda m=message, n=before: unread(car, m) > n + 20,  # type: ignore[misc]
                       'twenty more')
@@ -142,8 +143,11 @@ def test_what_cannot_be_read_is_logged_once_and_counted_after(
         log = capfd.readouterr().err
         for brake in ('fl', 'fr'):
             path = f'velocity[name={brake}_wheel_joint]'
-            assert log.count(f"{path}: no '{brake}_wheel_joint' in the list 'name'") == 1
-            assert log.count(f'{path}: the list is empty') == 1
+            assert log.count(f"{path}: no '{brake}_wheel_joint' in the list 'name'; do you mean "
+                             "'fl_wheel'? the message has in its list 'name': WSS, fl_wheel\n"
+                             ) == 1
+            assert log.count(f'{path}: the list is empty; have its source send as many values as '
+                             "there are in 'name': 0 and 2 now\n") == 1
 
 
 def unread(car: Vehicle, message: Any) -> int:
