@@ -22,7 +22,7 @@ from squeal_core.common.wording import counted
 from squeal_core.monitor.result_files import ReplayResult
 from squeal_core.view.report.markup import Content, element, Markup, table
 from squeal_core.view.report.runs import end_of, Run, start_of
-from squeal_core.view.report.words import clock, duration, percent_down
+from squeal_core.view.report.words import clock, DASH, duration, percent_down
 
 _MOST_LINES = 12
 
@@ -76,10 +76,10 @@ def _recordings(run: Run) -> Markup:
         braking = report['braking_s']
         never = report['never_known']
         return [one.name, str(recording.get('kind', '')), clock(start_of(one)),
-                duration(_length(one)), f'{braking:.1f} s', '-' if not braking else percent_down(
+                duration(_length(one)), f'{braking:.1f} s', DASH if not braking else percent_down(
                     report['assessed_s'] / braking),
-                '-' if not braking else percent_down(report['risk_known_s'] / braking),
-                ', '.join(never) or '-', short_hash(recording.get('sha256'))]
+                DASH if not braking else percent_down(report['risk_known_s'] / braking),
+                ', '.join(never) or DASH, short_hash(recording.get('sha256'))]
 
     return table(('recording', 'kind', 'start (UTC)', 'duration', 'braking time', 'assessed',
                   'risk known', 'never known', 'SHA-256'), map(row, run.results),
@@ -122,16 +122,16 @@ def _versions(run: Run) -> Markup:
         for kind in ('model', 'table', 'emulator', 'calibration'):
             about = summary.get(kind) or {}
             rows[kind, str(about.get('name') or Path(about.get('path') or 'none').name),
-                 str(about.get('sha256') or '-')] = None
+                 str(about.get('sha256') or DASH)] = None
         rows['settings', f'{summary["rate_hz"]:g} Hz',
              str(summary['settings'].get('sha256'))] = None
         rows['software', ', '.join(f'{name} {version}' for name, version
-                                   in summary['software'].items()), '-'] = None
+                                   in summary['software'].items()), DASH] = None
     return table(('', 'name', 'SHA-256'), rows, caption='Model, settings and software',
                  numbers_from=9)
 
 
 def short_hash(value: Any) -> Markup:
     """Return the first digits of a hash, with all of it as a title."""
-    text = str(value or '-')
+    text = str(value or DASH)
     return element('span', text[:12], title=text)
