@@ -16,19 +16,14 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 import datetime
 import json
 from pathlib import Path
 from typing import Any
 
 from squeal_core import __version__
-from squeal_core.calibration.applications import (
-    BrakeApplication,
-    match_events,
-    MatchedEvents,
-    Observation,
-)
+from squeal_core.calibration.applications import match_events, MatchedEvents, Observation
 from squeal_core.calibration.calibrate import calibrate as run_calibration
 from squeal_core.calibration.calibrate import Calibration
 from squeal_core.calibration.calibration_file import write_calibration
@@ -36,19 +31,18 @@ from squeal_core.calibration.calibration_report import parameter_rows, remarks, 
 from squeal_core.calibration.evaluation import evaluate, Evaluation, evaluation_lines, of_one
 from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import SamplingRound
-from squeal_core.common import resources
 from squeal_core.common.checks import check_number
-from squeal_core.common.errors import did_you_mean, SquealError
+from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.event_places import event_places
 from squeal_core.monitor.risk_warnings import NONE
-from squeal_core.monitor.settings import ensemble_prior, load_settings, MonitorSettings
+from squeal_core.monitor.settings import ensemble_prior, MonitorSettings
 from squeal_core.monitor.vehicle_risk import risk_settings
 from squeal_core.risk.emulator_file import named_emulator
 from squeal_core.risk.growth_emulator import GrowthEmulator
-from squeal_core.sound.listening import Listening
 from squeal_core.surrogate.table_file import model_hash
-from squeal_ros.cli.arguments import check_output, check_workers, positive
+from squeal_ros.cli.arguments import check_output, check_workers
+from squeal_ros.cli.calibrate_recordings import GivenRecordings, ListenedApplications
 from squeal_ros.cli.console import plain, report_progress, warn
 from squeal_ros.cli.heard_events import heard_events
 
@@ -59,29 +53,17 @@ _LEAST_TO_SPLIT = 20  # events, that as many as the likelihood wants are left to
 _HEARING = ('detection', 'false_alarm', 'label_error', 'frequency_tolerance')
 
 
-@dataclass
-class _Recorded:
-    """Brake applications of all recordings, and where times of their events count from [s]."""
-
-    applications: list[BrakeApplication]
-    zero: dict[str, float]
-    ticks: int
-
-
 def calibrate(options: argparse.Namespace) -> int:
     """Read, match, fit, score, write."""
     hearing = HearingModel(**{name: getattr(options, name) for name in _HEARING})
-    settings = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
-    if options.model:
-        settings = replace(settings, model=options.model)
-    if options.rate is not None:
-        settings = replace(settings, rate=positive('--rate', options.rate))
-    _check(options)
+    given = GivenRecordings.of(options)
+    settings = given.task.settings
+    _check(options, given)
     model = BrakeModel.load(settings.model)
     emulator = _emulator(model, options, settings)
-    places = event_places([brake.name for brake in settings.brakes], settings.axles)
+    places = event_places(given.brakes, settings.axles)
     heard = heard_events(options, places)
-    recorded = _read(options, settings, model, heard)
+    recorded = given.listened(options, heard)
     matched = match_events(recorded.applications, heard.events, places, zero=recorded.zero)
     if len(matched.unmatched) > _SUSPICIOUS * len(heard.events):
         warn(f'{len(matched.unmatched)} of {len(heard.events)} events are in no brake '
@@ -101,18 +83,18 @@ def calibrate(options: argparse.Namespace) -> int:
     evaluation = evaluate(found, model, emulator, recorded.applications, train, test,
                           hearing, limits) if test else None
     about = {'model_name': Path(settings.model).name,
-             **_about(options, recorded, matched, found, evaluation, hearing)}
+             **_about(options, given, recorded, matched, found, evaluation, hearing)}
     write_calibration(found.ensemble(_in_words(found, about)), model, options.output, about,
                       overwrite=options.force)
     _print(options, found, evaluation, {**about, 'model': model_hash(model)})
     return 1 if _distrust(found, evaluation) else 0
 
 
-def _check(options: argparse.Namespace) -> None:
+def _check(options: argparse.Namespace, given: GivenRecordings) -> None:
     """Refuse what would fail after the work, before it."""
     check_output('--output', options.output, ('.yaml', '.yml'), force=options.force,
-                 inputs=(*options.recordings, options.events or options.sound,
-                         *filter(None, (options.config, options.emulator))))
+                 inputs=(*(one.path for one in given.batch), options.events or options.sound,
+                         *filter(None, (options.config, options.emulator, options.signals))))
     check_workers(options.workers)
     if not 0.0 <= options.held_out <= 0.5:
         raise SquealError(f'--held-out: is {options.held_out:g}; give 0 to 0.5')
@@ -125,15 +107,6 @@ def _check(options: argparse.Namespace) -> None:
     if None not in (options.from_, options.to) and not options.from_ < options.to:
         raise SquealError(f'--from, --to: are {options.from_:g} and {options.to:g} s; give two '
                           'times that rise')
-    names = [_name(path) for path in options.recordings]
-    for name in names:
-        if names.count(name) > 1:
-            raise SquealError(f'{name}: two recordings have this name; rename one')
-
-
-def _name(path: str) -> str:
-    from squeal_ros.recordings.replay_outputs import recording_name
-    return recording_name(Path(path))
 
 
 def _emulator(model: BrakeModel, options: argparse.Namespace,
@@ -144,47 +117,6 @@ def _emulator(model: BrakeModel, options: argparse.Namespace,
         raise SquealError(f'{settings.model}: has no growth emulator; build one with `squeal '
                           f'tabulate {settings.model} --growth-only`, or give --emulator')
     return emulator
-
-
-def _read(options: argparse.Namespace, settings: MonitorSettings, model: BrakeModel,
-          heard: Listening) -> _Recorded:
-    """Return the applications that somebody listened to."""
-    from squeal_ros.recordings.brake_applications import collect_applications
-    from squeal_ros.recordings.recording import open_recording
-    from squeal_ros.recordings.replay import Replay
-
-    listened = _brakes(options, settings)
-    read = _Recorded([], {}, 0)
-    for path in options.recordings:
-        recording = open_recording(path, settings, types=options.types,
-                                   namespace=options.namespace)
-        replay = Replay(recording, settings, model)
-        collected = collect_applications(replay, _name(path))
-        for finding in replay.findings:
-            warn(f'{path}: {finding.what}; {finding.remedy}')
-        zero = (collected.start if options.from_start else 0.0) + options.offset
-        low, high = (None if end is None else zero + end for end in (options.from_, options.to))
-        read.zero[_name(path)] = zero
-        read.ticks += collected.ticks
-        read.applications += [
-            one for one in collected.found if one.brake in listened
-            and heard.covers(_name(path), one.time[0] - zero, one.time[-1] - zero)
-            and (low is None or one.time[0] >= low) and (high is None or one.time[-1] <= high)]
-    if not read.applications:
-        raise SquealError(f'{", ".join(options.recordings)}: no brake slides under load in what '
-                          'was listened to; check recordings, --from, --to, --brakes and the '
-                          'clock of the sound')
-    return read
-
-
-def _brakes(options: argparse.Namespace, settings: MonitorSettings) -> list[str]:
-    known = [brake.name for brake in settings.brakes]
-    names = options.brakes.split(',') if options.brakes else known
-    for name in names:
-        if name not in known:
-            raise SquealError(f'--brakes: {name!r} is none of the settings; give some of '
-                              f'{",".join(known)}{did_you_mean(name, known)}')
-    return names
 
 
 def _split(observations: Sequence[Observation], fraction: float
@@ -213,14 +145,15 @@ def _held_out(fraction: float, events: int, evaluation: Evaluation | None) -> li
     return [f'no scores{few}: too few held out to judge']
 
 
-def _about(options: argparse.Namespace, recorded: _Recorded, matched: MatchedEvents,
-           found: Calibration, evaluation: Evaluation | None,
+def _about(options: argparse.Namespace, given: GivenRecordings, recorded: ListenedApplications,
+           matched: MatchedEvents, found: Calibration, evaluation: Evaluation | None,
            hearing: HearingModel) -> dict[str, Any]:
     """Return provenance, prior against posterior and scores, as the file has them."""
     return {
         'software': f'squeal_ros {__version__}', 'date': datetime.date.today().isoformat(),
         'recordings': sorted(recorded.zero),
         'events_file': Path(options.events or options.sound).name,
+        'listened_to': given.listened_brakes(options.brakes),
         'observations': {
             'with_squeal': matched.heard, 'fitted_with_squeal': found.heard,
             'fitted_silent': found.silent,

@@ -19,6 +19,7 @@ import os
 
 from squeal_core.calibration.hearing_model import HearingModel
 from squeal_ros.cli.command_parser import add_force
+from squeal_ros.cli.replay_options import add_reading_options, RECORDINGS
 
 DESCRIPTION = ('Fit the ensemble of brakes to measured squeal: recordings of brake signals and a '
                'table of events (time_s, frequency_hz, and brake, level_db, recording where '
@@ -28,8 +29,7 @@ DESCRIPTION = ('Fit the ensemble of brakes to measured squeal: recordings of bra
 
 
 def add_options(p: argparse.ArgumentParser) -> None:
-    p.add_argument('recordings', nargs='+', metavar='RECORDING',
-                   help='rosbag2 folder, .mcap or .db3 file, as `squeal replay` reads')
+    p.add_argument('recordings', nargs='+', metavar='RECORDING', help=RECORDINGS)
     heard = p.add_mutually_exclusive_group(required=True)
     heard.add_argument('--events', metavar='EVENTS.csv')
     heard.add_argument('--sound', metavar='SOUND', help='in place of events: what `squeal listen` '
@@ -37,14 +37,9 @@ def add_options(p: argparse.ArgumentParser) -> None:
                        'applications outside of its time do not count')
     p.add_argument('-o', '--output', required=True, metavar='CALIBRATION.yaml')
     add_force(p)
-    p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
-    p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
+    add_reading_options(p)
     p.add_argument('--emulator', metavar='EMULATOR.npz',
                    help='default: the one found for the model')
-    p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
-    p.add_argument('--namespace', default='/', help='of the relative topics in the recordings')
-    p.add_argument('--types', metavar='FOLDER',
-                   help='.msg files of message types that the recordings do not define')
     _listening(p)
     _hearing(p)
     p.add_argument('--held-out', type=float, default=1.0 / 3.0, metavar='FRACTION',

@@ -77,16 +77,20 @@ def replay_task(options: argparse.Namespace) -> ReplayTask:
     """Return what the options of `add_monitor_options` say."""
     if options.table != 'csv':
         import squeal_core.monitor.parquet_table  # noqa: F401 - says now which extra is missing
+    return replace(monitor_task(options), span=TimeRange.read(options.begin, options.end),
+                   overwrite=getattr(options, 'force', False), tables=_TABLES[options.table])
+
+
+def monitor_task(options: argparse.Namespace) -> ReplayTask:
+    """Return what --config, --model, --rate, --signals, --types and --namespace say."""
     settings = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
     if options.model:
         settings = replace(settings, model=options.model)
     if options.rate is not None:
         settings = replace(settings, rate=positive('--rate', options.rate))
     signals = read_signals(options.signals) if options.signals else None
-    return ReplayTask(
-        settings=settings, types=options.types, namespace=options.namespace, signals=signals,
-        span=TimeRange.read(options.begin, options.end),
-        overwrite=getattr(options, 'force', False), tables=_TABLES[options.table])
+    return ReplayTask(settings=settings, types=options.types, namespace=options.namespace,
+                      signals=signals)
 
 
 def _check_signals(signals: Signals | None, recordings: Sequence[Path]) -> None:

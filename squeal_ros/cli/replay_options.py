@@ -20,6 +20,7 @@ import os
 from squeal_ros.cli.command_parser import add_force
 
 OUTPUT = 'replayed'
+RECORDINGS = 'rosbag2 folder, .mcap or .db3 file, table; folders and patterns of these'
 DESCRIPTION = ('Run the monitor over recordings. Each gets a folder with the topics of the node, '
                'a table of its ticks, events, brake applications and a summary. Exit code 0: the '
                'squeal risk of every brake that braked was known; 1: that of a brake never was, '
@@ -28,8 +29,7 @@ DESCRIPTION = ('Run the monitor over recordings. Each gets a folder with the top
 
 
 def add_options(p: argparse.ArgumentParser) -> None:
-    p.add_argument('recordings', nargs='+', metavar='RECORDING', help='rosbag2 folder, .mcap or '
-                   '.db3 file, table; folders and patterns of these')
+    p.add_argument('recordings', nargs='+', metavar='RECORDING', help=RECORDINGS)
     p.add_argument('-o', '--output', default=OUTPUT, metavar='OUT', help='folder in which each '
                    f'recording gets its own (default {OUTPUT}); of one recording OUT.mcap too: '
                    'the other files go beside it, as OUT.csv')
@@ -43,6 +43,17 @@ def add_options(p: argparse.ArgumentParser) -> None:
 
 def add_monitor_options(p: argparse.ArgumentParser) -> None:
     """Add what says how recordings are read and evaluated, and the format of the tables."""
+    add_reading_options(p)
+    p.add_argument('--from', dest='begin', metavar='T', help='only from here on: seconds from '
+                   'the start of each recording, a time of the day as 14:05:30 (UTC), or a date '
+                   'and time as 2026-05-31T14:05:30')
+    p.add_argument('--to', dest='end', metavar='T', help='up to here, likewise')
+    p.add_argument('--table', choices=('csv', 'parquet', 'both'), default='csv',
+                   help='format of the table of ticks (default csv)')
+
+
+def add_reading_options(p: argparse.ArgumentParser) -> None:
+    """Add what says how recordings are read."""
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
     p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")
@@ -51,9 +62,3 @@ def add_monitor_options(p: argparse.ArgumentParser) -> None:
                    'which input, as `squeal signals` proposes; tables need it')
     p.add_argument('--types', metavar='FOLDER',
                    help='.msg files of message types that a bag does not define')
-    p.add_argument('--from', dest='begin', metavar='T', help='only from here on: seconds from '
-                   'the start of each recording, a time of the day as 14:05:30 (UTC), or a date '
-                   'and time as 2026-05-31T14:05:30')
-    p.add_argument('--to', dest='end', metavar='T', help='up to here, likewise')
-    p.add_argument('--table', choices=('csv', 'parquet', 'both'), default='csv',
-                   help='format of the table of ticks (default csv)')

@@ -113,8 +113,8 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     """
     path = Path(path)
     kind = kind_of_path(path)
+    check_signals(path, signals)
     given, signals = signals, signals and signals.of(source_kind(path))
-    _check_kind(path, given, signals)
     if kind == 'csv':
         from squeal_ros.recordings.csv_recording import CsvRecording
 
@@ -147,11 +147,11 @@ def source_kind(path: Path) -> Kind:
     return 'topic' if kind_of_path(path) == 'bag' else 'column'
 
 
-def _check_kind(path: Path, given: Signals | None, own: Signals | None) -> None:
+def check_signals(path: Path, signals: Signals | None) -> None:
     """Refuse a table without signals of its own, and a clock for a bag."""
-    of_columns = source_kind(path) == 'column'
+    of_columns, own = source_kind(path) == 'column', signals and signals.of(source_kind(path))
     if of_columns and own is None:
-        what = 'the signals name topics' if given else 'nothing says which column is which input'
+        what = 'the signals name topics' if signals else 'nothing says which column is which input'
         raise RecordingError(path, f'is a table of columns, and {what}', 'run `squeal signals '
                              f'{path} -o SIGNALS.yaml`, check it, and give --signals SIGNALS.yaml')
     if own and not of_columns and own.clock != ClockSpec():

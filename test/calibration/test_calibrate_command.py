@@ -115,6 +115,53 @@ def test_a_drive_with_events(folder: Path, capsys: pytest.CaptureFixture[str],
     assert 0.37 < np.median(onset) < 0.42
 
 
+def write_table(path: Path, numbers: range) -> None:
+    """Write the bag's stops of these numbers as a German table, times from 0."""
+    entries = stops()[75 * numbers.start:75 * numbers.stop]
+    values = [entry.message.velocity[0] if entry.type == JOINTS else
+              entry.message.fluid_pressure / 1e5 if entry.type == PRESSURE else entry.message.data
+              for entry in entries]
+    lines = ['Zeit;Drehzahl;Druck;Reibwert', 's;rad/s;bar;-', *(
+        ';'.join(f'{cell:.6f}'.replace('.', ',') for cell in (0.1 * i, *row))
+        for i, row in enumerate(zip(*[iter(values)] * 3, strict=True)))]
+    path.parent.mkdir(exist_ok=True)
+    path.write_text('\n'.join(lines) + '\n', encoding='utf-8')
+
+
+def test_a_folder_of_tables_with_signals(folder: Path, capsys: pytest.CaptureFixture[str],
+                                         tmp_path: Path) -> None:
+    """
+    The stops of the bag in tables of two days, named alike, with the brake of the signals.
+
+    The table of events is in the folder, too.
+    """
+    half = STOPS // 2
+    write_table(tmp_path / 'monday' / 'drive.csv', range(half))
+    write_table(tmp_path / 'tuesday' / 'drive.csv', range(half, STOPS))
+    signals, events = tmp_path / 'signals.yaml', tmp_path / 'monday' / 'events.csv'
+    assert main(['signals', str(tmp_path / 'monday' / 'drive.csv'), '-o', str(signals)]) == 0
+    assert 'brake:' in signals.read_text()
+    rows = (folder / 'events.csv').read_text().splitlines()[1:]
+    lines = [f'{float(time) % (half * 2.5):g},brake,{pitch},'
+             f'{"monday_drive" if float(time) < half * 2.5 else "tuesday_drive"}'
+             for time, _, pitch in (row.split(',') for row in rows)]
+    events.write_text('\n'.join(['time_s,brake,frequency_hz,recording', *lines]))
+    capsys.readouterr()
+
+    def calibrated(*recordings: str) -> int:
+        return main(['calibrate', *recordings, '--signals', str(signals), '--events', str(events),
+                     '--from-start', '-o', str(tmp_path / 'out.yaml'), '--force', '--json'])
+
+    assert calibrated(str(tmp_path / 'm*'), str(tmp_path / 'tuesday')) == 0
+    found = json.loads(capsys.readouterr().out)
+    seen = found['observations']
+    assert found['recordings'] == ['monday_drive', 'tuesday_drive']
+    assert (seen['with_squeal'], seen['events_unmatched'], seen['incomplete']) == (20, 0, 0)
+    assert seen['fitted_with_squeal'] + seen['fitted_silent'] + seen['held_out'] == STOPS
+    assert calibrated(str(folder / 'drive')) == 2  # columns for a bag
+    assert 'signals.yaml names columns' in capsys.readouterr().err
+
+
 def test_a_sound_in_place_of_events(folder: Path, capsys: pytest.CaptureFixture[str],
                                     tmp_path: Path) -> None:
     """Stops that squealed are heard in noise; those after the end of the sound do not count."""
@@ -209,11 +256,13 @@ def test_what_cannot_be_calibrated(folder: Path, capsys: pytest.CaptureFixture[s
     assert words in capsys.readouterr().err
 
 
-def test_recordings_of_one_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code = main(['calibrate', str(folder / 'drive'), str(folder / 'drive'), '--events',
-                 str(folder / 'events.csv'), '-o', str(folder / 'two.yaml')])
+def test_a_table_needs_signals(tmp_path: Path, folder: Path,
+                               capsys: pytest.CaptureFixture[str]) -> None:
+    write_table(tmp_path / 'drive.csv', range(2))
+    code = main(['calibrate', str(tmp_path / 'drive.csv'), '--events', str(folder / 'events.csv'),
+                 '-o', str(tmp_path / 'out.yaml')])
     assert code == 2
-    assert 'two recordings have this name' in capsys.readouterr().err
+    assert 'give --signals SIGNALS.yaml' in capsys.readouterr().err
 
 
 def test_no_emulator(folder: Path, capsys: pytest.CaptureFixture[str],
