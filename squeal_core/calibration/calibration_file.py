@@ -90,7 +90,8 @@ def write_calibration(ensemble: Ensemble, model: BrakeModel, path: str | Path,
     content = {
         'format': FORMAT, 'schema': SCHEMA, **stated, **(about or {}), 'columns': columns,
         'member_count': len(texts), 'hash': _hash(stated, np.array(texts, float))}
-    lines = ['# by `squeal calibrate`; the setting `calibration` names this file',
+    lines = ['# by `squeal calibrate`; the setting `calibration` names this file; it holds for',
+             '# every brake of the model, whichever were listened to',
              *_lines(content), 'members:', *(f'- [{", ".join(row)}]' for row in texts)]
     with output_file(path, overwrite=overwrite) as partial:
         partial.write_text('\n'.join(lines) + '\n', encoding='utf-8')

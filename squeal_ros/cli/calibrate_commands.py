@@ -86,7 +86,8 @@ def calibrate(options: argparse.Namespace) -> int:
              **_about(options, given, recorded, matched, found, evaluation, hearing)}
     write_calibration(found.ensemble(_in_words(found, about)), model, options.output, about,
                       overwrite=options.force)
-    _print(options, found, evaluation, {**about, 'model': model_hash(model)})
+    _print(options, found, evaluation, {**about, 'model': model_hash(model)},
+           given.of_all_brakes(options.brakes))
     return 1 if _distrust(found, evaluation) else 0
 
 
@@ -165,7 +166,7 @@ def _about(options: argparse.Namespace, given: GivenRecordings, recorded: Listen
                      'effective_size': round(found.sample.effective_size, 1)},
         'parameters': {row.name: dict(zip(row._fields[1:], row[1:], strict=True))
                        for row in parameter_rows(found)},
-        'remarks': [*remarks(found),
+        'remarks': [*remarks(found), *given.of_all_brakes(options.brakes),
                     *_held_out(options.held_out, matched.heard, evaluation)],
         'scores': {} if evaluation is None else {
             **{name.replace(' ', '_'): asdict(one) for name, one in evaluation.scores.items()},
@@ -193,7 +194,7 @@ def _distrust(found: Calibration, evaluation: Evaluation | None) -> str:
 
 
 def _print(options: argparse.Namespace, found: Calibration, evaluation: Evaluation | None,
-           about: Mapping[str, Any]) -> None:
+           about: Mapping[str, Any], of_all_brakes: Sequence[str]) -> None:
     why = _distrust(found, evaluation)
     if options.json:
         print(json.dumps(plain({
@@ -206,7 +207,7 @@ def _print(options: argparse.Namespace, found: Calibration, evaluation: Evaluati
     print(f'fitted: {found.heard} of {seen["with_squeal"]} events (applications with squeal), '
           f'{found.silent} silent applications; left out: {seen["incomplete"]} hardly known, '
           f'{seen["events_unmatched"]} events in none')
-    print('\n'.join([*report_lines(found),
+    print('\n'.join([*report_lines(found), *of_all_brakes,
                      *(evaluation_lines(evaluation) if evaluation else []),
                      *_held_out(options.held_out, seen['with_squeal'], evaluation)]))
     if why:

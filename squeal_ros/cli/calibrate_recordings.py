@@ -94,6 +94,13 @@ class GivenRecordings:
                               'the clock of the sound')
         return read
 
+    def of_all_brakes(self, given: str | None) -> list[str]:
+        """Return the remark on brakes that --brakes does not name."""
+        heard = self.listened_brakes(given)
+        others = [name for name in self.brakes if name not in heard]
+        return [f'listened to {", ".join(heard)} only; node and replay use the calibration for '
+                f'every brake of the model, {", ".join(others)} too'] if others else []
+
     def listened_brakes(self, given: str | None) -> list[str]:
         """Return the brakes that --brakes names; by default all."""
         known = self.brakes

@@ -199,9 +199,16 @@ def test_a_sound_in_place_of_events(folder: Path, capsys: pytest.CaptureFixture[
 
 
 def test_few_events_stay_near_the_prior(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / 'two.yaml').write_text('/**: {ros__parameters: {brakes: [fl, fr]}}')
     (folder / 'few.csv').write_text('time_s,frequency_hz,brake,end_s,mode\n1.5,1660,fl,2,13\n')
-    assert run(folder, '--from-start', events='few.csv') == 0  # nothing is held out of one event
-    shown = capsys.readouterr().out
+    options = ('--from-start', '--brakes', 'fl', '--config', str(folder / 'two.yaml'))
+    assert run(folder, *options, events='few.csv') == 0  # nothing is held out of one event
+    shown, text = capsys.readouterr().out, (folder / 'out.yaml').read_text()
+    every = 'listened to fl only; node and replay use the calibration for every brake of the model'
+    assert f'{every}, fr too\n' in shown
+    assert every in text
+    assert 'listened_to: ["fl"]' in text
+    assert 'it holds for\n# every brake of the model' in text
     assert 'model: kang2009, hash ' in shown
     assert 'fitted: 1 of 1 events (applications with squeal), 35 silent applications' in shown
     assert '1 events, fewer than 10' in shown
