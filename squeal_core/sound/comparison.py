@@ -33,12 +33,13 @@ from squeal_core.sound.matching import (
     MatchedApplication,
     Matches,
     OUTCOMES,
+    SAME_PITCH,
 )
 from squeal_core.sound.prediction_scores import PredictionScores, score_predictions, scored
 
 FORMAT = 1
-_NEAR = 0.02  # relative error of a pitch that counts as the same mode
 _SHOWN = 20  # applications that are listed as text
+HIT_ALONE = 'a hit alone says nothing of pitch or time'
 
 
 @dataclass(frozen=True)
@@ -90,13 +91,30 @@ class Comparison:
         return [one.lead_time for one in self.matches.applications
                 if not math.isnan(one.lead_time)]
 
+    @property
+    def hits(self) -> dict[str, int]:
+        """Return how many hits there are, and of how many pitch or time or both were right."""
+        hits = [one for one in self.matches.applications if one.outcome == 'hit']
+        return {'count': len(hits), 'pitch_within_2_percent': sum(one.pitch_fits for one in hits),
+                'alarm_first': sum(one.alarm_first for one in hits),
+                'both': sum(one.pitch_fits and one.alarm_first for one in hits)}
+
+    def hits_in_words(self) -> str:
+        """Return of how many hits pitch and time were right; empty without hits."""
+        hits = self.hits
+        if not hits['count']:
+            return ''
+        return (f'of {counted(hits["count"], "hit")}, pitch within {SAME_PITCH:.0%} in '
+                f'{hits["pitch_within_2_percent"]}, alarm before the squeal in '
+                f'{hits["alarm_first"]}, both in {hits["both"]}')
+
     def as_json(self) -> dict[str, Any]:
         """Return all of it as plain data; NaN: not known."""
         return {
             'format': FORMAT, 'recordings': list(self.recordings),
             'measured': [str(one.path) for one in self.listenings], 'unit': self.unit,
             'groups': [list(group) for group in self.matches.groups],
-            'counts': self.counts, 'scores': self.scores.as_json(),
+            'counts': self.counts, 'hits': self.hits, 'scores': self.scores.as_json(),
             'frequency': self._frequency(), 'lead_time': self._lead_time(),
             'applications': [_as_json(one) for one in self.matches.applications],
             'events_in_no_application': [
@@ -110,7 +128,7 @@ class Comparison:
         return {'events': errors.size, 'with_unstable_mode': known.size,
                 'median_relative_error': float(np.median(known)) if known.size else math.nan,
                 'largest_relative_error': float(known.max()) if known.size else math.nan,
-                'within_2_percent': int((known <= _NEAR).sum())}
+                'within_2_percent': int((known <= SAME_PITCH).sum())}
 
     def _lead_time(self) -> dict[str, Any]:
         times = self.lead_times
@@ -130,12 +148,16 @@ class Comparison:
             + ''.join(f'; {number}: {why}' for why, number in unknown.most_common()),
             ', '.join(f'{number} {_plural(outcome, number)}' for outcome, number in counts.items()
                       if outcome != 'not known'),
-            *self._pitch_lines(), *self._lead_lines(), *self.scores.lines(),
+            *self._hit_lines(), *self._pitch_lines(), *self._lead_lines(), *self.scores.lines(),
             *self._application_lines()]
 
     def _of_what(self) -> str:
         return {'brake': 'of one brake each', 'vehicle': 'of the vehicle: the events name no '
                 'brakes'}.get(self.unit, 'of ' + ', '.join(map('+'.join, self.matches.groups)))
+
+    def _hit_lines(self) -> list[str]:
+        words = self.hits_in_words()
+        return [f'{words} ({HIT_ALONE})'] if words else []
 
     def _pitch_lines(self) -> list[str]:
         found = self._frequency()
@@ -146,17 +168,23 @@ class Comparison:
         none = found['events'] - found['with_unstable_mode']
         return ['pitch: nearest predicted unstable mode off by '
                 f'{found["median_relative_error"]:.1%} (median), '
-                f'{found["largest_relative_error"]:.1%} at most; within {_NEAR:.0%} at '
+                f'{found["largest_relative_error"]:.1%} at most; within {SAME_PITCH:.0%} at '
                 f'{found["within_2_percent"]} of {found["events"]} events, none predicted at '
                 f'{none}']
 
     def _lead_lines(self) -> list[str]:
+        words = self.lead_in_words()
+        return [f'alarm: {words}'] if words else []
+
+    def lead_in_words(self) -> str:
+        """Return how far alarms were ahead of squeal, or late; empty where it is not known."""
         found = self._lead_time()
         if not found['hits']:
-            return []
-        return [f'lead time of the alarm: {found["median_s"]:+.2f} s (median; '
-                f'{found["least_s"]:+.2f} to {found["largest_s"]:+.2f} s), before the squeal in '
-                f'{found["alarm_first"]} of {found["hits"]} hits']
+            return ''
+        ends = [ahead_or_late(found[f'{name}_s']) for name in ('least', 'median', 'largest')]
+        spread = f' (median; {ends[0]} to {ends[2]})' if found['hits'] > 1 else ''
+        return (f'{ends[1]}{spread}, before the squeal in {found["alarm_first"]} of '
+                f'{counted(found["hits"], "hit")}')
 
     def _application_lines(self) -> list[str]:
         shown = [one for one in self.matches.applications
@@ -253,8 +281,13 @@ def _in_words(one: MatchedApplication) -> str:
     if known:
         parts.append(f'nearest unstable mode off by {min(known, key=abs):+.0f} Hz')
     if not math.isnan(one.lead_time):
-        parts.append(f'alarm {one.lead_time:+.2f} s ahead')
+        parts.append(f'alarm {ahead_or_late(one.lead_time)}')
     return ', '.join(parts)
+
+
+def ahead_or_late(lead_time: float) -> str:
+    """Return a lead time [s] in words."""
+    return f'{abs(lead_time):.2f} s {"ahead" if lead_time >= 0.0 else "late"}'
 
 
 def _plural(outcome: str, number: int) -> str:

@@ -31,6 +31,8 @@ from squeal_core.sound.listening import Listening, MeasuredSquealError
 Outcome: TypeAlias = Literal['hit', 'miss', 'false alarm', 'correct silence', 'not known']
 OUTCOMES: tuple[Outcome, ...] = ('hit', 'miss', 'false alarm', 'correct silence', 'not known')
 _BEFORE = 0.2  # s by which squeal may begin before its brake application: clocks, rate of ticks
+SAME_PITCH = 0.02
+"""Relative error of a pitch that counts as the same mode."""
 _UNTIMED = 0.5  # s that an event without an end is taken to last
 
 
@@ -66,6 +68,17 @@ class MatchedApplication:
     @property
     def measured(self) -> bool:
         return bool(self.events)
+
+    @property
+    def pitch_fits(self) -> bool:
+        """Tell whether an unstable mode within 2 % of a measured pitch was predicted then."""
+        return any(abs(error) <= SAME_PITCH * event.frequency_hz
+                   for event, error in zip(self.events, self.frequency_errors, strict=True))
+
+    @property
+    def alarm_first(self) -> bool:
+        """Tell whether the alarm of a hit came before its squeal."""
+        return self.lead_time > 0.0
 
 
 @dataclass(frozen=True)

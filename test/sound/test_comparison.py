@@ -31,6 +31,7 @@ from squeal_core.sound.brakings import groups_of
 from squeal_core.sound.comparison import compare, Comparison
 from squeal_core.sound.listening import MeasuredSquealError
 from squeal_core.sound.prediction_scores import score_predictions, ScoredApplications
+from squeal_core.view.report.measured import measured_section
 
 BRAKES = ('front_left', 'front_right')
 NAN = math.nan
@@ -129,10 +130,42 @@ def test_each_outcome_and_its_figures(tmp_path: Path) -> None:
                             'not known': 2}
     text = '\n'.join(found.lines())
     assert 'not known: 2; 2: the squeal risk is not known for enough of it' in text
-    assert 'lead time of the alarm: +1.00 s' in text
+    assert 'alarm: 1.00 s ahead, before the squeal in 1 of 1 hit\n' in text
     plain = json.loads(json.dumps(found.as_json()))
     assert plain['frequency']['median_relative_error'] == pytest.approx(0.03)
     assert plain['applications'][3]['measured'][0]['frequency_hz'] == 3000.0
+
+
+def test_of_hits_it_is_said_whose_pitch_and_time_fit(tmp_path: Path) -> None:
+    """Pitch and time fit in the first, the pitch in the second, neither in the third."""
+    drive = Replayed(
+        [application('front_left', start, True) for start in (10.0, 50.0, 90.0)],
+        events=[SquealEvent('front_left', BEGIN + start, BEGIN + start + 1.0)
+                for start in (11.0, 51.5, 92.5)],
+        ticks=[tick('front_left', 11.9, 2030.0), tick('front_left', 51.2, 1990.0),
+               tick('front_left', 91.0, 1360.0), tick('front_left', 92.6, 2010.0)])
+    found = compared(drive, tmp_path, '11.4,2000,front_left,12', '51,2000,front_left,51.4',
+                     '91,2000,front_left,91.5')
+    assert found.hits == found.as_json()['hits'] == {
+        'count': 3, 'pitch_within_2_percent': 2, 'alarm_first': 1, 'both': 1}
+    text, page = '\n'.join(found.lines()), str(measured_section(found, ''))
+    for words in ('of 3 hits, pitch within 2% in 2, alarm before the squeal in 1, both in 1',
+                  '0.50 s late (median; 1.50 s late to 0.40 s ahead), before the squeal in 1 of '
+                  '3 hits'):
+        assert words in text
+        assert words in page
+    assert 'a hit alone says nothing of pitch or time' in text
+    assert 'A hit alone says nothing of pitch or time' in page
+    assert 'alarm 1.50 s late' in text
+    assert '1.50 s late</td>' in page
+
+
+def test_the_page_says_that_no_pitch_was_predicted(tmp_path: Path) -> None:
+    drive = Replayed([application('front_left', 10.0, True)])
+    found = compared(drive, tmp_path, '12,2000,front_left', '12.5,2000,front_left')
+    words = 'no unstable mode was predicted at any of 2 events'
+    assert f'pitch: {words}' in found.lines()
+    assert f'Pitch: {words}.' in str(measured_section(found, ''))
 
 
 def test_events_of_no_brake_are_of_the_vehicle(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.sound.comparison import Comparison
+from squeal_core.sound.comparison import ahead_or_late, Comparison, HIT_ALONE
 from squeal_core.sound.matching import MatchedApplication, OUTCOMES
 from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, style
 from squeal_core.view.report.markup import Content, element, Markup, table
@@ -42,7 +42,9 @@ def _outcomes(found: Comparison) -> Markup:
     heard = counts['hit'] + counts['miss']
     why = Counter(one.why for one in found.matches.applications if one.outcome == 'not known')
     share = f'{100.0 * heard / known:.1f} %' if known else 'not known'
-    rows: list[list[Content]] = [[name, str(counts[name]), ''] for name in OUTCOMES[:-1]]
+    rows: list[list[Content]] = [
+        [name, str(counts[name]), found.hits_in_words() if name == 'hit' else '']
+        for name in OUTCOMES[:-1]]
     rows.append(['not known', str(counts['not known']),
                  '; '.join(f'{count}: {reason}' for reason, count in why.most_common())])
     rows.append(['with measured squeal', str(heard), f'{share} of {known} known ones'])
@@ -54,18 +56,20 @@ def _outcomes(found: Comparison) -> Markup:
 
 
 def _pitches(found: Comparison) -> Iterator[Markup]:
-    pitch, lead = found.as_json()['frequency'], found.as_json()['lead_time']
+    pitch = found.as_json()['frequency']
+    if found.hits['count']:
+        yield element('p', f'{HIT_ALONE.capitalize()}: some alarm was up in the same braking.')
+    if pitch['events'] and not pitch['with_unstable_mode']:
+        yield element('p', f'Pitch: no unstable mode was predicted at any of {pitch["events"]} '
+                           'events.')
     if pitch['with_unstable_mode']:
         yield element('p', (
             f'Pitch: the nearest predicted unstable mode is off by '
             f'{100 * pitch["median_relative_error"]:.1f} % in the median; within 2 % at '
             f'{pitch["within_2_percent"]} of {pitch["events"]} events; none was predicted at '
             f'{pitch["events"] - pitch["with_unstable_mode"]}.'))
-    if lead['hits']:
-        yield element('p', (
-            f'Lead time of the alarm: {lead["median_s"]:+.2f} s in the median '
-            f'({lead["least_s"]:+.2f} to {lead["largest_s"]:+.2f} s); it came before the squeal '
-            f'in {lead["alarm_first"]} of {lead["hits"]} hits.'))
+    if words := found.lead_in_words():
+        yield element('p', f'Alarm: {words}.')
 
 
 def _scores(found: Comparison) -> Iterator[Markup]:
@@ -102,7 +106,7 @@ def _applications(found: Comparison) -> Iterator[Markup]:
     shown.sort(key=lambda one: ('miss', 'false alarm', 'hit').index(one.outcome))
     if shown:
         yield table(('start (UTC)', 'recording', 'brakes', 'outcome', 'risk', 'predicted Hz',
-                     'measured Hz', 'lead s'), map(_row, shown[:_LISTED]), numbers_from=4,
+                     'measured Hz', 'alarm'), map(_row, shown[:_LISTED]), numbers_from=4,
                     caption='Misses and false alarms first')
     if len(shown) > _LISTED:
         yield element('p', f'{len(shown) - _LISTED} more: see --json.')
@@ -113,7 +117,7 @@ def _row(one: MatchedApplication) -> list[Content]:
             one.outcome, number(one.braking.risk, '.2f'),
             number(one.braking.worst.frequency_hz, '.0f'),
             ', '.join(number(event.frequency_hz, '.0f') for event in one.events[:4]) or DASH,
-            number(one.lead_time, '+.2f')]
+            DASH if math.isnan(one.lead_time) else ahead_or_late(one.lead_time)]
 
 
 def measured_figures(found: Comparison, name: str, of_run: str) -> list[Figure]:
