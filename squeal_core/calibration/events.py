@@ -17,10 +17,13 @@
 from collections.abc import Collection, Iterator, Sequence
 import csv
 from dataclasses import dataclass
+from itertools import chain, islice
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
+from squeal_core.common.csv_spelling import CsvError, encoding_of, marks_of
 from squeal_core.common.errors import did_you_mean, LocatedError, short_repr
 
 MAX_BYTES = 50_000_000
@@ -32,6 +35,9 @@ OPTIONAL = ('brake', 'level_db', 'recording', 'end_s')
 # of `squeal simulate` and `squeal listen`
 _PASSED_OVER = ('mode', 'frequency_end_hz', 'prominence_db', 'tone_to_noise_db',
                 'prominence_ratio_db', 'harmonics', 'channel', 'comment')
+_KNOWN = (*REQUIRED, *OPTIONAL, *_PASSED_OVER)
+_DELIMITERS = (',', ';', '\t', '|')
+_HEAD = 200_000  # bytes by which the encoding is told
 _RANGES = {'time_s': (-math.inf, math.inf), 'frequency_hz': (20.0, 20_000.0),
            'level_db': (-20.0, 200.0), 'end_s': (-math.inf, math.inf)}
 AFTER = 0.5  # s after the end of a brake application in which an event is of it: clocks, echoes
@@ -39,6 +45,13 @@ AFTER = 0.5  # s after the end of a brake application in which an event is of it
 
 class EventFileError(LocatedError):
     """A table of events that cannot be used."""
+
+
+class _Row(NamedTuple):
+    """A row of the table, and its line."""
+
+    line: int
+    cells: list[str]
 
 
 @dataclass(frozen=True)
@@ -76,7 +89,10 @@ class MeasuredEvent:
 
 def read_events(path: str | Path, places: Collection[str]) -> list[MeasuredEvent]:
     """
-    Read a table of events, CSV with a first line of column names.
+    Read a table of events, with a first line of column names.
+
+    Delimiter, decimal mark and encoding are told by the text, as a spreadsheet of any language
+    writes it.
 
     Parameters
     ----------
@@ -95,34 +111,49 @@ def read_events(path: str | Path, places: Collection[str]) -> list[MeasuredEvent
     """
     path = Path(path)
     try:
-        with open_bounded(path, MAX_BYTES, EventFileError) as file:
-            rows = csv.reader(bounded_lines(file, MAX_LINE, lambda line: EventFileError(
-                f'{path}, line {line}', f'has more than {MAX_LINE} characters',
-                'give a table of lines')), strict=True)
-            return list(_events(path, rows, places))
-    except UnicodeDecodeError:
-        raise EventFileError(path, 'is no UTF-8 text', 'save it as UTF-8') from None
+        return list(_events(path, _rows(path), places))
+    except (UnicodeDecodeError, CsvError):
+        raise EventFileError(path, 'is no text', 'save it as CSV, in UTF-8') from None
     except csv.Error as error:
         raise EventFileError(path, f'cannot be read as CSV ({error})', 'mend it') from None
 
 
-def _events(path: Path, rows: Iterator[list[str]],
+def _rows(path: Path) -> Iterator[_Row]:
+    """Yield the rows that are not blank, the header first."""
+    def too_long(line: int) -> EventFileError:
+        return EventFileError(f'{path}, line {line}', f'has more than {MAX_LINE} characters',
+                              'give a table of lines')
+
+    with open_bounded(path, MAX_BYTES, EventFileError) as file:
+        encoding = encoding_of(path, file.read(_HEAD))
+        file.seek(0)
+        lines = bounded_lines(file, MAX_LINE, too_long, encoding=encoding)
+        first = next(lines, '')
+        rows = csv.reader(chain([first], lines), delimiter=_delimiter(first), strict=True)
+        for row in rows:
+            if any(cell.strip() for cell in row):
+                yield _Row(rows.line_num, [cell.strip() for cell in row])
+
+
+def _delimiter(header: str) -> str:
+    """Return what separates the names of columns."""
+    return max(_DELIMITERS, key=lambda mark: sum(
+        name.strip(' \t\r\n"') in _KNOWN for name in header.split(mark)))
+
+
+def _events(path: Path, rows: Iterator[_Row],
             places: Collection[str]) -> Iterator[MeasuredEvent]:
-    columns = _columns(path, next(rows, []))
-    count = 0
-    for row in rows:
-        if not any(cell.strip() for cell in row):
-            continue
-        line, count = rows.line_num, count + 1  # type: ignore[attr-defined]
+    columns = _columns(path, next(rows, _Row(1, [])).cells)
+    whole = [(line, dict(zip(columns, _whole(path, line, cells, columns), strict=True)))
+             for line, cells in islice(rows, MAX_EVENTS + 1)]
+    if len(whole) > MAX_EVENTS:
+        raise EventFileError(f'{path}, line {whole[-1][0]}', f'is event {len(whole)}',
+                             f'give at most {MAX_EVENTS}')
+    marks = marks_of([[cells.get(name, '') for name in _RANGES] for _, cells in whole])
+    for line, cells in whole:
         where = f'{path}, line {line}'
-        if len(row) != len(columns):
-            raise EventFileError(where, f'has {len(row)} cells for {len(columns)} columns',
-                                 'give one cell a column, empty where it is not known')
-        if count > MAX_EVENTS:
-            raise EventFileError(where, f'is event {count}', f'give at most {MAX_EVENTS}')
-        cells = dict(zip(columns, map(str.strip, row), strict=True))
         time, frequency, level, end = (
-            _number(where, name, cells.get(name, '')) for name in _RANGES)
+            _number(where, name, cells.get(name, ''), *marks) for name in _RANGES)
         if end < time:
             raise EventFileError(where, f'end_s is {end:g}, before time_s {time:g}',
                                  'give the later one, or nothing')
@@ -130,32 +161,37 @@ def _events(path: Path, rows: Iterator[list[str]],
                             cells.get('recording', ''), line, end)
 
 
+def _whole(path: Path, line: int, cells: Sequence[str], columns: Sequence[str]) -> Sequence[str]:
+    if len(cells) != len(columns):
+        raise EventFileError(f'{path}, line {line}',
+                             f'has {len(cells)} cells for {len(columns)} columns',
+                             'give one cell a column, empty where it is not known')
+    return cells
+
+
 def _columns(path: Path, header: Sequence[str]) -> list[str]:
-    where, names = f'{path}, line 1', [cell.strip() for cell in header]
-    if any(';' in name for name in names):
-        raise EventFileError(where, f'is separated by ; in {short_repr(names)}', 'give commas '
-                             'between the cells, and points in decimal numbers')
+    where, names = f'{path}, line 1', list(header)
     for name in REQUIRED:
         if name not in names:
             raise EventFileError(where, f'has no column {name} in {short_repr(names)}',
                                  f'name the columns in the first line, {",".join(REQUIRED)} and '
                                  f'what is known of {",".join(OPTIONAL)}')
-    known = (*REQUIRED, *OPTIONAL, *_PASSED_OVER)
     for name in names:
-        if name not in known or names.count(name) > 1:
-            what = 'twice the column' if name in known else 'an unknown column'
+        if name not in _KNOWN or names.count(name) > 1:
+            what = 'twice the column' if name in _KNOWN else 'an unknown column'
             raise EventFileError(where, f'has {what} {short_repr(name)}',
-                                 f'remove it, or use {", ".join(known)}'
-                                 f'{did_you_mean(name, known)}')
+                                 f'remove it, or use {", ".join(_KNOWN)}'
+                                 f'{did_you_mean(name, _KNOWN)}')
     return names
 
 
-def _number(where: str, name: str, text: str) -> float:
+def _number(where: str, name: str, text: str, decimal: str, thousands: str) -> float:
     if not text and name != 'time_s':
         return math.nan
     low, high = _RANGES[name]
     try:
-        value = float(text)
+        plain = text.replace(thousands, '') if thousands else text
+        value = float(plain.replace(decimal, '.'))
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

@@ -22,15 +22,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from squeal_core.common.bounded_reader import bounded_lines, open_bounded
-from squeal_core.common.errors import short_repr
-from squeal_core.common.measured_units import find_unit
-from squeal_ros.recordings.csv_spelling import (
+from squeal_core.common.csv_spelling import (
     CsvError,
     encoding_of,
     is_missing,
     likeness,
     marks_of,
 )
+from squeal_core.common.errors import short_repr
+from squeal_core.common.measured_units import find_unit
 from squeal_ros.recordings.table_spec import TableSpec
 
 MAX_BYTES = 1_000_000_000_000  # rows are read one by one
@@ -154,7 +154,7 @@ def read_layout(path: Path, spec: TableSpec) -> CsvLayout:
         start = start._replace(row=_first_values(rows, start, spec))
     names, units = _headings(rows, start, spec)
     values = [row for row in rows[start.row:] if any(cell.strip() for cell in row)]
-    decimal, thousands = marks_of(values, spec)
+    decimal, thousands = marks_of(values, spec.decimal, spec.thousands)
     short = sum(len(row) < len(names) for row in values)
     return CsvLayout(encoding, delimiter, decimal, thousands, names, units, start.row + 1,
                      short > _USUALLY_SHORT * len(values))

@@ -20,6 +20,7 @@ from itertools import chain
 import math
 from pathlib import Path
 
+from squeal_core.common.csv_spelling import CsvError
 from squeal_core.common.errors import did_you_mean, short_repr
 from squeal_core.common.measured_units import find_unit
 from squeal_core.common.wording import listed
@@ -27,7 +28,6 @@ from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.column_units import contradiction, unit_in_name
 from squeal_ros.recordings.csv_cells import has_zone, number_reader, time_reader
 from squeal_ros.recordings.csv_layout import CsvLayout, lines_of, read_layout
-from squeal_ros.recordings.csv_spelling import CsvError
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.input_column import InputColumn, without_values
 from squeal_ros.recordings.positions import Positions

@@ -49,9 +49,30 @@ def test_a_table_of_events(tmp_path: Path) -> None:
     assert read(tmp_path, 'frequency_hz,time_s\n3000,2\n')[0].place == ''
 
 
+@each(('encoding', 'text'), [
+    ('utf-8-sig', 'time_s;frequency_hz;brake;comment\n1,5;1.660,2;fl;schön, laut\n7,25;;;\n'),
+    ('cp1252', 'time_s;frequency_hz;brake;comment\n1,5;1660,2;fl;schön, laut\n7,25;;;\n'),
+    ('utf-16', 'time_s\tfrequency_hz\tbrake\n1,5\t1660,2\tfl\n7,25\t\t\n'),
+    ('utf-8', '"time_s";"frequency_hz";"brake"\n"1.5";"1660.2";"fl"\n7.25;;\n'),
+    ('utf-8', 'time_s,frequency_hz,brake\n"1,5","1660,2",fl\n"7,25",,\n')])
+def test_a_table_as_any_spreadsheet_writes_it(tmp_path: Path, encoding: str, text: str) -> None:
+    path = tmp_path / 'events.csv'
+    path.write_text(text.replace('\n', '\r\n'), encoding=encoding, newline='')
+    first, second = read_events(path, PLACES)
+    assert (first.time, first.frequency_hz, first.place) == (1.5, 1660.2, 'fl')
+    assert (second.time, second.line) == (7.25, 3)
+    assert math.isnan(second.frequency_hz)
+
+
+def test_what_is_no_text(tmp_path: Path) -> None:
+    path = tmp_path / 'events.csv'
+    path.write_bytes(b'\x00\x01\x02\xff' * 100)
+    with pytest.raises(EventFileError, match='is no text; save it as CSV'):
+        read_events(path, PLACES)
+
+
 @each(('text', 'words'), [
     ('', r'line 1: has no column time_s in \[.*\]; name the columns'),
-    ('time_s;frequency_hz\n1,5;1660,2\n', 'line 1: is separated by ; in .* give commas between'),
     ('time_s,brake\n', 'line 1: has no column frequency_hz'),
     ('time_s,frequency_hz,brakes\n', "unknown column 'brakes'.*did you mean brake"),
     ('time_s,frequency_hz,time_s\n', "twice the column 'time_s'"),

@@ -21,7 +21,6 @@ from pathlib import Path
 import re
 
 from squeal_core.common.errors import LocatedError
-from squeal_ros.recordings.table_spec import TableSpec
 
 _BOMS = ((codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
          (codecs.BOM_UTF16_BE, 'utf-16'))
@@ -76,11 +75,11 @@ def is_missing(cell: str) -> bool:
     return cell.strip().casefold() in MISSING_WORDS
 
 
-def marks_of(rows: Sequence[Sequence[str]], spec: TableSpec) -> tuple[str, str]:
-    """Return the mark of decimals and that of thousands, by how numbers are written."""
+def marks_of(rows: Sequence[Sequence[str]], decimal: str = '',
+             thousands: str | None = None) -> tuple[str, str]:
+    """Return the marks of decimals and of thousands, by how numbers are written if not given."""
     cells = [cell.strip() for row in rows for cell in row]
     numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
-    decimal, thousands = spec.decimal, spec.thousands
     both = Counter(mark for cell in numbers if all(mark in cell for mark in _MARKS)
                    for mark in _MARKS if cell.rfind(mark) == max(map(cell.rfind, _MARKS)))
     twice = {mark for cell in numbers for mark in _MARKS if cell.count(mark) > 1}
