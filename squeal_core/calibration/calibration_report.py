@@ -28,6 +28,7 @@ _MOVED = 0.8  # standard deviation of the best known combination, the prior's be
 _LEAST_COEFFICIENT = 0.2
 _RIDGE = ('ln_damping', 'friction_bias', 'audible_build_up')
 _LEAST_EFFECTIVE = 64.0
+_OF_FACTORS = {'ln_damping': 'damping', 'ln_contact_stiffness': 'contact stiffness'}
 WORDS = {'ln_damping': 'ln damping', 'ln_contact_stiffness': 'ln contact stiffness',
          'friction_bias': 'friction bias', 'slope_scale': 'slope scale',
          'audible_build_up': 'N* [nepers]', 'friction_scatter': 'friction scatter',
@@ -71,6 +72,14 @@ def parameter_rows(found: Calibration) -> list[ParameterRow]:
         rows.append(ParameterRow(name, float(prior.mean()), own, mean, deviation,
                                  1.0 - deviation / own if own else 0.0))
     return rows
+
+
+def factor_in_words(row: ParameterRow) -> str:
+    """Return what the logarithm of a factor means in %, beside the model; '' for the others."""
+    percent = round(100.0 * float(np.expm1(row.mean)))
+    if row.name not in _OF_FACTORS or not percent:
+        return ''
+    return f'  {abs(percent)} % {"less" if percent < 0 else "more"} {_OF_FACTORS[row.name]}'
 
 
 def remarks(found: Calibration) -> list[str]:
@@ -130,7 +139,7 @@ def report_lines(found: Calibration) -> list[str]:
     """Return the table of prior and posterior, the rounds and the remarks as text."""
     lines = [f'{"":22}{"prior":>9}{"sd":>8}{"posterior":>11}{"sd":>8}{"shrinkage":>11}']
     lines += [f'{WORDS[row.name]:22}{row.prior_mean:9.3f}{row.prior_deviation:8.3f}'
-              f'{row.mean:11.3f}{row.deviation:8.3f}{row.shrinkage:11.0%}'
+              f'{row.mean:11.3f}{row.deviation:8.3f}{row.shrinkage:11.0%}{factor_in_words(row)}'
               for row in parameter_rows(found)]
     lines.append(f'{len(found.sample.rounds)} rounds, {found.sample.rounds[-1].draws} draws, '
                  f'effective sample size {found.sample.effective_size:.0f}')

@@ -24,7 +24,12 @@ import pytest
 from squeal_core.calibration import scores
 from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.calibrate import calibrate
-from squeal_core.calibration.calibration_report import parameter_rows, remarks
+from squeal_core.calibration.calibration_report import (
+    factor_in_words,
+    parameter_rows,
+    ParameterRow,
+    remarks,
+)
 from squeal_core.calibration.candidates import BrakeCandidates, PARAMETERS
 from squeal_core.calibration.evaluation import evaluate
 from squeal_core.calibration.hearing_model import HearingModel
@@ -37,6 +42,7 @@ from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.squeal_risk import SquealRisk
 from support.heard_brakes import brake_applications, listen, Stops, trial
 from support.linear_growth import LinearGrowth
+from support.rows import each
 from support.whole_applications import over_application
 
 GROWTH = LinearGrowth([1655.0, 3210.0], [45.0, 95.0], [350.0, 620.0])
@@ -139,6 +145,14 @@ def test_few_events_leave_the_prior(kang: BrakeModel) -> None:
                                'record squeal']
     with pytest.raises(SquealError, match='no brake application was observed'):
         calibrate(kang, GROWTH, applications, [])
+
+
+@each(('name', 'mean', 'words'), [
+    ('ln_damping', -0.082, '  8 % less damping'),
+    ('ln_contact_stiffness', 0.3, '  35 % more contact stiffness'),
+    ('ln_contact_stiffness', -0.004, ''), ('friction_bias', 0.3, '')])
+def test_logarithms_of_factors_are_told_in_percent(name: str, mean: float, words: str) -> None:
+    assert factor_in_words(ParameterRow(name, 0.0, 0.3, mean, 0.2, 0.3)) == words
 
 
 def test_damping_is_learnt_and_the_ridge_told(kang: BrakeModel) -> None:

@@ -87,5 +87,17 @@ def test_messages_name_pages_that_are_there() -> None:
                     assert (ROOT / name).exists(), f'{path}: {name}'
 
 
+def test_words_of_calibration_are_in_the_glossary_and_linked() -> None:
+    """Those that output and pages use without an explanation of their own."""
+    glossary = (DOCS / 'reference' / 'glossary.md').read_text(encoding='utf-8')
+    terms = re.findall(r'^\| ([^|]+) \| [^|]', glossary, re.MULTILINE)[1:]
+    for term in ('Emulator', 'Ensemble', 'Neper', 'Prior, posterior', 'Shrinkage', 'ECE',
+                 'Brier score', 'Matthews coefficient', 'ln damping'):
+        assert term in terms
+    assert terms == sorted(terms, key=str.casefold)
+    for page in ('howto/calibration', 'tutorials/my_recordings', 'reference/comparison'):
+        assert 'glossary.md' in (DOCS / f'{page}.md').read_text(encoding='utf-8'), page
+
+
 def test_the_sample_is_small() -> None:
     assert sum(path.stat().st_size for path in (DOCS / 'sample').iterdir()) < 300_000
