@@ -17,6 +17,8 @@
 from collections.abc import Iterable
 import math
 
+_NEARLY_CERTAIN = 0.995  # from which two digits would say 1.00
+
 
 def counted(number: int, what: str) -> str:
     """Return a number of things in words, as '1 tick' or '2 ticks'."""
@@ -28,6 +30,11 @@ def listed(names: Iterable[str], most: int) -> str:
     every = list(names)
     more = f' and {len(every) - most} more' if len(every) > most else ''
     return ', '.join(every[:most]) + more
+
+
+def risk_in_words(risk: float) -> str:
+    """Return a probability of two digits, never rounded up to certainty."""
+    return '>0.99' if risk > _NEARLY_CERTAIN else f'{risk:.2f}'
 
 
 def percent_down(share: float) -> str:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import math
 from typing import Literal, TypeAlias
 
+from squeal_core.common.wording import risk_in_words
 from squeal_core.monitor.alarm import Alarm
 from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.settings import MonitorSettings
@@ -77,9 +78,9 @@ class AlarmEvent:
         modes = '/'.join(map(str, self.modes))
         pitch = f'mode {modes} at {self.frequency_hz:.0f} Hz' if modes else 'no mode known'
         if self.kind == 'start':
-            return f'squeal probable, risk {self.risk:.2f}: {pitch}; {self.cause}'
+            return f'squeal probable, risk {risk_in_words(self.risk)}: {pitch}; {self.cause}'
         return (f'squeal alarm over after {self.duration:.1f} s, risk up to '
-                f'{self.peak_risk:.2f}: {pitch}; {self.cause}')
+                f'{risk_in_words(self.peak_risk)}: {pitch}; {self.cause}')
 
 
 class AlarmEvents:

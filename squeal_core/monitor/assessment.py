@@ -21,6 +21,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
+from squeal_core.common.wording import risk_in_words
 from squeal_core.monitor.brake_risk import BrakeRisk
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.reading import Reading
@@ -201,7 +202,7 @@ def explained(found: Assessment) -> Assessment:
 def _in_words(worst: Mode | None, risk: BrakeRisk) -> str:
     known = risk.result
     said = f'squeal risk not known: {risk.unknown}' if risk.unknown else (
-        f'squeal risk {known.squeal_risk:.2f}, build-up {known.build_up:.1f} nepers')
+        f'squeal risk {risk_in_words(known.squeal_risk)}, build-up {known.build_up:.1f} nepers')
     since = '; a part of this brake application is not known' if known.incomplete else ''
     if worst is None:
         return f'{said}: no mode in the squeal band{since}'

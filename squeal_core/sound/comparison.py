@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core.common.wording import counted
+from squeal_core.common.wording import counted, risk_in_words
 from squeal_core.monitor.event_places import event_places
 from squeal_core.sound.brakings import Predictions
 from squeal_core.sound.clock_check import check_clocks, time_in_words
@@ -272,7 +272,8 @@ def _as_json(one: MatchedApplication) -> dict[str, Any]:
 def _in_words(one: MatchedApplication) -> str:
     braking = one.braking
     parts = [f'  {one.outcome}: {braking.recording}, {"+".join(braking.brakes)}, '
-             f'{braking.start:.1f} to {braking.end:.1f} s, risk up to {braking.risk:.2f}']
+             f'{braking.start:.1f} to {braking.end:.1f} s, risk up to '
+             f'{risk_in_words(braking.risk)}']
     if one.events:
         pitches = ['no known pitch' if math.isnan(event.frequency_hz) else
                    f'{event.frequency_hz:.0f} Hz' for event in one.events]

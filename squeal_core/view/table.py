@@ -29,6 +29,7 @@ try:
 except ImportError as error:
     raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
+from squeal_core.common.wording import risk_in_words
 from squeal_core.monitor.history import AssessmentRecord
 from squeal_core.monitor.squeal_events import SquealEvent
 
@@ -110,14 +111,15 @@ def events_table(events: Sequence[SquealEvent], *, most: int = 12) -> Table:
     for name in ('from s', 'to s', 'brake', 'peak risk', 'mode Hz', 'growth 1/s'):
         table.add_column(name, justify='left' if name == 'brake' else 'right')
     for e in shown:
-        table.add_row(f'{e.start_s:.1f}', f'{e.end_s:.1f}', e.brake, f'{e.peak_risk:.2f}',
+        table.add_row(f'{e.start_s:.1f}', f'{e.end_s:.1f}', e.brake, risk_in_words(e.peak_risk),
                       f'{e.frequency_hz:.0f}', f'{e.growth_rate_1_s:+.1f}')
     return table
 
 
 def _cells(row: AssessmentRecord) -> tuple[str | Text, ...]:
     return (row.brake, _number(row.pressure_pa / 1e5, '.1f'), _number(row.friction, '.3f'),
-            _number(row.squeal_risk, '.2f'), _number(row.build_up_nepers, '.1f'),
+            _UNKNOWN if math.isnan(row.squeal_risk) else risk_in_words(row.squeal_risk),
+            _number(row.build_up_nepers, '.1f'),
             _number(row.worst_frequency_hz, '.0f'),
             _number(row.growth_rate_1_s, '+.1f'), row.state, Text(_reason(row)))
 

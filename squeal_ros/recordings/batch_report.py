@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 import math
 from typing import Any
 
-from squeal_core.common.wording import counted, percent_down
+from squeal_core.common.wording import counted, percent_down, risk_in_words
 from squeal_core.monitor.drive_summary import DriveSummary
 from squeal_ros.recordings.replay_batch import ReplayOutcome
 
@@ -140,7 +140,7 @@ class BatchReport:
                 f'{summary.braking_time:.1f} s')
             peaks = [brake.peak_risk for brake in summary.brakes.values()
                      if not math.isnan(brake.peak_risk)]
-            risk = f', risk up to {max(peaks):.2f}' if peaks else ''
+            risk = f', risk up to {risk_in_words(max(peaks))}' if peaks else ''
             events = (counted(len(one.report.events), 'squeal event') if one.report.events_known
                       else 'squeal events not known')
             alarms = [each.alarm for each in one.applications]

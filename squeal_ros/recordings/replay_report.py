@@ -20,7 +20,7 @@ from dataclasses import asdict
 import math
 from typing import Any
 
-from squeal_core.common.wording import counted, percent_down
+from squeal_core.common.wording import counted, percent_down, risk_in_words
 from squeal_core.monitor.drive_summary import BrakeSummary, DriveSummary, Reason, worst_reason
 from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_ros.recordings.findings import Finding
@@ -159,7 +159,7 @@ class ReplayReport:
         more = count - _MOST_LINES
         return [f'{ticks}, {counted(count, "squeal event")}{while_known}',
                 *(f'  {e.brake}, {e.start_s:.1f} to {e.end_s:.1f} s: risk up to '
-                  f'{e.peak_risk:.2f}, {e.frequency_hz:.0f} Hz, growth '
+                  f'{risk_in_words(e.peak_risk)}, {e.frequency_hz:.0f} Hz, growth '
                   f'{e.growth_rate_1_s:+.1f} 1/s'
                   for e in self.events[:_MOST_LINES]),
                 *([f'  and {more} more: see the table'] if more > 0 else [])]
@@ -224,5 +224,6 @@ def _brake_line(brake: BrakeSummary) -> str:
     states = ', '.join(f'{count} {state}' for state, count in brake.states.most_common())
     risk = ('; squeal risk not known' if brake.never_known else '') if math.isnan(
         brake.mean_risk) else (
-        f'; squeal risk {brake.mean_risk:.2f} on average, up to {brake.peak_risk:.2f}')
+        f'; squeal risk {risk_in_words(brake.mean_risk)} on average, up to '
+        f'{risk_in_words(brake.peak_risk)}')
     return f'{share}{risk}; ticks: {states}'
