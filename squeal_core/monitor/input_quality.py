@@ -88,7 +88,7 @@ class InputQuality:
                 self._inputs[brake, signal].bad[reading.status] += 1
 
     def as_json(self) -> list[dict[str, Any]]:
-        """Return plain data, an entry an input; docs/reference/interface.md names the keys."""
+        """Return plain data, an entry an input; docs/reference/results.md names the keys."""
         return [self._input_json(brake, signal, one)
                 for (brake, signal), one in self._inputs.items()]
 

@@ -79,7 +79,7 @@ class ReplayResult:
     ----------
     paths : ResultPaths
     summary : dict
-        Of `summary.json`; docs/reference/interface.md names the keys.
+        Of `summary.json`; docs/reference/results.md names the keys.
     events : tuple of SquealEvent
     applications : tuple of ApplicationRecord
 

@@ -67,7 +67,7 @@ class BatchReport:
         return sum(summary.known_time for summary in self._summaries)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the report as plain data; docs/reference/interface.md names the keys."""
+        """Return the report as plain data; docs/reference/results.md names the keys."""
         return {
             'recordings_found': self._count, 'recordings_replayed': len(self._replayed),
             'recordings_failed': len(self._failed), 'recordings_outside': len(self._outside),

@@ -81,7 +81,7 @@ class ReplayReport:
         return bool(self.summary.known_time or not self.summary.braking_time)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the report as plain data; docs/reference/interface.md names the keys."""
+        """Return the report as plain data; docs/reference/results.md names the keys."""
         summary = self.summary
         worst = worst_reason(summary.brakes.values())
         return {

@@ -21,6 +21,10 @@ import re
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 import pytest
+from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.squeal_events import SquealEvent
+from support.rows import each
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
@@ -85,6 +89,17 @@ def test_messages_name_pages_that_are_there() -> None:
             if path.suffix in ('.py', '.yaml', '.xml'):
                 for name in re.findall(r'docs/[\w/]+\.md', path.read_text(encoding='utf-8')):
                     assert (ROOT / name).exists(), f'{path}: {name}'
+
+
+@each(('heading', 'columns'), [
+    ('The table of ticks', AssessmentRecord._fields), ('Squeal events', SquealEvent._fields),
+    ('Brake applications', ApplicationRecord._fields)])
+def test_files_of_a_result_have_each_column(heading: str, columns: tuple[str, ...]) -> None:
+    """In the first cells of the table under its heading, and no others."""
+    page = (DOCS / 'reference' / 'results.md').read_text(encoding='utf-8')
+    section = page.partition(f'\n## {heading}\n')[2].partition('\n## ')[0]
+    cells = re.findall(r'^\| (`[^|]+) \|', section, re.MULTILINE)
+    assert set(re.findall(r'`(\w+)`', ' '.join(cells))) == set(columns)
 
 
 def test_words_of_calibration_are_in_the_glossary_and_linked() -> None:
