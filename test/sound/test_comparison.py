@@ -161,8 +161,10 @@ def test_of_hits_it_is_said_whose_pitch_and_time_fit(tmp_path: Path) -> None:
 
 
 def test_the_page_says_that_no_pitch_was_predicted(tmp_path: Path) -> None:
-    drive = Replayed([application('front_left', 10.0, True)])
+    drive = Replayed([application('front_left', 10.0, True, 0.998)])
     found = compared(drive, tmp_path, '12,2000,front_left', '12.5,2000,front_left')
+    assert 'risk up to >0.99, measured' in found.lines()[-1]
+    assert '>&gt;0.99</td>' in str(measured_section(found, ''))
     words = 'no unstable mode was predicted at any of 2 events'
     assert f'pitch: {words}' in found.lines()
     assert f'Pitch: {words}.' in str(measured_section(found, ''))

@@ -26,7 +26,7 @@ from squeal_core.view.report.fleet_groups import FleetData, Group, Row
 from squeal_core.view.report.known import short_hash
 from squeal_core.view.report.markup import Content, element, Markup, table
 from squeal_core.view.report.summary import share_words
-from squeal_core.view.report.words import DASH, duration, number, percent
+from squeal_core.view.report.words import DASH, duration, number, percent, risk
 
 MOST_ROWS = 50  # of a table; the CSV files have all
 _MOST_RECORDINGS = 500
@@ -162,7 +162,7 @@ def _figures(one: Group) -> list[Content]:
 
 def _shares(one: Group) -> list[Content]:
     return [str(one.applications), str(one.known), str(one.alarms) if one.known else DASH,
-            share_words(one.known_alarms), number(one.peak_risk, '.2f')]
+            share_words(one.known_alarms), risk(one.peak_risk)]
 
 
 def region_table(data: FleetData) -> Iterator[Markup]:

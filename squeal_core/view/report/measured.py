@@ -24,7 +24,7 @@ from squeal_core.sound.comparison import ahead_or_late, Comparison, HIT_ALONE
 from squeal_core.sound.matching import MatchedApplication, OUTCOMES
 from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, style
 from squeal_core.view.report.markup import Content, element, Markup, table
-from squeal_core.view.report.words import clock, DASH, number
+from squeal_core.view.report.words import clock, DASH, number, risk
 
 _LISTED = 20  # applications
 
@@ -114,7 +114,7 @@ def _applications(found: Comparison) -> Iterator[Markup]:
 
 def _row(one: MatchedApplication) -> list[Content]:
     return [clock(one.braking.start), one.braking.recording, ', '.join(one.braking.brakes),
-            one.outcome, number(one.braking.risk, '.2f'),
+            one.outcome, risk(one.braking.risk),
             number(one.braking.worst.frequency_hz, '.0f'),
             ', '.join(number(event.frequency_hz, '.0f') for event in one.events[:4]) or DASH,
             DASH if math.isnan(one.lead_time) else ahead_or_late(one.lead_time)]

@@ -26,7 +26,15 @@ from squeal_core.view.report.application_shares import Alarms, difference
 from squeal_core.view.report.charts import DECIBELS, KELVIN
 from squeal_core.view.report.markup import Content, element, Markup, table
 from squeal_core.view.report.runs import Located, Run
-from squeal_core.view.report.words import clock, DASH, duration, number, percent, percent_down
+from squeal_core.view.report.words import (
+    clock,
+    DASH,
+    duration,
+    number,
+    percent,
+    percent_down,
+    risk,
+)
 
 _WORST_EVENTS = 10
 _MOST_CHANGES = 40  # lines of settings
@@ -57,8 +65,8 @@ def _applications(run: Run) -> Markup:
         alarms = _alarms(run, brake)
         risks = [one.peak_risk for one in own if math.isfinite(one.peak_risk)]
         return [name, str(len(own)), str(alarms.known), str(alarms.hits) if alarms.known else DASH,
-                share_words(alarms), number(max(risks, default=math.nan), '.2f'),
-                number(float(np.median(risks)) if risks else math.nan, '.2f')]
+                share_words(alarms), risk(max(risks, default=math.nan)),
+                risk(float(np.median(risks)) if risks else math.nan)]
 
     return table(
         ('brake', 'applications', 'known', 'squeal predicted', 'share of known (95 %)',
@@ -93,7 +101,7 @@ _EVENT: tuple[tuple[str, Callable[[Run, Located], str]], ...] = (
     ('mode', lambda run, at: str(at.record.mode_number or DASH)),
     ('growth 1/s', lambda run, at: number(at.record.growth_rate_1_s, '+.1f')),
     ('build-up dB', lambda run, at: number(DECIBELS * at.record.build_up_nepers)),
-    ('risk', lambda run, at: number(at.record.peak_risk, '.2f')),
+    ('risk', lambda run, at: risk(at.record.peak_risk)),
     ('speed rad/s', lambda run, at: number(at.record.rotor_speed_rad_s)),
     ('pressure bar', lambda run, at: number(at.record.pressure_pa / 1e5)),
     ('friction', lambda run, at: number(at.record.friction, '.3f')),
@@ -114,9 +122,8 @@ _FIGURES: tuple[tuple[str, Callable[[Run], float], Callable[[float], str]], ...]
     ('risk known, share of braking time', lambda run: run.known_share, percent_down),
     ('brake applications', lambda run: len(run.applications), lambda value: f'{value:.0f}'),
     ('of these known', lambda run: len(run.known), lambda value: f'{value:.0f}'),
-    ('largest risk', lambda run: _quantile(run, 'peak_risk', 1.0), lambda v: number(v, '.2f')),
-    ('median of the largest risks', lambda run: _quantile(run, 'peak_risk', 0.5),
-     lambda value: number(value, '.2f')),
+    ('largest risk', lambda run: _quantile(run, 'peak_risk', 1.0), risk),
+    ('median of the largest risks', lambda run: _quantile(run, 'peak_risk', 0.5), risk),
     ('90 % of build-ups are below',
      lambda run: DECIBELS * _quantile(run, 'build_up_nepers', 0.9),
      lambda value: f'{number(value)} dB'),

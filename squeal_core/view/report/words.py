@@ -27,6 +27,11 @@ def number(value: float, digits: str = '.1f') -> str:
     return format(value, digits) if math.isfinite(value) else DASH
 
 
+def risk(value: float) -> str:
+    """Return a squeal risk, never rounded up to certainty."""
+    return wording.risk_in_words(value) if math.isfinite(value) else DASH
+
+
 def percent(share: float) -> str:
     return f'{100.0 * share:.1f} %' if math.isfinite(share) else DASH
 
