@@ -25,5 +25,7 @@ def test_a_log_gets_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch,
         monkeypatch.setattr(console, '_BETWEEN_LINES', 0.0)
         progress.timed(2, 3)
     text = capsys.readouterr().err
-    assert text.startswith('2 of 3 parts, ') and text.endswith(' left\n')
-    assert '\r' not in text and '1 of 3' not in text
+    assert text.startswith('2 of 3 parts, ')
+    assert text.endswith(' left\n')
+    assert '\r' not in text
+    assert '1 of 3' not in text
