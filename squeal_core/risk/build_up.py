@@ -89,8 +89,9 @@ def gain_and_noise(growth_rate: RealArray, duration: float | RealArray,
     least = _LEAST_OF_SINGLE if growth_rate.dtype == np.float32 else _LEAST_RATE
     still = np.abs(growth_rate) < least
     rate = np.where(still, least, growth_rate) if still.any() else growth_rate
+    gain = np.asarray((2.0 * duration) * rate)
     with np.errstate(over='ignore'):  # the cap ends it
-        return np.exp(2.0 * duration * rate), decay_rate / rate
+        return np.exp(gain, out=gain), decay_rate / rate
 
 
 def after(energy: RealArray, gain: RealArray, noise: RealArray, cap: RealArray) -> RealArray:

@@ -36,7 +36,6 @@ from squeal_core.risk.mode_families import ModeFamily
 from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
 from squeal_core.risk.small_matrices import (
     CommonMatrix,
-    complex_entries,
     in_four,
     lead_of_pairs,
     least_stable,
@@ -71,7 +70,7 @@ def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArr
 
 
 class _Crossing(NamedTuple):
-    """Families of a common matrix in a piece, and the rows of its entries, from start to end."""
+    """Families of a common matrix in a piece; the columns of its entries, from start to end."""
 
     piece: int
     start: int
@@ -79,7 +78,7 @@ class _Crossing(NamedTuple):
     families: IndexArray
 
     def size(self) -> int:
-        """Return the number of rows."""
+        """Return the number of columns."""
         return self.end - self.start
 
 
@@ -129,21 +128,21 @@ class GrowthEmulator:
                 for piece in range(len(self.weights))]
 
     @cached_property
-    def _rows(self) -> list[NDArray[np.float32]]:
+    def _columns(self) -> list[NDArray[np.float32]]:
         """
-        Return the weights of families that are evaluated in each piece: (2 K + common, T).
+        Return the weights of families that are evaluated in each piece: (T, 2 K + common).
 
         Imaginary and real parts of means, then real and imaginary parts of the pairs' entries in
         turns, then those of common matrices.
         """
         pieces, terms, _ = self.weights.shape
-        parts = self.weights.swapaxes(1, 2).reshape(pieces, -1, 2, terms)
-        means, entries = np.split(parts, [len(self.every)], axis=1)
-        entries = entries.reshape(pieces, 3, -1, 2, terms)
-        means, entries = means[:, self._places], entries[:, :, self._pairs]
+        parts = self.weights.reshape(pieces, terms, -1, 2)
+        means, entries = np.split(parts, [len(self.every)], axis=2)
+        means = means[:, :, self._places]
+        entries = entries.reshape(pieces, terms, 3, -1, 2)[:, :, :, self._pairs]
         return [np.concatenate(
-            [mean[:, 1], mean[:, 0], entry.reshape(-1, terms),
-             *(matrix.weights.T for matrix in common)], dtype=np.float32)
+            [mean[..., 1], mean[..., 0], entry.reshape(terms, -1),
+             *(matrix.weights for matrix in common)], axis=1, dtype=np.float32)
             for mean, entry, common in zip(means, entries, self._common_of, strict=True)]
 
     @cached_property
@@ -173,7 +172,7 @@ class GrowthEmulator:
         step = max(1, _CHUNK // groups.shape[1])
         found = np.concatenate([self._evaluate(groups[start:start + step])
                                 for start in range(0, len(groups), step)], axis=1)
-        return EmulatedGrowth(*found.swapaxes(2, 3).reshape(4, *shape[:-1], len(self.families)))
+        return EmulatedGrowth(*found.reshape(4, *shape[:-1], len(self.families)))
 
     def eigenvalues(self, inputs: FloatArray) -> ComplexArray:
         """Return all of the families, (P, K), at inputs of the domain, (P, 6) [1/s]."""
@@ -194,57 +193,61 @@ class GrowthEmulator:
             rows = np.flatnonzero(piece == common.piece)
             places = np.append(common.families,
                                common.families[common.families >= single] + pairs)
-            values = np.linalg.eigvals(matrices_of(common.weights.T @ terms[:, rows]))
+            values = np.linalg.eigvals(matrices_of(terms[:, rows].T @ common.weights))
             leading = np.argsort(-values.real, axis=1)[:, :places.size]
             found[np.ix_(rows, places)] = np.take_along_axis(values, leading, axis=1)
         return found
 
     def _evaluate(self, inputs: FloatArray) -> RealArray:
-        """Return what `EmulatedGrowth` has at inputs (G, P, 6), (4, G, F, P)."""
+        """Return what `EmulatedGrowth` has at inputs (G, P, 6), (4, G, P, F)."""
         count, pairs, shape = self._places.size, self._pairs.size, inputs.shape[:2]
         with np.errstate(all='ignore'):  # outside the domain
             coefficients, _ = affine_coefficients(self.model, inputs.reshape(-1, 6))
             piece = self.basis.pieces(coefficients).reshape(shape)
-            values = self._polynomials([part.reshape(*part.shape[:2], *shape)
-                                        for part in self._factors(coefficients)], piece)
-        inside = self.domain.covers(inputs)
-        found: RealArray = np.concatenate([values[:1, :, count:2 * count], values[:, :, :count]])
-        found[2:] = values[1:, :, count:2 * count]
-        end = 2 * count + 6 * pairs
-        entries = complex_entries(values[:, :, 2 * count:end], (3, pairs))
-        found[:, :, count - pairs:] += lead_of_pairs(entries[0], entries[1:])
-        self._cross(found, values, piece, inside)
+            values = self._polynomials([
+                np.ascontiguousarray(np.moveaxis(part.reshape(*part.shape[:2], *shape), 2, 0))
+                for part in self._factors(coefficients)], piece)
+            inside = self.domain.covers(inputs).ravel()
+        values = values.reshape(-1, *values.shape[2:])
+        found = np.empty((4, len(values), count), np.float32)
+        found[1] = values[:, 0, :count]
+        for own, place in enumerate((0, 2, 3)):
+            found[place] = values[:, own, count:2 * count]
+        entries = values[..., 2 * count:2 * count + 6 * pairs].view(np.complex64)
+        found[..., count - pairs:] += lead_of_pairs(
+            entries.reshape(len(values), 3, 3, pairs))
+        self._cross(found, values, np.where(inside, piece.ravel(), -1))
         found[1] /= np.float32(2.0 * np.pi)
-        np.copyto(found, np.float32(np.nan), where=~inside[:, None])
-        return found
+        if not inside.all():
+            found[:, ~inside] = np.nan
+        return found.reshape(4, *shape, count)
 
-    def _cross(self, found: RealArray, values: RealArray, piece: IndexArray,
-               inside: NDArray[np.bool_]) -> None:
+    def _cross(self, found: RealArray, values: RealArray, piece: IndexArray) -> None:
         """Set the growth of families where they have a common matrix."""
+        rows = [np.flatnonzero(piece == own) for own in range(len(self.weights))]
         for _, some in groupby(self._crossings, key=_Crossing.size):
-            parts = []
-            for one in some:
-                groups, rows = ((piece == one.piece) & inside).nonzero()
-                parts.append(((groups[:, None], one.families, rows[:, None]),
-                              values[:, groups, one.start:one.end, rows]))
-            least = least_stable(matrices_of(
-                np.concatenate([entries for _, entries in parts]).transpose(1, 2, 0)))
-            ends = np.cumsum([len(entries) for _, entries in parts])[:-1]
-            for (places, _), own in zip(parts, np.split(least, ends, axis=1), strict=True):
-                found[:, *places] = own[..., None]
+            crossings = [*some]
+            matrices = matrices_of(np.concatenate([
+                values[rows[one.piece], :, one.start:one.end] for one in crossings]))
+            least, start = least_stable(matrices.swapaxes(0, 1))[..., None], 0
+            for one in crossings:
+                own = rows[one.piece]
+                found[:, own[:, None], one.families] = least[:, start:start + own.size]
+                start += own.size
 
     def _polynomials(self, factors: Sequence[RealArray], piece: IndexArray) -> RealArray:
-        """Return the polynomials and their slopes by friction and damping (3, G, rows, P)."""
-        most = max(map(len, self._rows))
-        found = np.empty((len(piece), most, 3, piece.shape[1]), np.float32)
+        """Return the polynomials and their slopes by friction and damping (G, P, 3, columns)."""
+        most = max(columns.shape[1] for columns in self._columns)
+        found = np.empty((*piece.shape, 3, most), np.float32)
         for group, pieces in enumerate(piece):  # its terms stay in the cache
-            terms = self.basis.terms(*(part[:, :, group] for part in factors)).swapaxes(0, 1)
+            terms = self.basis.terms(*(part[group] for part in factors))
+            rows = terms.transpose(2, 0, 1).reshape(-1, terms.shape[1])
             ends = [0, *np.flatnonzero(np.diff(pieces)) + 1, pieces.size]
             for a, b in pairwise(ends):
-                rows = self._rows[pieces[a]]
-                found[group, :len(rows), :, a:b] = (
-                    rows @ terms[..., a:b].reshape(len(terms), -1)).reshape(len(rows), 3, -1)
-        return np.moveaxis(found, 2, 0)
+                columns = self._columns[pieces[a]]
+                np.matmul(rows[3 * a:3 * b], columns,
+                          out=found[group, a:b].reshape(-1, most)[:, :columns.shape[1]])
+        return found
 
     def _factors(self, coefficients: FloatArray) -> tuple[RealArray, ...]:
         """Return the factors of terms at P points, and their slopes by friction, damping."""

@@ -57,7 +57,7 @@ class PolynomialBasis:
         """Return the polynomials' variables at coefficients, and their slopes by each own."""
         found, slopes = coefficients.copy(), np.ones_like(coefficients)
         found[:, :3] = np.arcsinh(coefficients[:, :3] / self.scales)
-        slopes[:, :3] = 1.0 / np.hypot(coefficients[:, :3], self.scales)
+        slopes[:, :3] = 1.0 / np.sqrt(coefficients[:, :3]**2 + self.scales**2)
         piece = self.pieces(coefficients)
         low, half = self.low[piece], 0.5 * (self.high - self.low)[piece]
         return (found - low) / half - 1.0, slopes / half
@@ -90,8 +90,10 @@ class PolynomialBasis:
         at, count = np.ascontiguousarray(variables.T), int(self.exponents.max(initial=1)) + 1
         found = np.empty((count, 2, *at.shape))  # polynomials of each degree and their slopes
         found[0], found[1, 0], found[1, 1] = [[[1.0]], [[0.0]]], at, 1.0
+        twice = 2.0 * at
         for n in range(2, count):
-            found[n] = 2.0 * at * found[n - 1] - found[n - 2]
+            np.multiply(twice, found[n - 1], out=found[n])
+            found[n] -= found[n - 2]
             found[n, 1] += 2.0 * found[n - 1, 0]
         found = found.astype(kind)
         return tuple(_products(found[:, :, axes], turns.astype(kind), powers)
@@ -102,7 +104,10 @@ class PolynomialBasis:
         """Return the terms by their factors, and their slopes (1 + C + D, T, P)."""
         (_, places), (_, own) = self._powers
         first, second = np.take(first, places, axis=1), np.take(second, own, axis=1)
-        return np.concatenate([first * second[:1], first[:1] * second[1:]])
+        found = np.empty((len(first) + len(second) - 1, *first.shape[1:]), first.dtype)
+        np.multiply(first, second[:1], out=found[:len(first)])
+        np.multiply(first[:1], second[1:], out=found[len(first):])
+        return found
 
     @cached_property
     def _powers(self) -> tuple[tuple[IndexArray, IndexArray], ...]:
@@ -130,6 +135,8 @@ def _products(polynomials: RealArray, turns: RealArray, powers: IndexArray) -> R
     found, *others = (np.take(factors[:, :, axis], powers[:, axis], axis=1)
                       for axis in range(powers.shape[1]))
     for factor in others:
-        found[1:] = found[1:] * factor[0] + found[0] * factor[1:]
+        found[1:] *= factor[0]
+        factor[1:] *= found[0]
+        found[1:] += factor[1:]
         found[0] *= factor[0]
     return found

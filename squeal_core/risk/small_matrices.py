@@ -18,12 +18,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, RealArray
 
 _LEAST_HALF = 1.0  # 1/s; slopes of eigenvalues nearer to each other than twice that are limited
 _FAR_BELOW = -3000.0  # 1/s; what modes do not come near to
 _ROUNDING = 1e-4  # of matrices, by which eigenvalues in closed form may be off
+_NOTHING = 1e-20  # in place of zero, in single precision
 _BESIDE = 1e-3  # 1/s; of an eigenvalue, where the resolvent is nearly that of this one alone
+_TURNS = np.exp(2j * np.pi / 3.0 * np.arange(3))[:, None]
 
 
 class CommonMatrix(NamedTuple):
@@ -54,38 +57,36 @@ def in_four(weights: FloatArray) -> FloatArray:
     return found.reshape(len(found), -1)
 
 
-def complex_entries(parts: RealArray, shape: tuple[int, ...]) -> ComplexArray:
-    """Return complex numbers (..., *shape, P) of real and imaginary parts in turns (..., n, P)."""
-    parts = parts.reshape(*parts.shape[:-2], *shape, 2, parts.shape[-1])
-    return np.asarray(parts[..., 0, :] + 1j * parts[..., 1, :])
-
-
-def lead_of_pairs(entries: ComplexArray, by: ComplexArray) -> FloatArray:
+def lead_of_pairs(entries: NDArray[np.complex64]) -> RealArray:
     """
     Return by how much the less stable mode of pairs grows and oscillates faster than their mean.
 
-    And the slopes of the former: (4, G, pairs, P).
+    And the slopes of the former: (4, P, pairs).
 
     Parameters
     ----------
-    entries, by : (G, 3, pairs, P), (2, G, 3, pairs, P) arrays
-        Half the difference on the diagonal, the entries beside it, and their slopes.
+    entries : (P, 3, 3, pairs) array
+        Values and slopes of half the difference on the diagonal, and of the entries beside it.
 
     """
-    half, above, below = np.moveaxis(entries, 1, 0).astype(complex)
-    square = half * half + above * below
-    size = np.abs(square)
-    rate = np.sqrt(0.5 * (size + square.real))  # the less stable one's
-    angular = np.copysign(np.sqrt(0.5 * (size - square.real)), square.imag)
-    turn = half * by[:, :, 0] + 0.5 * (above * by[:, :, 2] + below * by[:, :, 1])
+    half, above, below = np.ascontiguousarray(entries.transpose(2, 1, 0, 3))
+    square = half[0] * half[0] + above[0] * below[0]
+    size = np.sqrt(square.real * square.real + square.imag * square.imag)
+    larger = np.sqrt(0.5 * (size + np.abs(square.real)))
+    # nothing cancels, so that single precision is enough
+    smaller = np.abs(square.imag) / (2.0 * np.maximum(larger, _NOTHING))
+    grows = square.real > 0.0
+    rate = np.where(grows, larger, smaller)  # the less stable one's
+    angular = np.copysign(np.where(grows, smaller, larger), square.imag)
+    turn = half[0] * half[1:] + 0.5 * (above[0] * below[1:] + below[0] * above[1:])
     slopes = (rate * turn.real + angular * turn.imag) / np.maximum(size, _LEAST_HALF**2)
     return np.stack([rate, angular, *slopes])
 
 
 def matrices_of(entries: RealArray) -> ComplexArray:
-    """Return matrices (..., P, m, m) of real and imaginary parts of entries (..., 2 m^2, P)."""
-    size = math.isqrt(entries.shape[-2] // 2)
-    return np.moveaxis(complex_entries(entries.astype(float), (size, size)), -1, -3)
+    """Return matrices (..., m, m) of their entries' real and imaginary parts (..., 2 m^2)."""
+    size = math.isqrt(entries.shape[-1] // 2)
+    return entries.astype(float, 'C').view(complex).reshape(*entries.shape[:-1], size, size)
 
 
 def least_stable(matrices: ComplexArray) -> FloatArray:
@@ -100,53 +101,99 @@ def least_stable(matrices: ComplexArray) -> FloatArray:
         Matrices and their slopes in two directions.
 
     """
-    values = small_eigenvalues(matrices[0])
-    least = np.take_along_axis(values, values.real.argmax(axis=1)[:, None], axis=1)[:, 0]
-    resolvent = np.linalg.inv(
-        (least + _BESIDE)[:, None, None] * np.eye(matrices.shape[-1]) - matrices[0])
+    four = _FourModes.of(matrices[0]) if matrices.shape[-1] == 4 else None
+    values = four.eigenvalues() if four else np.linalg.eigvals(matrices[0])
+    least = values[np.arange(len(values)), values.real.argmax(axis=1)]
+    beside = least + _BESIDE
+    # in proportion to the resolvent, which is all that counts
+    resolvent = four.adjugate(beside) if four else np.linalg.inv(
+        beside[:, None, None] * np.eye(matrices.shape[-1]) - matrices[0])
     slopes = (np.einsum('pij,kpji->kp', resolvent, matrices[1:])
-              / np.trace(resolvent, axis1=1, axis2=2))
+              / np.einsum('pii->p', resolvent))
     return np.stack([least.real, least.imag, *slopes.real])
+
+
+class _FourModes(NamedTuple):
+    """
+    Matrices of four modes less their mean eigenvalues: their polynomial is x^4 + p x^2 + q x + r.
+
+    Attributes
+    ----------
+    mean : (P,) array
+    powers : (4, P, 4, 4) array
+        Of the traceless matrices, from the zeroth to the third.
+    coefficients : (3, P) array
+        p, q, r.
+
+    """
+
+    mean: ComplexArray
+    powers: ComplexArray
+    coefficients: ComplexArray
+
+    @classmethod
+    def of(cls, matrices: ComplexArray) -> '_FourModes':
+        """Return those of matrices (P, 4, 4)."""
+        mean = np.einsum('pii->p', matrices) / 4.0
+        powers = np.empty((4, *matrices.shape), complex)
+        powers[0] = np.eye(4)
+        powers[1] = matrices - mean[:, None, None] * powers[0]
+        for power in (2, 3):
+            np.matmul(powers[power - 1], powers[1], out=powers[power])
+        p, q = np.einsum('npii->np', powers[2:]) / ((-2.0,), (-3.0,))  # Newton's identities
+        r = p * p / 2.0 - np.einsum('pij,pji->p', powers[2], powers[2]) / 4.0
+        return cls(mean, powers, np.stack([p, q, r]))
+
+    def eigenvalues(self) -> ComplexArray:
+        """Return all of them in closed form: (P, 4)."""
+        p, q, r = self.coefficients
+        roots = _quartic_roots(p, q, r)
+        most = _ROUNDING * np.sqrt(np.abs(p))
+        with np.errstate(divide='ignore', invalid='ignore'):  # zeros of several times
+            for _ in range(2):  # of Newton's, as the closed form rounds
+                square = roots * roots
+                step = (((square + p) * roots + q) * roots + r) / (
+                    (4.0 * square + 2.0 * p) * roots + q)
+                roots = roots - np.where(np.abs(step) <= most, step, 0.0)
+        return np.asarray((roots + self.mean).T)
+
+    def adjugate(self, values: ComplexArray) -> ComplexArray:
+        """Return the adjugates (P, 4, 4) of values (P,) minus the matrices."""
+        x, (p, q, _) = values - self.mean, self.coefficients
+        square = x * x + p
+        return np.asarray(np.einsum('np,npij->pij', np.stack(
+            [x * square + q, square, x, np.ones_like(x)]), self.powers))
 
 
 def small_eigenvalues(matrices: ComplexArray) -> ComplexArray:
     """Return the eigenvalues (P, m) of matrices (P, m, m): of m = 4 in closed form."""
-    if matrices.shape[-1] != 4:
-        return np.asarray(np.linalg.eigvals(matrices), complex)
-    mean = np.trace(matrices, axis1=1, axis2=2) / 4.0
-    of_zero = matrices - mean[:, None, None] * np.eye(4)
-    square = of_zero @ of_zero
-    second, third, fourth = (np.einsum('pij,pji->p', *factors) for factors in (
-        (of_zero, of_zero), (square, of_zero), (square, square)))
-    # x^4 + p x^2 + q x + r, by Newton's identities
-    p, q, r = -second / 2.0, -third / 3.0, second * second / 8.0 - fourth / 4.0
-    with np.errstate(divide='ignore', invalid='ignore'):  # zeros of several times
-        roots = _quartic_roots(p, q, r)
-        most = _ROUNDING * np.sqrt(np.abs(second))
-        for _ in range(2):  # of Newton's, as the closed form rounds
-            square = roots * roots
-            step = (((square + p) * roots + q) * roots + r) / (
-                (4.0 * square + 2.0 * p) * roots + q)
-            roots = roots - np.where(np.abs(step) <= most, step, 0.0)
-    return np.asarray((roots + mean).T)
+    if matrices.shape[-1] == 4:
+        return _FourModes.of(matrices).eigenvalues()
+    return np.asarray(np.linalg.eigvals(matrices), complex)
 
 
 def _cubic_roots(p: ComplexArray, q: ComplexArray) -> ComplexArray:
     """Return the roots (3, P) of x^3 + p x + q."""
-    root = np.sqrt(q * q / 4.0 + p * p * p / 27.0)
-    larger = np.where((np.conj(q) * root).real > 0.0, -q / 2.0 - root, root - q / 2.0)
-    sides = larger ** (1.0 / 3.0) * np.exp(2j * np.pi / 3.0 * np.arange(3))[:, None]
-    return np.asarray(sides - np.where(larger == 0.0, 0.0, p / (3.0 * sides)))
+    third, half = p / 3.0, q / 2.0
+    root = np.sqrt(half * half + third * third * third)
+    root *= np.where((np.conj(half) * root).real < 0.0, -1.0, 1.0)
+    sides = (-half - root) ** (1.0 / 3.0) * _TURNS
+    return np.asarray(sides - third / _nonzero(sides))
 
 
 def _quartic_roots(p: ComplexArray, q: ComplexArray, r: ComplexArray) -> ComplexArray:
     """Return the roots (4, P) of x^4 + p x^2 + q x + r, of two quadratic factors."""
     # (x^2 + s x + t) (x^2 - s x + u): a cubic equation of s^2
-    squares = _cubic_roots(-p * p / 3.0 - 4.0 * r,
-                           (8.0 * r / 3.0 - 2.0 * p * p / 27.0) * p - q * q) - 2.0 * p / 3.0
-    square = np.take_along_axis(squares, np.abs(squares).argmax(axis=0)[None], axis=0)[0]
+    square = p * p
+    squares = _cubic_roots(square / -3.0 - 4.0 * r,
+                           (8.0 / 3.0 * r - 2.0 / 27.0 * square) * p - q * q) - 2.0 / 3.0 * p
+    square = squares[np.abs(squares).argmax(axis=0), np.arange(p.size)]
     side = np.sqrt(square)
-    apart = np.where(side == 0.0, 0.0, q / side)
-    halves = np.stack([-side, side]) / 2.0
-    roots = np.sqrt(halves * halves - (p + square + np.stack([-apart, apart])) / 2.0)
+    halves: ComplexArray = np.stack([-0.5 * side, 0.5 * side])
+    roots = np.sqrt(q / (-4.0 * _nonzero(halves)) - (0.25 * square + 0.5 * p))
     return np.concatenate([halves + roots, halves - roots])
+
+
+def _nonzero(values: ComplexArray) -> ComplexArray:
+    """Return values that can be divided by: 1 in place of 0."""
+    return np.asarray(values + (values == 0.0))

@@ -99,13 +99,13 @@ class SquealRisk:
         stiffness = np.asarray(contact_stiffness)[..., None] * np.exp(inputs[..., 3])
         cap = saturation_energy(np.exp(inputs[..., 1]), stiffness, self.settings.noise_floor)
         rate, frequency, by_friction, by_damping = (
-            np.take(values.swapaxes(-1, -2), self.families, axis=-2).astype(np.float32, copy=False)
-            for values in found)
-        return MemberGrowth(
-            rate, frequency, along_scatter(float(members.friction_scatter) * by_friction,
-                                           float(members.damping_scatter) * by_damping),
-            cap.astype(np.float32),
-            np.asarray(np.isfinite(rate).all(axis=-2)))
+            values[..., self.families] for values in found)
+        scatter = along_scatter(float(members.friction_scatter) * by_friction,
+                                float(members.damping_scatter) * by_damping)
+        parts = [values.swapaxes(-1, -2).astype(np.float32, 'C')
+                 for values in (rate, frequency, scatter)]
+        return MemberGrowth(parts[0], parts[1], parts[2], cap.astype(np.float32),
+                            np.asarray(np.isfinite(rate).all(axis=-1)))
 
     def knows(self, growth: MemberGrowth) -> bool:
         """Tell whether the emulator covers half of the members or more."""

@@ -114,6 +114,21 @@ def test_many_rows_give_the_numbers_of_each(emulator: GrowthEmulator, inputs: Fl
             np.testing.assert_allclose(many[i, 3], one, rtol=1e-6, atol=2e-3)
 
 
+@pytest.mark.parametrize('name', ['kang2009', 'kang2009_damped'])
+def test_brakes_have_the_numbers_of_each_alone(name: str) -> None:
+    """With families that cross, in matrices of four modes and of more."""
+    model = BrakeModel.load(name)
+    emulator = read_emulator(config_folder() / 'tables' / f'{name}.growth.npz', model)
+    brakes = prior_ensemble(EnsemblePrior()).inputs(
+        [1.0, 20.0, 20.1, 60.0, 100.0], np.array([600.0, 1500.0, 3000.0, 900.0, 6000.0])
+        / model.contact_area, [0.3, 0.42, 0.42, 0.5, 0.36])
+    every = emulator.evaluate(brakes)
+    for count in (1, 2, 3, 4):
+        for i in range(0, 5, count):
+            for many, few in zip(every, emulator.evaluate(brakes[i:i + count]), strict=True):
+                assert np.array_equal(many[i:i + count], few)
+
+
 def test_no_rows_have_no_numbers(emulator: GrowthEmulator, inputs: FloatArray) -> None:
     """As a search for quiet pressures asks for where nothing is left to look at."""
     found = emulator.evaluate(inputs[0, :0])
