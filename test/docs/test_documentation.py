@@ -17,6 +17,7 @@
 from collections import defaultdict
 from pathlib import Path
 import re
+import tomllib
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
@@ -112,6 +113,14 @@ def test_words_of_calibration_are_in_the_glossary_and_linked() -> None:
     assert terms == sorted(terms, key=str.casefold)
     for page in ('howto/calibration', 'tutorials/my_recordings', 'reference/comparison'):
         assert 'glossary.md' in (DOCS / f'{page}.md').read_text(encoding='utf-8'), page
+
+
+def test_extras_that_pages_install_are_there() -> None:
+    extras = tomllib.loads((ROOT / 'pyproject.toml').read_text(encoding='utf-8'))[
+        'project']['optional-dependencies']
+    named = [name for page in PAGES for found in re.findall(
+        r"-e '?\.\[([\w,]+)\]", page.read_text(encoding='utf-8')) for name in found.split(',')]
+    assert {'bags', 'mdf', 'sound', 'report', 'fleet'} <= set(named) <= set(extras)
 
 
 def test_the_sample_is_small() -> None:
