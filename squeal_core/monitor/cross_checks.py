@@ -24,12 +24,14 @@ rate of assessments. A doubt ends when the input is seen to agree again, not whe
 """
 
 from collections.abc import Mapping, Sequence
+import math
 
 from squeal_core.monitor.axles import axle_partners, axle_shares, in_words
-from squeal_core.monitor.cross_evidence import Wheel
+from squeal_core.monitor.cross_evidence import Contradiction, Wheel
 from squeal_core.monitor.cross_friction import against_friction
 from squeal_core.monitor.cross_motion import Motion, motion_of
 from squeal_core.monitor.cross_pressure import (
+    against_all_pressures,
     against_pressure,
     against_slew,
     learn_share,
@@ -58,6 +60,7 @@ class CrossChecks:
 
     def __init__(self, settings: MonitorSettings) -> None:
         self._wheels = {brake.name: Wheel(brake) for brake in settings.brakes}
+        self._all = tuple(self._wheels.values())
         self.update_settings(settings)
         self.reset()
 
@@ -109,8 +112,7 @@ class CrossChecks:
         self._tick = time
         each = list(zip(self._wheels.values(), readings, strict=True))
         for wheel, inputs in each:
-            for signal in wheel.usable:
-                wheel.usable[signal] = inputs[signal].is_believed
+            wheel.use(inputs)
         self._advance(time)
         return [_marked(wheel, inputs) for wheel, inputs in each]
 
@@ -126,24 +128,29 @@ class CrossChecks:
         self._end = last
 
     def _step(self, end: int) -> None:
-        wheels, settings = tuple(self._wheels.values()), self._settings
+        wheels, settings = self._all, self._settings
         for wheel in wheels:
             wheel.advance(end)
             leaps, steady = against_slew(wheel, end, settings)
             wheel.alternation.weigh(leaps, agrees=steady)
         motion = motion_of(wheels, end)
-        for wheel in wheels:
-            if motion.fastest >= settings.minimum_rotor_speed:
-                self._compare(wheel, wheels, motion, end)
-            else:
+        if motion.fastest >= settings.minimum_rotor_speed:
+            unexplained = [*against_all_pressures(wheels, motion, settings)]
+            for wheel in wheels:
+                self._compare(wheel, unexplained, motion, end)
+        else:
+            for wheel in wheels:
                 _pause(wheel, agrees=pressure_agrees(wheel, wheels, settings))
 
-    def _compare(self, wheel: Wheel, wheels: tuple[Wheel, ...], motion: Motion, end: int) -> None:
+    def _compare(self, wheel: Wheel, unexplained: Sequence[Contradiction], motion: Motion,
+                 end: int) -> None:
         settings = self._settings
         learn_share(wheel, motion)
+        found = against_pressure(wheel, motion, end, settings)
+        if not math.isnan(wheel.own['pressure'].mean):
+            found += unexplained
         wheel.doubts['pressure'].weigh(
-            [*against_pressure(wheel, wheels, motion, end, settings)],
-            agrees=pressure_agrees(wheel, wheels, settings))
+            found, agrees=pressure_agrees(wheel, self._all, settings))
         slow_or_fast, agrees = against_speed(wheel, motion, settings)
         wheel.doubts['rotor_speed'].weigh(slow_or_fast, agrees=agrees)
         if (friction := wheel.doubts.get('friction')) is not None:
@@ -175,7 +182,7 @@ def _drop_what_is_off(wheel: Wheel, settings: MonitorSettings) -> None:
 
 def _marked(wheel: Wheel, inputs: Mapping[Signal, Reading]) -> Mapping[Signal, Reading]:
     """Return the readings of one brake, those in doubt marked."""
-    doubted = {signal: inputs[signal]._replace(status='implausible', detail=said)
+    doubted = {signal: inputs[signal]._replace(status='implausible', detail=wheel.doubted(signal))
                for signal in wheel.doubts
-               if (said := wheel.doubted(signal)) and inputs[signal].status == 'good'}
+               if wheel.is_doubted(signal) and inputs[signal].status == 'good'}
     return {**inputs, **doubted} if doubted else inputs

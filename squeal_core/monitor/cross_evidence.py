@@ -14,12 +14,13 @@
 
 """What is gathered about the inputs of one brake, to compare it with the others."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import math
 from typing import NamedTuple, Self
 
 from squeal_core.monitor.brake_settings import BrakeSettings
+from squeal_core.monitor.reading import Reading
 from squeal_core.monitor.setting_specs import Signal, UNITS
 from squeal_core.monitor.signal_windows import SignalWindow, STEP
 
@@ -78,7 +79,7 @@ class Doubt:
         if agrees and not found:  # nearly always
             self._elapsed, self._present = {}, False
             self._agreed += STEP
-            if self._agreed >= self.agreement:
+            if self.text and self._agreed >= self.agreement:
                 self.end()
             return
         kept = {kind: elapsed for kind, elapsed in self._elapsed.items() if kind in self._adding}
@@ -151,9 +152,16 @@ class Wheel:
             window.forget(after)
         self.doubts = {signal: Doubt(_UNTIL[signal]) for signal in self.windows}
         self.alternation = Doubt('until it has been steady for 0.5 s', STEP)  # of the pressure
-        self.usable = dict.fromkeys(self.windows, True)
+        # of each input to be checked; one without values if it is not there or not usable
+        self.own: dict[Signal, SignalWindow] = {
+            signal: self.windows.get(signal, _NOTHING) for signal in COMPARED}
         self.pressure = self.smooth = self.speed = self.friction = math.nan
         self.share = self.given_share  # given or learned; 0: not yet
+
+    def use(self, inputs: Mapping[Signal, Reading]) -> None:
+        """Take from now on the inputs that are believed for themselves."""
+        for signal, window in self.windows.items():
+            self.own[signal] = window if inputs[signal].is_believed else _NOTHING
 
     def begin_anew(self) -> None:
         """Forget evidence that is not yet enough."""
@@ -166,17 +174,18 @@ class Wheel:
         """Look at the samples up to the end of a step [ns]."""
         for signal, window in self.windows.items():
             window.advance(end, swings=signal == 'pressure')
-        believed = self._believed('pressure')
-        self.pressure, self.smooth = believed.mean, believed.smooth
-        self.speed = abs(self._believed('rotor_speed').mean)
-        self.friction = self._believed('friction').mean
+        own, doubts = self.own, self.doubts
+        pressure = _NOTHING if doubts['pressure'].text or self.alternation.text else (
+            own['pressure'])
+        self.pressure, self.smooth = pressure.mean, pressure.smooth
+        self.speed = math.nan if doubts['rotor_speed'].text else abs(own['rotor_speed'].mean)
+        self.friction = math.nan if self.is_doubted('friction') else own['friction'].mean
 
-    def own(self, signal: Signal) -> SignalWindow:
-        """Return the window of an input to be checked; one without values if it is not usable."""
-        return self.windows[signal] if self.usable.get(signal) else _NOTHING
-
-    def _believed(self, signal: Signal) -> SignalWindow:
-        return _NOTHING if self.doubted(signal) else self.own(signal)
+    def is_doubted(self, signal: Signal) -> bool:
+        """Tell whether `doubted` says something."""
+        doubt = self.doubts.get(signal)
+        return bool(doubt is not None and doubt.text
+                    or signal == 'pressure' and self.alternation.text)
 
     def doubted(self, signal: Signal) -> str:
         """Return what is wrong with an input by other brakes or its slew; '' for nothing."""
@@ -189,7 +198,7 @@ _NOTHING = SignalWindow(0.0, 0.0, 0.0)
 
 def though(wheel: Wheel, other: Wheel, signal: Signal) -> str:
     """Name the input that contradicts another, its value, and the unit that would explain it."""
-    own, value = wheel.own(signal).mean, other.windows[signal].mean
+    own, value = wheel.own[signal].mean, other.windows[signal].mean
     shown = f'{value:.6g} {UNITS[signal]}'.removesuffix(' -')
     hint = next((f', as {unit} given as {UNITS[signal]} would be'
                  for unit, scale in _OTHER_UNITS[signal]

@@ -24,10 +24,10 @@ _OTHER_AXLES = 0.75  # of `friction_ratio`: pads of axles differ
 
 def against_friction(wheel: Wheel, settings: MonitorSettings) -> tuple[list[Contradiction], bool]:
     """Return what speaks against a friction, and whether it can be compared at all."""
-    own = wheel.own('friction').mean
+    own = wheel.own['friction'].mean
     least = settings.release_pressure
     if not settings.friction_ratio or math.isnan(own) or not (
-            wheel.own('pressure').smooth >= least):
+            wheel.own['pressure'].smooth >= least):
         return [], False
     partner = wheel.partner
     found, known = [], False

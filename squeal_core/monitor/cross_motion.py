@@ -16,7 +16,6 @@
 
 from collections.abc import Sequence
 import math
-from statistics import median_low
 from typing import NamedTuple
 
 from squeal_core.monitor.cross_evidence import Wheel
@@ -62,7 +61,8 @@ def motion_of(wheels: Sequence[Wheel], end: int) -> Motion:
         return Motion(math.nan, 0.0, 0.0, False, False)
     falls = [wheel.windows['rotor_speed'].fall(6) for wheel in known]
     means = [wheel.windows['rotor_speed'].fall(19) for wheel in known]
-    fall, mean_fall = median_low(falls), median_low(means)
+    middle = (len(known) - 1) // 2
+    fall, mean_fall = sorted(falls)[middle], sorted(means)[middle]
     fastest = max(speeds)
     flicker = FLICKER + LATE[0] * abs(fall)
     rolling = fastest - min(speeds) <= _ROLLING_ALL * fastest + flicker and not any(

@@ -32,29 +32,27 @@ _SURELY_BRAKING = 5.0 * _BAR
 _LEARNING = 2.0 * _BAR  # least pressures from which shares are learned
 
 
-def against_pressure(wheel: Wheel, wheels: Sequence[Wheel], motion: Motion, end: int,
-                     settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against the pressure of a brake, the soonest told first."""
-    own = wheel.own('pressure')
-    if math.isnan(own.mean):
-        return
-    reference = _braking_reference(wheel, settings)
-    if reference is not None:
-        yield from _quiet(wheel, reference, motion, settings)
-        yield from _too_low(wheel, reference, motion, end, settings)
-    yield from _unexplained(wheels, motion, settings)
+def against_pressure(wheel: Wheel, motion: Motion, end: int,
+                     settings: MonitorSettings) -> list[Contradiction]:
+    """Return how others contradict the pressure of a brake, the soonest told first."""
+    reference = None if math.isnan(wheel.own['pressure'].mean) else _braking_reference(
+        wheel, settings)
+    return [] if reference is None else [*_quiet(wheel, reference, motion, settings),
+                                         *_too_low(wheel, reference, motion, end, settings)]
 
 
 def pressure_agrees(wheel: Wheel, wheels: Sequence[Wheel], settings: MonitorSettings) -> bool:
     """Tell whether a pressure is as high as the others have it, or higher."""
     if wheel.doubts['pressure'].kind == 'deceleration' and not any(
-            other.own('pressure').smooth >= _SURELY_BRAKING for other in wheels):
+            other.own['pressure'].smooth >= _SURELY_BRAKING for other in wheels):
         return False
-    own, partner = wheel.own('pressure'), wheel.partner
+    own, partner = wheel.own['pressure'], wheel.partner
+    if not own.mean >= settings.release_pressure:
+        return False
     expected = (partner.smooth if partner is not None and not math.isnan(partner.smooth)
                 else wheel.share * _mean_pressure(wheel.others))
     least = max(_BAR, (settings.axle_pressure_ratio + 0.05) * expected - 0.5 * _BAR)
-    return own.mean >= settings.release_pressure and own.smooth >= least
+    return own.smooth >= least
 
 
 def against_slew(wheel: Wheel, end: int, settings: MonitorSettings
@@ -63,6 +61,8 @@ def against_slew(wheel: Wheel, end: int, settings: MonitorSettings
     if not settings.pressure_slew:
         return [], True
     swings = wheel.windows['pressure'].swings
+    if swings.is_calm(end):
+        return [], True
     fast = swings.turns(end, _SECOND // 2, 0.3)
     recent = swings.leaps(end, _SECOND // 2, settings.pressure_slew)
     leaps = swings.leaps(end, _SECOND, settings.pressure_slew) if recent else 0
@@ -89,9 +89,11 @@ def _braking_reference(wheel: Wheel, settings: MonitorSettings) -> _Reference | 
     if not least:
         return None
     if partner is not None and not math.isnan(partner.pressure):
+        if partner.pressure < least:
+            return None
         usual = wheel.share * _mean_pressure(wheel.others)
         established = (not 0.0 < usual < 0.5 * least) and _others_brake(wheel, settings)
-        return None if partner.pressure < least else _Reference(
+        return _Reference(
             partner, settings.axle_pressure_ratio, _BAR, established, usual)
     known = [other for other in wheel.others if not math.isnan(other.pressure)]
     braking = sorted((other for other in known if other.pressure >= least),
@@ -129,7 +131,7 @@ def _mean_pressure(wheels: Sequence[Wheel]) -> float:
 def learn_share(wheel: Wheel, motion: Motion) -> None:
     """Learn the pressure of a brake over that of other axles, while both sides agree."""
     partner = wheel.partner
-    if partner is None or motion.swinging or wheel.given_share:
+    if partner is None or motion.swinging or wheel.given_share or wheel.smooth < _LEARNING:
         return
     others = _mean_pressure(wheel.others)
     if min(wheel.smooth, partner.smooth, others) >= _LEARNING and (
@@ -141,7 +143,7 @@ def learn_share(wheel: Wheel, motion: Motion) -> None:
 def _quiet(wheel: Wheel, reference: _Reference, motion: Motion,
            settings: MonitorSettings) -> Iterator[Contradiction]:
     """Yield what speaks against a pressure that reads released."""
-    own = wheel.own('pressure')
+    own = wheel.own['pressure']
     if own.mean >= settings.release_pressure or own.high >= settings.contradicting_pressure:
         return
     text = though(wheel, reference.wheel, 'pressure')
@@ -157,7 +159,7 @@ def _quiet(wheel: Wheel, reference: _Reference, motion: Motion,
 def _too_low(wheel: Wheel, reference: _Reference, motion: Motion, end: int,
              settings: MonitorSettings) -> Iterator[Contradiction]:
     """Yield what speaks against a pressure that is a fraction of the other's."""
-    own, other = wheel.own('pressure'), reference.wheel
+    own, other = wheel.own['pressure'], reference.wheel
     if own.smooth >= reference.ratio * other.smooth - reference.margin or not motion.rolling:
         return
     if 0.0 < reference.ratio * reference.usual - reference.margin <= own.smooth:
@@ -174,10 +176,10 @@ def _too_low(wheel: Wheel, reference: _Reference, motion: Motion, end: int,
         yield Contradiction('alternating', settings.slip_time, f'alternates, {text}')
 
 
-def _unexplained(wheels: Sequence[Wheel], motion: Motion,
-                 settings: MonitorSettings) -> Iterator[Contradiction]:
+def against_all_pressures(wheels: Sequence[Wheel], motion: Motion,
+                          settings: MonitorSettings) -> Iterator[Contradiction]:
     """Yield what speaks against all pressures: a deceleration that is beyond them."""
-    pressures = [p for wheel in wheels if not math.isnan(p := wheel.own('pressure').mean)]
+    pressures = [p for wheel in wheels if not math.isnan(p := wheel.own['pressure'].mean)]
     if not settings.unbraked_deceleration or len(pressures) < 2:
         return
     highest = max(pressures)

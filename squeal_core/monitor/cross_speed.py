@@ -28,63 +28,74 @@ _OTHER_AXLE = 1.5  # the spread by a turn over that of the other axle
 _AXLES_APART = 1.6  # by which wheel speeds of two axles differ as no vehicle turns
 
 
-class _Span(NamedTuple):
-    """Speeds that others allow a wheel [rad/s], and the wheel to be named."""
+class _Pair(NamedTuple):
+    """The slower and the faster one of the wheels that a wheel is held against."""
 
-    low: float
-    high: float
-    wheel: Wheel
+    slow: Wheel
+    fast: Wheel
     only_partner: bool = False
 
 
 def against_speed(wheel: Wheel, motion: Motion, settings: MonitorSettings
                   ) -> tuple[list[Contradiction], bool]:
     """Return what speaks against the speed of a wheel, and whether others turn alike."""
-    own = abs(wheel.own('rotor_speed').mean)
-    span = _span(wheel, motion, settings)
-    if span is None or math.isnan(own) or span.low <= own <= span.high:
+    own = abs(wheel.own['rotor_speed'].mean)
+    pair = _pair(wheel) if settings.wheel_speed_tolerance else None
+    if pair is None or math.isnan(own) or _allowed(own, pair, wheel, motion, settings):
         found = list(_slow_axle(wheel, own, settings))
-        return found, span is not None and not found and not math.isnan(own)
-    braking = wheel.own('pressure').smooth >= settings.release_pressure
-    if own > span.high:
+        return found, pair is not None and not found and not math.isnan(own)
+    braking = wheel.own['pressure'].smooth >= settings.release_pressure
+    if own > pair.fast.speed:
         kind, after = 'fast', settings.slip_time if braking else settings.single_brake_time
     elif braking:
         kind, after = 'slow', settings.lock_time
-    elif span.only_partner:
+    elif pair.only_partner:
         kind, after = 'slow', settings.single_brake_time
     else:
         at_rest = own < settings.minimum_rotor_speed
         kind, after = 'slow', settings.contradiction_time if at_rest else settings.slip_time
-    return [Contradiction(kind, after, though(wheel, span.wheel, 'rotor_speed'))], False
+    other = pair.slow if own < pair.slow.speed else pair.fast
+    return [Contradiction(kind, after, though(wheel, other, 'rotor_speed'))], False
 
 
-def _span(wheel: Wheel, motion: Motion, settings: MonitorSettings) -> _Span | None:
-    """Return the speeds that a wheel may have by the others; None where they say nothing."""
-    tolerance = settings.wheel_speed_tolerance
-    if not tolerance:
-        return None
+def _pair(wheel: Wheel) -> _Pair | None:
+    """Return the wheels that a wheel is held against; None where they say nothing."""
     partner = wheel.partner
     if partner is not None and math.isnan(partner.speed):
         partner = None
     others = [other for other in wheel.others if not math.isnan(other.speed)]
-    turning = min(_TURNING[0] / max(motion.fastest, 1.0)**2, _TURNING[1])
     if partner is not None and others:
-        reference = max(others, key=lambda other: other.speed)
-        turning = min(max(_spread(other) for other in others) or turning, turning)
-        slow, fast = sorted((partner, reference), key=lambda other: other.speed)
+        reference = max(others, key=_speed)
+        slow, fast = (partner, reference) if partner.speed <= reference.speed else (
+            reference, partner)
     elif partner is not None:
         slow = fast = partner
     elif len(others) >= 2:
-        slow = fast = sorted(others, key=lambda other: other.speed)[(len(others) - 1) // 2]
+        slow = fast = sorted(others, key=_speed)[(len(others) - 1) // 2]
     else:
         return None
-    if slow.speed < _LEAST_SPEED:
-        return None
-    share = 1.0 + tolerance + turning
-    flicker = 2.0 * FLICKER + LATE[1] * abs(motion.fall)
-    return _Span(slow.speed / share - flicker, fast.speed * share + flicker,
-                 slow if abs(wheel.own('rotor_speed').mean) < slow.speed else fast,
-                 partner is not None and not others)
+    return None if slow.speed < _LEAST_SPEED else _Pair(
+        slow, fast, partner is not None and not others)
+
+
+def _allowed(own: float, pair: _Pair, wheel: Wheel, motion: Motion,
+             settings: MonitorSettings) -> bool:
+    """Tell whether a wheel may have a speed [rad/s] by the wheels it is held against."""
+    slow, fast, only_partner = pair
+    share, flicker = 1.0 + settings.wheel_speed_tolerance, 2.0 * FLICKER
+    if slow.speed / share - flicker <= own <= fast.speed * share + flicker:
+        return True  # in a turn, or while they slow, even more is allowed
+    turning = min(_TURNING[0] / max(motion.fastest, 1.0)**2, _TURNING[1])
+    if wheel.partner is not None and not math.isnan(wheel.partner.speed) and not only_partner:
+        turning = min(max(_spread(other) for other in wheel.others
+                          if not math.isnan(other.speed)) or turning, turning)
+    share += turning
+    flicker += LATE[1] * abs(motion.fall)
+    return slow.speed / share - flicker <= own <= fast.speed * share + flicker
+
+
+def _speed(wheel: Wheel) -> float:
+    return wheel.speed
 
 
 def _spread(wheel: Wheel) -> float:
@@ -100,7 +111,7 @@ def _slow_axle(wheel: Wheel, own: float, settings: MonitorSettings) -> Iterator[
     """Yield what speaks against both wheels of an axle: another axle turns much faster."""
     partner = wheel.partner
     if (not settings.wheel_speed_tolerance or partner is None
-            or wheel.own('pressure').smooth >= settings.release_pressure):
+            or wheel.own['pressure'].smooth >= settings.release_pressure):
         return
     for other in wheel.others:
         opposite = other.partner

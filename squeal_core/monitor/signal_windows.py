@@ -82,9 +82,12 @@ class SignalWindow:
         """Look at the samples stamped up to the end of a step [ns]."""
         new = self._due(end)
         if new:
-            values = [value for _, value in new]
             self._newest, self._last = new[-1]
-            self.mean, self.high = sum(values) / len(values), max(values)
+            if len(new) == 1:
+                self.mean, self.high = 0.0 + self._last, self._last
+            else:
+                values = [value for _, value in new]
+                self.mean, self.high = sum(values) / len(values), max(values)
             if swings:
                 for stamp, value in new:
                     self.swings.add(stamp, value)
@@ -92,15 +95,16 @@ class SignalWindow:
             self.mean = self.high = self._last
         if end - self._newest > self._max_age:
             self.mean = self.high = math.nan
-        known = not math.isnan(self.mean) and not math.isnan(self.smooth)
-        self.smooth = self.smooth + _SMOOTHING * (self.mean - self.smooth) if known else self.mean
+        mean, smooth = self.mean, self.smooth
+        known = mean == mean and smooth == smooth  # neither is NaN
+        self.smooth = smooth + _SMOOTHING * (mean - smooth) if known else mean
         self.means.append(self.mean)
 
     def _due(self, end: int) -> list[tuple[int, float]]:
         """Take the samples up to the end of a step that are no older than the newest before."""
         waiting = self._waiting
-        if not waiting:
-            return waiting
+        if not waiting or self._in_order and waiting[0][0] > end:
+            return []
         if not self._in_order:
             waiting.sort(key=_by_stamp)
             self._in_order = True
@@ -154,8 +158,15 @@ class PressureSwings:
             self._turns.append((stamp, away / max(larger, away)))
             self._extreme, self._rising = value, not self._rising
 
+    def is_calm(self, end: int) -> bool:
+        """Tell whether no turn was within a second, and no leap."""
+        return not self._leaps and not (
+            self._turns and end - self._turns[-1][0] <= _SECOND)
+
     def turns(self, end: int, within: int, share: float = 0.0) -> int:
         """Return how many turns of at least a share of the pressure were within a time [ns]."""
+        if not self._turns or end - self._turns[-1][0] > within:
+            return 0
         count = 0
         for stamp, size in reversed(self._turns):
             if end - stamp > within:  # as are those before it
