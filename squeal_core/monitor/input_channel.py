@@ -55,6 +55,11 @@ class InputChannel:
     settings : MonitorSettings
     validated : ValidatedRange
 
+    Attributes
+    ----------
+    changes : int
+        How often the value has changed.
+
     """
 
     def __init__(self, signal: Signal, limits: InputSettings, settings: MonitorSettings,
@@ -83,6 +88,7 @@ class InputChannel:
         self._guards = unit_guards(self.signal, limits, settings)
         self._publishers = PublisherGuard(self.signal, settings.publisher_tolerance,
                                           limits.max_age)
+        self.changes = 0
         self._stuck = StuckCheck(limits.stuck_after, round(settings.stuck_changes),
                                  limits.max_age, limits.movement)
 
@@ -94,11 +100,6 @@ class InputChannel:
         self._unstamped: Sample | None = None  # the last sample, if it had no stamp
         self._unreadable = ''  # why the last message held no sample
         self._begin()
-
-    @property
-    def changes(self) -> int:
-        """How often the value has changed."""
-        return self._stuck.changes
 
     def receive(self, sample: Sample, *, sliding: bool, others: int) -> None:
         """
@@ -154,6 +155,7 @@ class InputChannel:
         if not self._limits.minimum <= value <= self._limits.maximum:
             return _GOOD
         detail = self._stuck.check(stamp, value, sliding=sliding, others=others)
+        self.changes = self._stuck.changes
         return ('stuck', detail) if detail else _GOOD
 
     def _drop_one(self) -> None:

@@ -15,11 +15,13 @@
 """Data quality of the inputs of a drive: messages, gaps, and the time without a good reading."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
-from squeal_core.monitor.reading import MissingValue, Reading, Sample
+from squeal_core.monitor.assessment import PreparedTick
+from squeal_core.monitor.reading import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal, UNITS
 from squeal_core.monitor.settings import MonitorSettings
 
@@ -81,11 +83,12 @@ class InputQuality:
         if not isinstance(sample, MissingValue):
             self._inputs[brake, signal].receive(time)
 
-    def read(self, brake: str, readings: Mapping[Signal, Reading]) -> None:
-        """Take the readings of a brake at a tick."""
-        for signal, reading in readings.items():
-            if reading.status != 'good':
-                self._inputs[brake, signal].bad[reading.status] += 1
+    def read(self, ticks: Sequence[PreparedTick]) -> None:
+        """Take the readings of all brakes at ticks."""
+        for one in chain.from_iterable(ticks):
+            for signal, reading in one.inputs.items():
+                if reading.status != 'good':
+                    self._inputs[one.brake, signal].bad[reading.status] += 1
 
     def as_json(self) -> list[dict[str, Any]]:
         """Return plain data, an entry an input; docs/reference/results.md names the keys."""

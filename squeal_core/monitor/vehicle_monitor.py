@@ -53,9 +53,6 @@ _STATES: dict[Status, State] = {
     'time went backwards': 'stale', 'outside validated range': 'outside validated range'}
 
 
-_OF_SLIDING: tuple[Signal, ...] = ('pressure', 'rotor_speed')
-
-
 class BrakeMonitor:
     """Keeps the newest samples of one brake's inputs and assesses them on request."""
 
@@ -75,7 +72,7 @@ class BrakeMonitor:
         self._settings = settings
         self._place = [one.name for one in settings.brakes].index(brake.name)
         self._validated = validated_ranges(self._model, settings)
-        self._sliding = self._slides()
+        self._take_latest()
 
     def update_settings(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         """Take other settings of the same brake and inputs; samples stay."""
@@ -86,7 +83,7 @@ class BrakeMonitor:
     def reset(self) -> None:
         """Forget all samples."""
         self._latest.clear()
-        self._sliding = self._slides()
+        self._take_latest()
         for one in self._inputs.values():
             one.forget()
 
@@ -101,20 +98,23 @@ class BrakeMonitor:
         if isinstance(sample, MissingValue):
             self._inputs[signal].record_missing(sample)
             return
-        if signal in _OF_SLIDING:
+        if signal == 'pressure':
             self._latest[signal] = sample.value
-            self._sliding = self._slides()
+            self._pressed = sample.value >= self._settings.release_pressure
+        elif signal == 'rotor_speed':
+            self._latest[signal] = sample.value
+            self._turning = abs(sample.value) >= self._settings.minimum_rotor_speed
         own = self._inputs[signal]
         others = -own.changes
         for one in self._inputs.values():
             others += one.changes
-        own.receive(sample, sliding=self._sliding, others=others)
+        own.receive(sample, sliding=self._pressed and self._turning, others=others)
 
-    def _slides(self) -> bool:
-        """Tell whether the disc slides under load by what was received last."""
+    def _take_latest(self) -> None:
+        """Take whether the disc is pressed and turns by what was received last."""
         latest, settings = self._latest, self._settings
-        return (latest.get('pressure', 0.0) >= settings.release_pressure
-                and abs(latest.get('rotor_speed', 0.0)) >= settings.minimum_rotor_speed)
+        self._pressed = latest.get('pressure', 0.0) >= settings.release_pressure
+        self._turning = abs(latest.get('rotor_speed', 0.0)) >= settings.minimum_rotor_speed
 
     def assess(self, time: int) -> Assessment:
         """Assess the brake at a time [ns], from samples stamped up to it."""
@@ -229,7 +229,7 @@ class VehicleInputs:
 
     def receive(self, brake: str, signal: Signal, sample: Sample | MissingValue) -> None:
         self.brakes[brake].receive(signal, sample)
-        if isinstance(sample, Sample):
+        if not isinstance(sample, MissingValue):
             self.cross_checks.receive(brake, signal, sample)
 
     def prepare(self, time: int) -> PreparedTick:

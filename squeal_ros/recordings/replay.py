@@ -109,9 +109,7 @@ class Replay:
         """Yield the ticks, prepared and in blocks; raises as `__iter__`."""
         ticks = self._prepared(VehicleInputs(self.settings, self.model))
         while not self.partial and (block := list(islice(ticks, self._block))):
-            for tick in block:
-                for one in tick:
-                    self.quality.read(one.brake, one.inputs)
+            self.quality.read(block)
             yield block
             self.partial = self.stopping()
 
@@ -124,7 +122,8 @@ class Replay:
             first = -(-time // period)
             if tick == 0:
                 tick, self.start = first, time
-            self.end = max(self.end, time)
+            if time > self.end:
+                self.end = time
             self.read += 1
             if time < (tick - 1) * period:  # the clock of the recording went back
                 inputs.reset()
