@@ -16,6 +16,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 import math
 from typing import Any, Literal, NamedTuple, TypeAlias
 
@@ -116,17 +117,17 @@ class Assessment:
             return (math.nan,) * len(self.flutter)
         return self.risk_result.build_ups(self.flutter)
 
-    @property
+    @cached_property
     def unstable_frequencies_hz(self) -> tuple[float, ...]:
         """Frequencies of the flutter modes, worst first."""
         return tuple([mode.frequency_hz for mode in self.flutter])
 
-    @property
+    @cached_property
     def unstable_growth_rates(self) -> tuple[float, ...]:
         """Growth rates of the flutter modes [1/s], worst first."""
         return tuple([mode.growth_rate for mode in self.flutter])
 
-    @property
+    @cached_property
     def mode_numbers(self) -> tuple[int, ...]:
         """Numbers of the flutter modes, worst first."""
         return tuple([mode.index for mode in self.flutter])
@@ -137,7 +138,7 @@ class Assessment:
         worst = self.stability.worst if self.stability else None
         return worst.index if worst else 0
 
-    @property
+    @cached_property
     def flutter(self) -> tuple[Mode, ...]:
         """Oscillating unstable modes, worst first."""
         return tuple([mode for mode in self.modes if mode.kind == 'flutter'])

@@ -54,9 +54,9 @@ def serialised_state(assessment: Assessment) -> bytes:
             assessment.risk, assessment.instability_probability, assessment.build_up,
             assessment.worst_frequency_hz, assessment.growth_rate, assessment.damping_ratio,
             assessment.friction_margin,
-            count, *[mode.index for mode in modes],
-            count, *[mode.frequency_hz for mode in modes],
-            count, *[mode.growth_rate for mode in modes],
+            count, *assessment.mode_numbers,
+            count, *assessment.unstable_frequencies_hz,
+            count, *assessment.unstable_growth_rates,
             count, *[mode.damping_ratio for mode in modes],
             count, *assessment.build_ups)))
 
