@@ -43,6 +43,8 @@ from squeal_ros.recordings.replay_outputs import Outputs
 from squeal_ros.recordings.tick_record import Recorder, TickRecord
 
 _FEW_MESSAGES = 20_000  # read in less time than a process takes to start
+# from which a second one that evaluates saves more than the 2 s of processor time of its start
+_MANY_MESSAGES = 100_000
 # blocks that are handed over together: brakes are released in some, and applied in others
 _AT_ONCE = 4
 _START = ('import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); '
@@ -95,7 +97,7 @@ class _Evaluation(ExitStack):
     """
     The evaluation of a replay in other processes; a context manager.
 
-    Two of them, where there are two brakes: reading and writing take about as long as either.
+    Two of them for many messages of several brakes: reading and writing take as long as either.
     """
 
     def __init__(self, replay: Replay, outputs: Outputs) -> None:
@@ -105,7 +107,8 @@ class _Evaluation(ExitStack):
     def __enter__(self) -> '_Evaluation':
         super().__enter__()
         settings = self._replay.settings
-        half = (len(settings.brakes) + 1) // 2
+        count = len(settings.brakes)
+        half = (count + 1) // 2 if self._replay.messages >= _MANY_MESSAGES else count
         self._parts = [part for part in (slice(0, half), slice(half, None))
                        if settings.brakes[part]]
         self._processes = [self.enter_context(_EvaluationProcess()) for _ in self._parts]

@@ -55,7 +55,9 @@ def contents(path: Path) -> list[tuple[str, str, int, bytes]]:
 
 @pytest.mark.parametrize('brakes', [('fl',), ('fl', 'fr', 'rl')])
 def test_the_same_outputs_as_of_one_process(tmp_path: Path, brakes: tuple[str, ...],
-                                            kang: BrakeModel) -> None:
+                                            kang: BrakeModel,
+                                            monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation_process, '_MANY_MESSAGES', 0)
     settings = read_settings({'brakes': [*brakes]})
     bag = write_bag(tmp_path / 'bag', [
         entry for number, brake in enumerate(brakes)
