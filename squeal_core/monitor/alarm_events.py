@@ -25,6 +25,7 @@ from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.settings import MonitorSettings
 
 Kind: TypeAlias = Literal['start', 'end']
+_SAY_IT = ('steady', 'not sliding')  # states whose reasons say why there is no risk
 _OF_ALARMS = ('risk_warning', 'risk_hysteresis', 'risk_hold', 'squeal_band_low_hz',
               'squeal_band_high_hz', 'noise_floor_nm')  # settings whose change ends alarms
 
@@ -157,8 +158,10 @@ def _started(found: Assessment, since: int | None = None) -> AlarmEvent:
 
 
 def _ended(before: AlarmEvent, found: Assessment, changed: str = '') -> AlarmEvent:
-    cause = 'the risk fell' if found.state == 'steady' and not math.isnan(found.risk) else (
-        found.reason)
+    cause = 'brake released' if found.state == 'released' else 'the risk fell'
+    if math.isnan(found.risk):
+        lost = '' if found.state in _SAY_IT else 'whether it squeals is no longer known: '
+        cause = lost + found.reason
     if changed and found.state == 'steady':
         cause = f'the settings changed ({changed})'
     return AlarmEvent(

@@ -28,7 +28,7 @@ _SECOND = 1_000_000_000
 _AGREEMENT = 3 * _SECOND // 10  # ns for which an input must agree again
 COMPARED: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
 _UNTIL: dict[Signal, str] = {
-    'pressure': 'until it brakes with 1 bar or more as the others do',
+    'pressure': 'until it brakes with 100000 Pa or more as the others do',
     'rotor_speed': 'until it turns as the others do, at 5 rad/s or more',
     'friction': 'until it is like the others while they brake'}
 _PAST = (' is ', ' was '), (' falls ', ' fell '), ('alternates', 'alternated')

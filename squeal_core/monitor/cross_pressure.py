@@ -189,4 +189,4 @@ def against_all_pressures(wheels: Sequence[Wheel], motion: Motion,
         yield Contradiction(
             'deceleration', 0.7, f'though rotor_speed of the wheels, {motion.fastest:.4g} rad/s, '
             f'falls by {motion.fall:.4g} rad/s^2 and no pressure is above {highest:.4g} Pa',
-            until='until it reads 1 bar or more while a brake reads 5 bar')
+            until='until it reads 100000 Pa or more while a brake reads 500000 Pa')

@@ -126,7 +126,7 @@ class GaugeGuard:
             self._returns, self._braked = self._returns + 1, False
             self._told = not self._released or self._returns >= _RETURNS
         return ('looks like an absolute pressure given as gauge (set its reference to absolute), '
-                f'until it falls below {_RELEASED / 1e5:g} bar'
+                f'until it falls below {_RELEASED:g} Pa'
                 if self._told else '')
 
 
@@ -143,7 +143,7 @@ class AbsoluteGuard:
             self._told = False
         self._told |= self._vacuum.lasts(stamp, value < _VACUUM)
         return ('looks like a gauge pressure given as absolute (set its reference to gauge), '
-                f'until it stays above {_NO_VACUUM / 1e5:g} bar for {_NO_VACUUM_TIME // _SECOND} '
+                f'until it stays above {_NO_VACUUM:g} Pa for {_NO_VACUUM_TIME // _SECOND} '
                 's' if self._told else '')
 
 

@@ -186,7 +186,7 @@ class BrakeMonitor:
         speed, pressure = context.inputs['rotor_speed'], context.inputs['pressure']
         if pressure.value < self._settings.release_pressure:
             return context.result(
-                'released', f'pressure {pressure.value / 1e5:.2f} bar: brake released', risk=0.0,
+                'released', f'pressure {pressure.value:.0f} Pa: brake released', risk=0.0,
                 instability_probability=0.0, build_up=0.0, time_to_squeal=math.inf)
         if abs(speed.value) < self._settings.minimum_rotor_speed:
             return context.result(

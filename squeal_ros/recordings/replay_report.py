@@ -45,7 +45,8 @@ _REMEDIES = (
     ('time went backwards', 'the clock of the recording was set back; see '
                             'docs/reference/interface.md'))
 _BEYOND_EMULATOR = ('`squeal info MODEL` shows its range; where most of the ensemble is outside, '
-                    'lower its deviations')
+                    'lower damping_deviation, contact_stiffness_deviation, '
+                    'friction_bias_deviation or friction_slope_deviation of the settings')
 _ANY_REMEDY = 'docs/reference/reliability.md says what each reason means'
 
 

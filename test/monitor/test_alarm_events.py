@@ -71,15 +71,17 @@ def test_an_alarm_begins_once_and_ends_once(alarms: AlarmEvents) -> None:
                             'Hz; the risk fell')
 
 
-@pytest.mark.parametrize(('state', 'risk'), [('released', 0.0), ('stale', math.nan)])
-def test_an_alarm_ends_with_the_reason_of_the_state(alarms: AlarmEvents, state: str,
-                                                    risk: float) -> None:
+@pytest.mark.parametrize(('state', 'risk', 'cause'), [
+    ('released', 0.0, 'brake released'), ('not sliding', math.nan, 'why'),
+    ('stale', math.nan, 'whether it squeals is no longer known: why')])
+def test_an_alarm_ends_with_the_reason_of_the_state(alarms: AlarmEvents, state: str, risk: float,
+                                                    cause: str) -> None:
     alarms.update([assessed(0, 0.9)])
     assert alarms.is_up('fl')
     after = [alarms.update([assessed(tick, risk, state=state, reason='why', risk_result=None)])
              for tick in (1, 2, 3)]
     assert [len(events) for events in after] == [0, 1, 0]
-    assert (after[1][0].cause, after[1][0].peak_risk) == ('why', 0.9)
+    assert (after[1][0].cause, after[1][0].peak_risk) == (cause, 0.9)
     assert not alarms.is_up('fl')
 
 
@@ -103,6 +105,7 @@ def test_all_alarms_end_when_nothing_is_known_any_more(alarms: AlarmEvents) -> N
     unknown = [assessed(1, math.nan, brake, state='stale', reason='not active', risk_result=None)
                for brake in ('fl', 'fr')]
     assert [(event.brake, event.kind, event.cause) for event in alarms.end(unknown)] == [
-        ('fl', 'end', 'not active'), ('fr', 'end', 'not active')]
+        (brake, 'end', 'whether it squeals is no longer known: not active')
+        for brake in ('fl', 'fr')]
     assert alarms.end(unknown) == []
     assert alarms.update([assessed(2, 0.45), assessed(2, 0.45, 'fr')]) == []  # below its level

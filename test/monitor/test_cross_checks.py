@@ -58,7 +58,7 @@ def test_the_reason_names_both_inputs_and_values() -> None:
     assert (found[FL].state, found[FL].is_valid, str(found[FL].risk)) == ('invalid', False, 'nan')
     assert found[FL].reason == (
         'pressure is 1500 Pa, though front_right pressure is 1.5e+06 Pa, as kPa given as Pa would '
-        'be, until it brakes with 1 bar or more as the others do (0.00 s old)')
+        'be, until it brakes with 100000 Pa or more as the others do (0.00 s old)')
     assert [one.state for one in found[1:]] == ['steady'] * 3
 
 
@@ -76,7 +76,7 @@ def test_a_doubt_is_held_until_the_brake_agrees_and_says_so() -> None:
     assert first.time[-1] < times[-1] < first.time[-1] + 0.8
     held = next(text for seconds, text in found[FL, 'pressure'] if seconds > 7.0)
     assert 'though front_right pressure was ' in held
-    assert ', until it brakes with 1 bar or more as the others do' in held
+    assert ', until it brakes with 100000 Pa or more as the others do' in held
 
 
 STANDS = stop(60.0, 12.0, front=15.0, hold=10.0)  # from 8 s on, and is held
@@ -90,11 +90,11 @@ FRICTION = Fault('half', 'friction', (FR,), lie(lambda mu: 0.5 * mu), 0.0, 6.0)
 
 
 @pytest.mark.parametrize(('drive', 'faults', 'end', 'until'), [
-    pytest.param(STANDS, [DEAD], 5.0, 'brakes with 1 bar or more', id='braking'),
-    pytest.param(STANDS, [replace(DEAD, end=9.0)], 9.0, 'brakes with 1 bar', id='at rest'),
-    pytest.param(STANDS, [DEAD, PARTNER_OFF], 5.0, 'brakes with 1 bar', id='partner off'),
+    pytest.param(STANDS, [DEAD], 5.0, 'brakes with 100000 Pa or more', id='braking'),
+    pytest.param(STANDS, [replace(DEAD, end=9.0)], 9.0, 'brakes with 100000 Pa', id='at rest'),
+    pytest.param(STANDS, [DEAD, PARTNER_OFF], 5.0, 'brakes with 100000 Pa', id='partner off'),
     pytest.param(stop(70.0, 18.0, front=8.0), [replace(DEAD, wheels=(FL, FR, RL, RR))], 5.0,
-                 'reads 1 bar or more while a brake reads 5 bar', id='deceleration'),
+                 'reads 100000 Pa or more while a brake reads 500000 Pa', id='deceleration'),
     pytest.param(ROLLING, [SLOW_WHEEL], 6.0, 'turns as the others do', id='wheel'),
     pytest.param(ROLLING, [AXLE], 9.0, 'turns as the others do', id='axle'),
     pytest.param(STANDS, [FRICTION], 6.0, 'is like the others while they brake', id='friction')])

@@ -42,7 +42,7 @@ def test_an_absolute_pressure_given_as_gauge_is_told_in_five_seconds(air: float,
     said = judged(GaugeGuard(), [*braked(rest=air, noise=noise, brakings=1)] * 2, rate=50.0)
     assert said[249] == ''
     assert all(text.startswith(ABSOLUTE) for text in said[600:])
-    assert 'until it falls below 0.4 bar' in said[-1]
+    assert 'until it falls below 40000 Pa' in said[-1]
 
 
 def test_an_absolute_pressure_after_a_gauge_is_told_with_its_third_return() -> None:

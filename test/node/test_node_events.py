@@ -112,7 +112,8 @@ def test_a_node_that_stops_ends_its_alarms() -> None:
         car.monitor.trigger_deactivate()
         car.hear()
         level, over = said(car.events[-1])
-        assert (level, over['event'], over['cause']) == (OK, 'end', 'the monitor is not active')
+        assert (level, over['event'], over['cause']) == (
+            OK, 'end', 'whether it squeals is no longer known: the monitor is not active')
 
 
 def test_the_risk_of_the_shipped_ensemble_rises_through_an_application() -> None:
