@@ -129,11 +129,8 @@ $(VENV)/developing: $(VENV)/installed
 	$(@D)/bin/python -m pip uninstall --quiet --yes squeal_ros
 	@touch $@
 
-# built in colcon's environment: it has the same Python, and what the build takes
-$(VENV)/squeal-msgs: $(VENV)/installed .venv-colcon/installed $(shell find squeal_msgs -type f)
-	rm -rf .venv-colcon/wheels
-	PATH="$(CURDIR)/.venv-colcon/bin:$$PATH" .venv-colcon/bin/python -m pip wheel --quiet \
-		--disable-pip-version-check --no-deps --no-build-isolation \
-		--wheel-dir .venv-colcon/wheels ./squeal_msgs
-	$(BIN)/python $(PIP) --no-deps --force-reinstall .venv-colcon/wheels/*.whl
+# pip builds it among what its own pyproject.toml names, and removes that afterwards
+$(VENV)/squeal-msgs: $(VENV)/installed $(shell find squeal_msgs -type f)
+	$(call step,building squeal_msgs with CMake and the message generators of ROS 2$(comma) which pip fetches for it and then removes (320 MB); some minutes)
+	@$(BIN)/python $(PIP) --no-deps --force-reinstall ./squeal_msgs
 	@touch $@

@@ -16,15 +16,18 @@
 Load and lateness of the node: four brakes at 100 Hz, all braking all the time, or in a drive.
 
 Run: python benchmark/node_load.py [--seconds 30] [--warm-up 300] [--rate 100] [--still]
-     [--drive us06] [--table TABLE.npz]
+     [--drive us06] [--table TABLE.npz] [--in-step 300]
 
+With --in-step N the clock is simulated and goes on when the node has assessed: its processor time
+for N ticks, whatever else the machine does.
 With --drive the signals are those of the shipped vehicle in that drive, --seconds of it, once.
 
 The node is a process of its own, as on the vehicle; the CPU time of its threads is read from
 /proc. Workers are the threads that give way to the ticks, in the order in which they began; the
 rest is the middleware's. Lateness is from the tick, a multiple of the period in ROS time, to the
 receipt of a brake's risk here: of two that come within one period the first is the one before's.
-Lost ticks are those that the node counts.
+Lost ticks are those that the node counts. The processor time of a tick made hardly depends on what
+else the machine does; it includes receiving, publishing and diagnostics.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
@@ -37,16 +40,19 @@ from functools import partial
 import math
 import os
 from pathlib import Path
+import re
 import subprocess
 import sys
 import time
 from typing import Any, TypeAlias
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from drives import drive_signals, DRIVES
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState
 from std_msgs.msg import Float64
 
@@ -56,6 +62,7 @@ from squeal_core.monitor.settings import NODE_NAME
 Inputs: TypeAlias = Callable[[float], tuple[Any, Any, Any]]
 BRAKES = ('front_left', 'front_right', 'rear_left', 'rear_right')
 TICKS = os.sysconf('SC_CLK_TCK')
+_FIRST = 20  # ticks that are not counted: code and pages are loaded in them
 
 
 def swept(time: float) -> tuple[Any, Any, Any]:
@@ -84,6 +91,7 @@ class Vehicle:
         self.node, self.period, self.inputs = node, round(1e9 / rate), inputs
         self.receipts: dict[str, list[int]] = {brake: [] for brake in BRAKES}
         self.figures: dict[str, str] = {}
+        self.heard: Counter[str] = Counter()
         self.begin = time.monotonic()
         self.joints = node.create_publisher(JointState, 'joint_states', 10)
         self.publishers = [(node.create_publisher(FluidPressure, f'{brake}/brake_pressure', 10),
@@ -93,9 +101,10 @@ class Vehicle:
             node.create_subscription(
                 Float64, f'/squeal_monitor/{brake}/squeal_risk', partial(self.hear, brake), 10)
         node.create_subscription(DiagnosticArray, '/diagnostics', self.note, 10)
-        node.create_timer(1.0 / rate, self.publish)
+        self.timer = node.create_timer(1.0 / rate, self.publish_now)
 
     def hear(self, brake: str, message: Float64) -> None:
+        self.heard[brake] += 1
         if not math.isnan(message.data):
             self.receipts[brake].append(self.node.get_clock().now().nanoseconds)
 
@@ -112,10 +121,13 @@ class Vehicle:
         """Return how many ticks the node made and how many it lost, by its last diagnostics."""
         return int(self.figures.get('ticks_done', 0)), int(self.figures.get('ticks_lost', 0))
 
-    def publish(self) -> None:
-        speed, pressed, friction = self.inputs(time.monotonic() - self.begin)
+    def publish_now(self) -> None:
+        self.publish(time.monotonic() - self.begin, self.node.get_clock().now().to_msg())
+
+    def publish(self, passed: float, stamp: Any) -> None:
+        speed, pressed, friction = self.inputs(passed)
         joints, pressure = JointState(), FluidPressure()
-        joints.header.stamp = pressure.header.stamp = self.node.get_clock().now().to_msg()
+        joints.header.stamp = pressure.header.stamp = stamp
         joints.name = [f'{brake}_wheel_joint' for brake in BRAKES]
         joints.velocity = speed.tolist()
         self.joints.publish(joints)
@@ -147,12 +159,18 @@ def cpu_times(process: int) -> Counter[str]:
     return times
 
 
+def memory(process: int) -> int:
+    """Return the resident memory of a process [MB]."""
+    status = Path(f'/proc/{process}/status').read_text()
+    return round(int(re.findall(r'VmRSS:\s+(\d+) kB', status)[0]) / 1024)
+
+
 @contextmanager
-def monitor(rate: float, table: str) -> Any:
+def monitor(rate: float, table: str, *more: str) -> Any:
     """Run the node as a process."""
     code = 'import sys; from squeal_ros.node.lifecycle_node import main; sys.exit(main())'
     process = subprocess.Popen([sys.executable, '-c', code, '--ros-args', '-p', f'rate:={rate}',
-                                '-p', f"table:='{table}'"],
+                                '-p', f"table:='{table}'", *more],
                                stderr=subprocess.DEVNULL)
     try:
         yield process.pid
@@ -171,13 +189,54 @@ def measure(name: str, vehicle: Vehicle, executor: Any, process: int, seconds: f
     passed = time.monotonic() - start
     loads = {part: 100.0 * (cpu - used[part]) / passed for part, cpu in cpu_times(process).items()}
     done, lost = np.subtract(vehicle.ticks(), ticks)
+    tick = 10.0 * passed * sum(loads.values()) / max(done, 1)
     late_by = vehicle.lateness()
     print(f'{name}: {sum(loads.values()):.0f} % of a core ('
           + ', '.join(f'{part} {load:.0f}' for part, load in loads.items())
-          + f'); {lost} of {done + lost} ticks lost; lateness median {np.median(late_by):.2f}, '
+          + f'), {tick:.1f} ms a tick made, {memory(process)} MB; '
+          f'{lost} of {done + lost} ticks lost; lateness median {np.median(late_by):.2f}, '
           f'p99 {np.quantile(late_by, 0.99):.2f} ms; answers of the table '
           f'{vehicle.figures.get("solver_tabulated")}, full solutions '
           f'{vehicle.figures.get("solver_full")}', flush=True)
+
+
+def measure_phases(vehicle: Vehicle, executor: Any, process: int,
+                   arguments: argparse.Namespace) -> None:
+    """Print how the node does while it is cold and warm, or in a drive."""
+    while not any(vehicle.receipts.values()):
+        executor.spin_once(timeout_sec=1.0)
+    vehicle.begin = time.monotonic()
+    phases = [('drive', arguments.seconds)] if arguments.drive else [
+        ('cold', arguments.seconds), ('next', arguments.warm_up), ('warm', arguments.seconds)]
+    for phase, seconds in phases:
+        if seconds > 0.0:
+            measure(phase, vehicle, executor, process, seconds)
+
+
+def measure_in_step(vehicle: Vehicle, executor: Any, process: int, ticks: int) -> None:
+    """Give the node one tick after the other and print what they cost."""
+    clock = vehicle.node.create_publisher(Clock, '/clock', 1)
+    vehicle.timer.cancel()
+    while vehicle.node.count_subscribers('/clock') < 1 or (
+            vehicle.node.count_subscribers('joint_states') < 1):
+        executor.spin_once(timeout_sec=0.1)
+    used = cpu_times(process)
+    for number in range(_FIRST + ticks):
+        if number == _FIRST:
+            used = cpu_times(process)
+        at, before = (1000 * 10**9 // vehicle.period + number) * vehicle.period, +vehicle.heard
+        stamp = Time(sec=at // 10**9, nanosec=at % 10**9)
+        vehicle.publish(number * vehicle.period * 1e-9, stamp)
+        clock.publish(Clock(clock=stamp))
+        due = time.monotonic() + 2.0
+        while any(vehicle.heard[brake] == before[brake] for brake in BRAKES) and (
+                time.monotonic() < due):
+            executor.spin_once(timeout_sec=0.1)
+    spent = sum((cpu_times(process) - used).values())
+    load = 1e11 * spent / ticks / vehicle.period
+    print(f'in step: {1e3 * spent / ticks:.1f} ms a tick, {load:.0f} % of a core at this rate, '
+          f'{memory(process)} MB; {sum(vehicle.heard.values())} risks of '
+          f'{4 * (_FIRST + ticks)} heard', flush=True)
 
 
 def main() -> None:
@@ -188,6 +247,7 @@ def main() -> None:
     parser.add_argument('--rate', type=float, default=100.0)
     parser.add_argument('--still', action='store_true', help='inputs that do not change')
     parser.add_argument('--drive', choices=DRIVES, help='inputs of a drive')
+    parser.add_argument('--in-step', type=int, default=0, help='ticks on a simulated clock')
     parser.add_argument('--table', default='', help='of `squeal tabulate`, to start with')
     arguments = parser.parse_args()
     rclpy.init()
@@ -197,15 +257,12 @@ def main() -> None:
     inputs = (driven(arguments.drive, arguments.rate) if arguments.drive else
               lambda time: swept(0.0 if arguments.still else time))
     vehicle = Vehicle(node, arguments.rate, inputs)
-    with monitor(arguments.rate, arguments.table) as process:
-        while not any(vehicle.receipts.values()):
-            executor.spin_once(timeout_sec=1.0)
-        vehicle.begin = time.monotonic()
-        phases = [('drive', arguments.seconds)] if arguments.drive else [
-            ('cold', arguments.seconds), ('next', arguments.warm_up), ('warm', arguments.seconds)]
-        for phase, seconds in phases:
-            if seconds > 0.0:
-                measure(phase, vehicle, executor, process, seconds)
+    clock = ('-p', 'use_sim_time:=true', '-p', 'clock_timeout:=600.0')
+    with monitor(arguments.rate, arguments.table, *clock * bool(arguments.in_step)) as process:
+        if arguments.in_step:
+            measure_in_step(vehicle, executor, process, arguments.in_step)
+        else:
+            measure_phases(vehicle, executor, process, arguments)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
