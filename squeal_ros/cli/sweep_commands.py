@@ -30,7 +30,7 @@ from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.stability.critical_parameter import critical_value, CriticalValue
+from squeal_core.stability.critical_parameter import critical_value, CriticalValue, Ray
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.parameter_paths import Law, moved, OPERATING, PARAMETERS
 from squeal_core.studies.study_tasks import CriticalTask, default_bounds, LocusTask, MapTask
@@ -148,26 +148,29 @@ def critical(options: argparse.Namespace) -> int:
         model = without_rotation(model)
     options.rotor_speed = DEFAULT_SPEED if options.rotor_speed is None else options.rotor_speed
     point = operating_point(model, options)
+    ray = partial(moved, model, point, options.parameter, friction_law=along)
     found = critical_value(
         model, point, options.parameter,
         options.bounds or default_bounds(point, options.parameter),
-        numbers=options.modes, band_hz=tuple(options.band),
-        ray=partial(moved, model, point, options.parameter, friction_law=along))
+        numbers=options.modes, band_hz=tuple(options.band), ray=ray)
     if options.json:
         print(json.dumps(plain({**asdict(found), 'modes': options.modes, 'friction_law': along,
                                 'rotation': not options.without_rotation,
                                 'point': asdict(point)})))
     else:
-        _print_critical(found, point, along)
+        _print_critical(found, point, along, ray)
     return 0
 
 
-def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law) -> None:
+def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law, ray: Ray) -> None:
     slope = {True: 'friction and slope by the law', 'slope': 'slope by the law'}.get(
         law, f'friction {point.friction:.4g}, slope {point.friction_slope:.4g} s/m')
     print(f'{found.parameter} {found.start:g}: growth rate {found.growth_rate:+.3f} 1/s ({slope})')
     for way, crossing in (('below', found.below), ('above', found.above)):
-        print(f'{way}: {crossing.reason}')
+        there = '' if found.parameter != 'friction' or math.isnan(crossing.value) else (
+            f'; slope {ray(crossing.value).friction_slope:.4g} s/m there'
+            + (', in proportion to mu' if point.friction_slope else ''))
+        print(f'{way}: {crossing.reason}{there}')
 
 
 def _check_bounds(options: argparse.Namespace, parameter: str, source: StudySource) -> None:

@@ -164,3 +164,14 @@ def test_critical_in_words(capsys: pytest.CaptureFixture[str]) -> None:
     assert out.splitlines()[0].endswith('1/s (friction 0.42, slope 0 s/m)')
     assert out.splitlines()[1].startswith(
         'below: no stability boundary from mu = 0.42 to 0.3, unstable')
+
+
+def test_a_critical_friction_says_for_which_slope(capsys: pytest.CaptureFixture[str]) -> None:
+    at = ('critical', 'kang2009', '--rotor-speed', '5', '--friction', '0.42', '--modes', '13,14',
+          '--bounds', '0.3', '0.45')
+    lines = squeal(capsys, *at)[1].splitlines()
+    assert lines[1].endswith('stable below; slope 0 s/m there')
+    assert 'slope' not in lines[2]  # no boundary
+    edge = answer(capsys, *at, '--friction-slope', '-0.02')['below']['value']
+    line = squeal(capsys, *at, '--friction-slope', '-0.02')[1].splitlines()[1]
+    assert line.endswith(f'; slope {-0.02 * edge / 0.42:.4g} s/m there, in proportion to mu')
