@@ -98,3 +98,10 @@ def point_with(model: BrakeModel, point: OperatingPoint, values: Mapping[str, fl
     for name in sorted(values, key=lambda name: name in _LAST):
         point = moved(model, point, name, float(values[name]))
     return by_law(model, point, friction_law) if friction_law else point
+
+
+def brake_pressure(model: BrakeModel, point: OperatingPoint) -> float | None:
+    """Return the brake pressure at a point [Pa]; None of a model without a caliper."""
+    if model.caliper is None:
+        return None
+    return point.contact_pressure / model.contact_pressure(1.0)

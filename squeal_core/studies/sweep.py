@@ -34,7 +34,7 @@ from squeal_core.stability.eigensolution import complex_modes, Tolerances
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.mode_tracking import track
 from squeal_core.stability.parameter_paths import Law, PARAMETERS
-from squeal_core.studies.point_options import point_with
+from squeal_core.studies.point_options import brake_pressure, point_with
 from squeal_core.studies.sweep_record import make_sweep, Sweep
 
 _CHUNK = 8  # points a worker takes at a time
@@ -94,7 +94,8 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
               for values in product(*grid.values())]
     about = {'model': str(model.provenance.get('brake', ''))[:200], 'rotation': rotation,
              'friction_law': friction_law, 'tracked': tracked,
-             'nominal_contact_stiffness': model.nominal_contact_stiffness}
+             'nominal_contact_stiffness': model.nominal_contact_stiffness,
+             'brake_pressure': brake_pressure(model, point)}
     if point.damping_scale != 1.0:
         about['damping_scale'] = point.damping_scale
     if not rotation:

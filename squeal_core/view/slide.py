@@ -100,13 +100,20 @@ def slide_style() -> Any:
     return rc_context(_STYLE)
 
 
-def point_words(point: OperatingPoint) -> str:
-    """Return an operating point in words."""
+def point_words(point: OperatingPoint, brake_pressure: float | None = None) -> str:
+    """Return an operating point in words; brake pressure [Pa] where the model has a caliper."""
     scale = f', damping x {point.damping_scale:g}' if point.damping_scale != 1.0 else ''
     slope = f', slope {point.friction_slope:.3g} s/m' if point.friction_slope else ''
     return (f'{point.rotor_speed:g} rad/s, friction {point.friction:.3g}{slope}, '
-            f'p₀ = {point.contact_pressure / 1e5:.3g} bar, contact stiffness '
+            f'{pressure_words(point.contact_pressure, brake_pressure)}, contact stiffness '
             f'{stiffness_words(point.contact_stiffness)}{scale}')
+
+
+def pressure_words(contact_pressure: float, brake_pressure: float | None = None) -> str:
+    """Return a contact pressure p0 [Pa], after the brake pressure [Pa] where one is known."""
+    contact = f'p₀ = {contact_pressure / 1e5:.3g} bar'
+    return contact if brake_pressure is None else (
+        f'brake pressure {brake_pressure / 1e5:.3g} bar ({contact})')
 
 
 def stiffness_words(*ends: float) -> str:

@@ -30,7 +30,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.studies.sweep_record import Sweep
 from squeal_core.view.saving import FigureTarget, save_figure
-from squeal_core.view.slide import slide, stiffness_words
+from squeal_core.view.slide import pressure_words, slide, stiffness_words
 from squeal_core.view.study_labels import shown_axis
 
 STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
@@ -64,8 +64,10 @@ def conditions(record: Sweep, *, brief: bool = False) -> str:
         # what is usual goes without saying; a slope that changes goes along with the friction
         usual = {'friction_slope': 0.0}.get(name)
         if name not in record.axes and name not in by_law and np.any(values != usual):
-            parts.append(text.format(values[0]) if np.ptp(values) == 0.0
-                         else 'slope in proportion to µ')
+            parts.append('slope in proportion to µ' if np.ptp(values) != 0.0
+                         else pressure_words(1e5 * values[0], about['brake_pressure'])
+                         if name == 'contact_pressure' and about.get('brake_pressure')
+                         and not brief else text.format(values[0]))
     parts += _stiffness(record, brief)
     parts += {True: ['friction by its law of speed'],
               'slope': ['slope by the law of friction']}.get(law, [])

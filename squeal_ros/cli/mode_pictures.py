@@ -26,6 +26,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import ComplexModes, Mode, SQUEAL_BAND
 from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.stability.mechanism import Mechanism, mechanisms
+from squeal_core.studies.point_options import brake_pressure
 from squeal_ros.cli.arguments import check_output, PICTURES
 from squeal_ros.cli.command_parser import add_force
 
@@ -87,7 +88,7 @@ def _draw_damping(options: argparse.Namespace, model: BrakeModel, point: Operati
                           'point'.format(*SQUEAL_BAND))
     plot_damping(bars, options.plot, threshold=options.threshold, overwrite=options.force,
                  title=options.title or 'Damping ratio of modes, below zero: unstable',
-                 about=f'{_brake(model)}{point_words(point)}')
+                 about=f'{_brake(model)}{point_words(point, brake_pressure(model, point))}')
 
 
 def _draw_shapes(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
@@ -140,7 +141,8 @@ def _words(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint
     return {'title': options.title or (
         f'Mode {numbers[mode.index - 1]}: {mode.frequency_hz:.0f} Hz, growth rate '
         f'{number(mode.growth_rate)} 1/s, damping ratio {number(100.0 * mode.damping_ratio)} %'),
-        'about': f'{why.label}: {parts}. {_brake(model)}{point_words(point)}'}
+        'about': f'{why.label}: {parts}. {_brake(model)}'
+                     f'{point_words(point, brake_pressure(model, point))}'}
 
 
 def _brake(model: BrakeModel) -> str:

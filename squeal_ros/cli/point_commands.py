@@ -37,6 +37,7 @@ from squeal_core.stability.eigenvectors import eigenvalue_conditions, Eigenvalue
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.stability.sensitivity import parameter_sensitivity
+from squeal_core.studies.point_options import brake_pressure
 from squeal_core.surrogate.table_file import is_table, read_table_header
 from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped
 from squeal_ros.cli.console import plain, report_progress, warn
@@ -112,20 +113,26 @@ def modes(options: argparse.Namespace) -> int:
         worth = eigenvalue_conditions(model, point, found.modes)
         print(json.dumps(plain({
             'model': options.model, 'rotation': not options.without_rotation,
-            'point': asdict(point),
+            'point': asdict(point), 'plot': options.plot, 'animation': options.animate,
             'modes': [{**_mode_json(mode, numbers[mode.index - 1], own),
                        **_mechanism_json(model, point, why.get(mode.index))}
                       for mode, own in zip(found.modes, worth, strict=True)]})))
         return 0
+    pressure, contact = brake_pressure(model, point), f'{point.contact_pressure / 1e5:.3f} bar'
     print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
-          f'{point.friction_slope:.4g} s/m, contact pressure {point.contact_pressure / 1e5:.3f} '
-          f'bar, contact stiffness {point.contact_stiffness:.4g} N/m^3')
+          f'{point.friction_slope:.4g} s/m, '
+          + (f'contact pressure {contact}' if pressure is None else
+             f'brake pressure {pressure / 1e5:.4g} bar (contact {contact})')
+          + f', contact stiffness {point.contact_stiffness:.4g} N/m^3')
     words = counts_in_words([(mode.kind, mode.frequency_hz) for mode in found.unstable])
     print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable'
           f'{f": {words}" if words else ""}')
     shown = found.modes if options.all else sorted(
         found.unstable, key=lambda mode: rank(mode.kind, mode.frequency_hz, mode.growth_rate))
     _print_modes(shown, numbers, why)
+    written = [path for path in (options.plot, options.animate) if path]
+    if written:
+        print(f'written: {", ".join(written)}')
     return 0
 
 

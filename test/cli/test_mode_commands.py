@@ -15,10 +15,12 @@
 """`squeal modes` and `squeal critical` against solves of K09's matrices written out here."""
 
 from contextlib import redirect_stdout
+from dataclasses import replace
 from functools import cache
 from io import StringIO
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -175,3 +177,18 @@ def test_a_critical_friction_says_for_which_slope(capsys: pytest.CaptureFixture[
     edge = answer(capsys, *at, '--friction-slope', '-0.02')['below']['value']
     line = squeal(capsys, *at, '--friction-slope', '-0.02')[1].splitlines()[1]
     assert line.endswith(f'; slope {-0.02 * edge / 0.42:.4g} s/m there, in proportion to mu')
+
+
+def test_modes_say_the_brake_pressure_beside_that_of_the_contact(
+        kang: BrakeModel, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    at = ('--rotor-speed', '20', '--friction', '0.42')
+    plot = str(tmp_path / 'bars.png')
+    lines = squeal(capsys, 'modes', 'kang2009', *at, '--pressure', '10e5', '--plot', plot,
+                   '--picture', 'damping')[1].splitlines()
+    contact = kang.contact_pressure(10e5) / 1e5
+    assert f', brake pressure 10 bar (contact {contact:.3f} bar), ' in lines[0]
+    assert lines[-1] == f'written: {plot}'
+    bare = str(tmp_path / 'bare.npz')
+    replace(kang, caliper=None).save(bare)
+    assert ', contact pressure 5.' in squeal(
+        capsys, 'modes', bare, *at, '--preload', str(5.5e5 * kang.contact_area))[1]

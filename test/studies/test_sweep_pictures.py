@@ -23,6 +23,7 @@ from matplotlib import rc_context
 import numpy as np
 import pytest
 from squeal_core import BrakeModel
+from squeal_core.studies.point_options import brake_pressure
 from squeal_core.studies.sweep import sweep
 from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
 from squeal_core.view.slide import point_words, stiffness_words
@@ -87,6 +88,15 @@ def test_pictures_say_what_was_held(tmp_path: Path) -> None:
     assert 'nominal contact stiffness 10 × 10⁹ N/m³' in conditions(swept)
     assert 'stiffness' not in conditions(swept, brief=True)
     assert 'slope in proportion to µ' in conditions(sweep(PAIR, point, {'friction': [0.1, 0.2]}))
+
+
+def test_pictures_say_the_brake_pressure_of_a_model_with_a_caliper(kang: BrakeModel) -> None:
+    point = replace(at(kang), contact_pressure=kang.contact_pressure(10e5))
+    words = f'brake pressure 10 bar (p₀ = {point.contact_pressure / 1e5:.3g} bar)'
+    assert words in conditions(sweep(kang, point, {'friction': [0.42]}))
+    assert words in point_words(point, brake_pressure(kang, point))
+    assert 'brake pressure' not in conditions(
+        sweep(kang, point, {'contact_pressure': [point.contact_pressure]}))
 
 
 def test_contact_stiffness_has_one_unit() -> None:
