@@ -32,6 +32,7 @@ from squeal_core.model.model_file import load_with_header
 from squeal_core.monitor.settings import load_settings
 from squeal_core.monitor.settings_document import settings_document
 from squeal_core.risk.emulator_file import is_emulator, read_emulator_header
+from squeal_core.stability.coupling import coupling_partner
 from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.eigenvectors import eigenvalue_conditions, EigenvalueCondition
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
@@ -108,6 +109,9 @@ def modes(options: argparse.Namespace) -> int:
     found = complex_modes(model, point)
     why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
     numbers = [str(identity) for identity in identities(model, point)]
+    partners = {item.mode.index: numbers[other.index - 1] for item in why.values()
+                if item.label == 'mode coupling' and (
+                    other := coupling_partner(model, point, item.mode, found.modes))}
     draw_pictures(options, model, point, found, numbers)
     if options.json:
         worth = eigenvalue_conditions(model, point, found.modes)
@@ -115,7 +119,8 @@ def modes(options: argparse.Namespace) -> int:
             'model': options.model, 'rotation': not options.without_rotation,
             'point': asdict(point), 'plot': options.plot, 'animation': options.animate,
             'modes': [{**_mode_json(mode, numbers[mode.index - 1], own),
-                       **_mechanism_json(model, point, why.get(mode.index))}
+                       **_mechanism_json(model, point, why.get(mode.index)),
+                       'coupled_with': partners.get(mode.index)}
                       for mode, own in zip(found.modes, worth, strict=True)]})))
         return 0
     pressure, contact = brake_pressure(model, point), f'{point.contact_pressure / 1e5:.3f} bar'
@@ -129,7 +134,7 @@ def modes(options: argparse.Namespace) -> int:
           f'{f": {words}" if words else ""}')
     shown = found.modes if options.all else sorted(
         found.unstable, key=lambda mode: rank(mode.kind, mode.frequency_hz, mode.growth_rate))
-    _print_modes(shown, numbers, why)
+    _print_modes(shown, numbers, why, partners)
     written = [path for path in (options.plot, options.animate) if path]
     if written:
         print(f'written: {", ".join(written)}')
@@ -137,13 +142,14 @@ def modes(options: argparse.Namespace) -> int:
 
 
 def _print_modes(shown: Sequence[Mode], numbers: Sequence[str],
-                 why: Mapping[int, Mechanism]) -> None:
+                 why: Mapping[int, Mechanism], partners: Mapping[int, str]) -> None:
     print(f'{"index":>5} {"mode":>6} {"kind":>10} {"Hz":>10} {"growth 1/s":>11} '
-          f'{"damping ratio":>14}  mechanism')
+          f'{"damping ratio":>14}  mechanism: shares of kinetic energy'
+          + (' (pad 1: top, pad 2: bottom)' if why else ''))
     for m in shown:
         print(f'{m.index:5d} {numbers[m.index - 1]:>6} {m.kind:>10} {m.frequency_hz:10.2f} '
               f'{m.growth_rate:+11.3f} {m.damping_ratio:+14.6f}  '
-              f'{_in_brief(why.get(m.index))}'.rstrip())
+              f'{_in_brief(why.get(m.index), partners.get(m.index))}'.rstrip())
 
 
 def settings(options: argparse.Namespace) -> int:
@@ -180,6 +186,9 @@ def demo(options: argparse.Namespace) -> int:
     console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
                   f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
                   'its own process')
+    if rate < chosen.risk_rate:
+        console.print(f'a vehicle has {load_settings(config).rate:g} a second; the demo has fewer '
+                      '(--rate), as its drive runs faster: the note on short squeals is of that')
     with demos.own_domain() as domain:
         console.print(demos.how_to_listen(domain))
         live = demos.run_live(
@@ -202,11 +211,12 @@ def demo(options: argparse.Namespace) -> int:
     return 0 if live.ticks_done and report.good else 1
 
 
-def _in_brief(why: Mechanism | None) -> str:
+def _in_brief(why: Mechanism | None, partner: str | None) -> str:
     if why is None:
         return ''
+    coupled = f' with {partner}' if partner else ''
     parts = ', '.join(f'{share.name} {share.fraction:.0%}' for share in why.participation[:3])
-    return f'{why.label}: {parts}'
+    return f'{why.label}{coupled}: {parts}'
 
 
 def _mode_json(mode: Mode, identity: str, worth: EigenvalueCondition) -> dict[str, Any]:
