@@ -14,7 +14,7 @@
 
 """Modes of one component of a brake, as its file has them, held against the brake it is to fit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Any
 
@@ -76,7 +76,7 @@ def read_component(results: ModalResults, count: int, contact: Contact,
     """
     from squeal_core.modes.fe.elements import KINDS
     from squeal_core.modes.fe.mixed import ElementModes
-    from squeal_core.modes.fe.solid import SolidModes
+    from squeal_core.modes.fe.solid import RIGID_NAMES, solid_names, SolidModes
     from squeal_core.modes.planar_mesh import LayeredNodes, PlanarModes
     from squeal_core.modes.readers import read_modes, ReaderError
     from squeal_core.modes.readers.placing import LENGTH_UNITS_M
@@ -96,6 +96,9 @@ def read_component(results: ModalResults, count: int, contact: Contact,
     if is_disc:
         _check_whole(nodal, results, contact)
         count = keep_whole_doublets(nodal.angular_frequencies, count, tolerance=_DOUBLET)
+    elif np.count_nonzero(nodal.angular_frequencies == 0.0) == len(RIGID_NAMES):
+        # `read_modes` has turned the rigid ones into this order
+        nodal = replace(nodal, names=solid_names(len(nodal.names)))
     nodal = nodal.keep(count)
     basis: ModalBasis
     if nodal.elements:

@@ -22,6 +22,8 @@ import pytest
 from squeal_core.brake.dimensions import Brake, ModalResults
 from squeal_core.modes.component_modes import read_component
 from squeal_core.modes.fe.mass import mass_matrix, mass_products
+from squeal_core.modes.fe.solid import RIGID_NAMES
+from squeal_core.modes.modal_basis import Quadrature
 from squeal_core.modes.nodal_modes import NodalModes
 from squeal_core.modes.readers import read_modes, ReaderError
 from squeal_core.modes.readers.normalising import normalised
@@ -139,6 +141,23 @@ def test_pads_that_lack_a_rigid_mode(pad: NodalModes, brake: Brake, tmp_path: Pa
     held = [300.0, 400.0, 500.0, 600.0, 700.0, 800.0, *hertz[6:]]  # on springs: none is missing
     path = table(tmp_path / 'pad.csv', where, held, pad.shapes)
     assert read_component(results(path, DENSITY, 0.011), 9, brake.contact, (0.008,)).mac
+
+
+def test_rigid_modes_of_a_pad_are_named_as_those_of_dimensions(
+        pad: NodalModes, brake: Brake, tmp_path: Path) -> None:
+    """Whatever mixture of them a solver wrote."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(6, 6)))[0]
+    mixed = np.concatenate([np.tensordot(turn, pad.shapes[:6], 1), pad.shapes[6:]])
+    hertz = (pad.angular_frequencies / (2.0 * np.pi)).tolist()
+    path = table(tmp_path / 'pad.csv', pad.coordinates + [0.0, 0.0, 0.008], hertz, mixed)
+    basis = read_component(results(path, DENSITY, 0.011), 9, brake.contact, (0.008,)).basis
+    assert basis.names == (*RIGID_NAMES, 'flexible 1', 'flexible 2', 'flexible 3')
+    middle = basis.sample(Quadrature(np.array([pad.coordinates[:, 0].mean()]), np.zeros(1),
+                                     np.array([0.0135]), np.ones(1)))
+    parts = np.abs([middle.radial, middle.tangential, middle.normal])[..., 0]
+    for direction, name in enumerate(('slide radial', 'slide tangential', 'lift')):
+        own = parts[:, basis.names.index(name)]
+        assert own[direction] > 5.0 * np.delete(own, direction).max()
 
 
 def ring(brake: Brake, degrees: float = 360.0) -> tuple[np.ndarray, np.ndarray]:

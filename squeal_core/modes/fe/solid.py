@@ -266,8 +266,12 @@ def free_modes(basis: skfem.CellBasis, material: Material, count: int, *,
 
     frequencies, shapes = remembered(
         cache, _key(basis, material, count, np.zeros(0, int)), (count, basis.N), solve)
-    names = RIGID_NAMES + tuple(f'flexible {i}' for i in range(1, count - 5))
-    return SolidModes(basis, frequencies, shapes, names, material.density)
+    return SolidModes(basis, frequencies, shapes, solid_names(count), material.density)
+
+
+def solid_names(count: int) -> tuple[str, ...]:
+    """Return the names of modes of a free body: the rigid ones, then the flexible ones."""
+    return RIGID_NAMES + tuple(f'flexible {i}' for i in range(1, count - len(RIGID_NAMES) + 1))
 
 
 def _vector_basis(mesh: skfem.Mesh, element: skfem.Element) -> skfem.CellBasis:
