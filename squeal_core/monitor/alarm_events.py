@@ -173,5 +173,6 @@ def _ended(before: AlarmEvent, found: Assessment, changed: str = '') -> AlarmEve
 def _conditions(found: Assessment) -> str:
     """Return what raised the risk: how far and how fast a mode built up, and where."""
     speed, pressure = found.inputs['rotor_speed'].value, found.inputs['pressure'].value
-    return (f'build-up {found.build_up:.1f} nepers, growth {found.growth_rate:+.1f} 1/s at '
+    now = ' now, after growing,' if found.growth_rate < 0.0 else ''  # a build-up outlasts growth
+    return (f'build-up {found.build_up:.1f} nepers, growth {found.growth_rate:+.1f} 1/s{now} at '
             f'{speed:.1f} rad/s, {pressure / 1e5:.1f} bar, friction {found.friction:.3f}')

@@ -71,6 +71,13 @@ def test_an_alarm_begins_once_and_ends_once(alarms: AlarmEvents) -> None:
                             'Hz; the risk fell')
 
 
+def test_a_mode_that_has_grown_and_decays_now_is_told_apart(alarms: AlarmEvents) -> None:
+    ((_, event),) = [(tick, event) for tick, growth in enumerate((21.5, -0.3))
+                     for event in alarms.update([assessed(tick, 0.4 + 0.2 * tick,
+                                                          growth_rate=growth)])]
+    assert event.cause.startswith('build-up 6.0 nepers, growth -0.3 1/s now, after growing, at ')
+
+
 @pytest.mark.parametrize(('state', 'risk', 'cause'), [
     ('released', 0.0, 'brake released'), ('not sliding', math.nan, 'why'),
     ('stale', math.nan, 'whether it squeals is no longer known: why')])
