@@ -14,7 +14,7 @@
 
 """Modes as lines of text, squeal before groan before divergence."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,12 @@ def counts_in_words(modes: Sequence[tuple[str, float]]) -> str:
         (squeal, f'squeal (flutter in {band})'), (flutter, 'flutter outside that band'),
         (len(modes) - squeal - flutter, 'divergence')) if count]
     return ', '.join(parts)
+
+
+def points_in_words(counts: Mapping[str, Any]) -> str:
+    """Say at how many points something is unstable, by kind; of loci and boundaries nothing."""
+    return ', '.join(f'{kind} at {counts[name]}' for kind in ('squeal', 'flutter', 'divergence')
+                     if (name := f'points_with_{kind}') in counts)
 
 
 def sweep_rows(record: Sweep, numbers: Sequence[int] = ()) -> Iterator[dict[str, Any]]:

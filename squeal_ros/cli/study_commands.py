@@ -38,6 +38,7 @@ from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
 from squeal_core.surrogate.grid_columns import EXPANSION, FULL, IMPOSSIBLE
 from squeal_ros.cli.arguments import point_options
 from squeal_ros.cli.console import note, plain, ProgressBar, warn
+from squeal_ros.cli.listing import points_in_words
 from squeal_ros.cli.swept_axes import StudySource
 
 MOST_PRINTED = 10_000  # points without a file
@@ -137,8 +138,9 @@ def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dic
     shown: dict[str, Any] = {name: about[name] for name in (
         'task', 'point', 'friction_law', 'rotation', 'parameter', 'band', 'counts', 'impossible')
         if name in about}
-    squeal = found.columns.get('squeal_modes')
-    squeals = {} if squeal is None else {'points_with_squeal': int((squeal > 0).sum())}
+    squeals = {f'points_with_{kind}': int((found.columns[name] > 0).sum()) for kind, name in (
+        ('squeal', 'squeal_modes'), ('flutter', 'flutter_modes'),
+        ('divergence', 'divergent_modes')) if name in found.columns}
     return {
         'points': found.size, 'done': int(found.done.sum()), 'complete': bool(found.done.all()),
         'axes': {name: [float(v[0]), float(v[-1]), len(v)] for name, v in found.axes.items()},
@@ -150,13 +152,14 @@ def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dic
 
 def _in_words(summary: dict[str, Any]) -> str:
     parts = [f'{summary["done"]} of {summary["points"]} points in {summary["seconds"]:.1f} s']
-    if 'points_with_squeal' in summary:
-        parts.append(f'squeal at {summary["points_with_squeal"]}')
+    parts += filter(None, [points_in_words(summary)])
     if summary['expansion']:
         counts = summary['counts']
+        checked = (f'off by at most {counts["largest_error"]:.2g} 1/s at {counts["checks"]:g} '
+                   'points checked' if counts['checks'] else
+                   'too few to check any beside the corners of boxes')
         parts.append(f'{summary["full"]} solved in full, {summary["expansion"]} by '
-                     f'{counts["expansions"]:g} local expansions (off by at most '
-                     f'{counts["largest_error"]:.2g} 1/s at {counts["checks"]:g} points checked)')
+                     f'{counts["expansions"]:g} local expansions ({checked})')
     if summary['impossible_points']:
         parts.append(f'{summary["impossible_points"]} impossible')
     return '; '.join([*parts, *(str(path) for path in (summary['output'], summary['plot'])

@@ -31,6 +31,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import short_repr, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.critical_parameter import critical_value, CriticalValue, Ray
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.parameter_paths import Law, moved, OPERATING, PARAMETERS
 from squeal_core.studies.study_tasks import CriticalTask, default_bounds, LocusTask, MapTask
@@ -47,7 +48,7 @@ from squeal_ros.cli.arguments import (
 )
 from squeal_ros.cli.axis_conflicts import refuse_without_rotation
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
-from squeal_ros.cli.listing import sweep_lines, sweep_rows
+from squeal_ros.cli.listing import points_in_words, sweep_lines, sweep_rows
 from squeal_ros.cli.point_checks import (
     check_band,
     check_design_bounds,
@@ -265,12 +266,14 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
         save_sweep(record, options.output, overwrite=options.force)
     if draw and record.done.any():
         draw(record)
-    flutter, divergence = (int((record.kinds == kind).any(axis=-1).sum())
-                           for kind in ('flutter', 'divergence'))
+    flutter = record.kinds == 'flutter'
+    squeal = flutter & (record.frequencies_hz >= SQUEAL_BAND[0]) & (
+        record.frequencies_hz <= SQUEAL_BAND[1])
     summary = {'points': len(record.points), 'done': int(record.done.sum()),
-               'complete': record.complete, 'points_with_flutter': flutter,
-               'points_with_divergence': divergence, 'output': options.output,
-               'plot': options.plot}
+               'complete': record.complete, 'output': options.output, 'plot': options.plot,
+               **{f'points_with_{name}': int(found.any(axis=-1).sum()) for name, found in (
+                   ('squeal', squeal), ('flutter', flutter),
+                   ('divergence', record.kinds == 'divergence'))}}
     printed = not (options.output or options.plot)
     if options.json:
         results = {name: list(sweep_rows(found, numbers)) for name, found in (
@@ -282,8 +285,8 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
         if printed and without:
             print('\n'.join(['without rotation', *sweep_lines(without, numbers)]))
         files = [str(path) for path in (options.output, options.plot) if path]
-        print('; '.join([f'{summary["done"]} of {summary["points"]} points, flutter at {flutter}'
-                         f', divergence at {divergence}', *files]))
+        print('; '.join([f'{summary["done"]} of {summary["points"]} points',
+                         points_in_words(summary), *files]))
     return 0 if record.complete else 1
 
 

@@ -83,6 +83,14 @@ def test_flutter_and_divergence_are_counted_apart(tmp_path: Path,
         found = answer(capsys, 'map', str(tmp_path / 'two.npz'), '--over',
                        'friction_slope=-0.1:0:3', '--friction', '0.3')
         assert (found['points_with_flutter'], found['points_with_divergence']) == expected
+        assert found['points_with_squeal'] == expected[0]  # at 1.6 kHz
+    # a study of two parameters says it in the same words
+    study = ('--over', 'damping_scale=1:2:1', '--exact')
+    for over, done in ((), '3 of 3 points; '), (study, ' s; '):
+        out = squeal(capsys, 'map', str(tmp_path / 'two.npz'), '--friction', '0.3', '--plot',
+                     str(tmp_path / 'a.svg'), '--force', '--over', 'friction_slope=-0.1:0:3',
+                     *over)[1]
+        assert f'{done}squeal at 2, flutter at 2, divergence at 0; ' in out
 
 
 def test_a_locus_with_and_without_rotation(tmp_path: Path,
