@@ -24,7 +24,7 @@ from squeal_core.studies.sweep_record import Sweep
 from squeal_core.studies.unstable_modes import UnstableMode
 from squeal_core.view.saving import FigureTarget
 from squeal_core.view.slide import GREY, MECHANISMS, slide
-from squeal_core.view.stability_map import axis_of, conditions
+from squeal_core.view.stability_map import axis_of, conditions, shown_to
 
 _LARGEST = 900.0  # points^2, area of the largest bubble
 _LEAST = 14.0  # of the smallest that is drawn: it could not be seen else
@@ -63,7 +63,8 @@ def plot_bubbles(record: Sweep, modes: Sequence[UnstableMode], names: Mapping[st
     top = max([_USUAL_KHZ, *(1.06e-3 * mode.frequency_hz for mode in modes)])
     scale = _LARGEST / max((-mode.damping_ratio for mode in modes), default=1.0)
     heading = title or f'Unstable modes over {label.split("  ")[0]}'
-    about = f'{conditions(record)}; names where the damping ratio is lowest'
+    about = (f'{conditions(record)}{shown_to(record, 1e3 * top)}; '
+             'names where the damping ratio is lowest')
     with slide(path, heading, about, overwrite=overwrite) as figure:
         axes = figure.subplots()
         khz = np.where(np.isin(record.kinds, ('flutter', 'stable')), record.frequencies_hz / 1e3,
@@ -134,4 +135,4 @@ def _legend(figure: Any, modes: Sequence[UnstableMode], scale: float) -> None:
                        label=f'damping ratio −{100.0 * ratio:.2g} %')
                 for ratio in (largest, 0.25 * largest) if modes]
     figure.legend(handles=handles, loc='outside lower center', ncols=4, frameon=False,
-                  columnspacing=1.6, handletextpad=0.9)
+                  columnspacing=1.6, handletextpad=0.9, borderpad=1.0)  # of the largest bubble

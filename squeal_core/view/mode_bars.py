@@ -28,6 +28,7 @@ from squeal_core.view.slide import GREY, Look, number, slide
 INDUSTRY = (0.25, 0.5)
 """Damping ratio below zero from which industry takes a mode for squeal, low and high use [%]."""
 MOST_BARS = 24
+_ABAQUS = 50.0  # per cent of the damping ratio, per unit of -2 Re / |Im| (Re small beside Im)
 _VERDICTS = {'beyond the threshold': Look('#D55E00', '', '//'),
              'unstable, within the threshold': Look('#E69F00', '', '..'),
              'stable': Look('#0072B2', '', '')}
@@ -96,7 +97,7 @@ def plot_damping(bars: Sequence[DampingBar], path: FigureTarget, *, threshold: f
                      label=f"−{INDUSTRY[0]:g} to −{INDUSTRY[1]:g} %: thresholds in industry's use")
         axes.axhline(0.0, color='black', linewidth=1.0)
         axes.axhline(-threshold, color='black', linewidth=1.8, linestyle='--',
-                     label=f'threshold, damping ratio −{threshold:g} %')
+                     label=f'threshold −{threshold:g} %: unstable modes below it count as squeal')
         for verdict, look in _VERDICTS.items():
             own = [(place, bar.percent) for place, bar in enumerate(bars)
                    if bar.verdict == verdict]
@@ -109,10 +110,13 @@ def plot_damping(bars: Sequence[DampingBar], path: FigureTarget, *, threshold: f
                         rotation=90 if len(bars) > 8 else 0, fontsize=12)
         words = (f'the {len(bars)} least stable of the squeal band' if len(bars) == MOST_BARS
                  else 'all that oscillate in the squeal band')
-        axes.set(ylabel='damping ratio  %', xlim=(-0.7, max(len(bars), 1) - 0.3),
+        axes.set(ylabel='damping ratio −Re λ / |λ|  %', xlim=(-0.7, max(len(bars), 1) - 0.3),
                  xlabel=f'mode: frequency; {words}')
         axes.grid(axis='y', color='0.85')
         axes.margins(y=0.12)
+        scale = axes.secondary_yaxis('right', functions=(lambda own: own / _ABAQUS,
+                                                         lambda its: its * _ABAQUS))
+        scale.set_ylabel('as Abaqus prints it, −2 Re λ / |Im λ|')
         figure.legend(loc='outside lower center', ncols=3, frameon=False)
 
 
@@ -149,6 +153,7 @@ def plot_mechanism(why: Mechanism, path: FigureTarget, *, title: str, about: str
         axes.axvline(0.0, color='black', linewidth=1.0)
         axes.set_yticks(range(len(rows)), [row[0] for row in rows])
         axes.invert_yaxis()
+        axes.use_sticky_edges = False  # numbers stand beyond the ends of bars
         axes.margins(x=0.14)
         axes.grid(axis='x', color='0.88')
         axes.set(xlabel='contribution to the growth rate  1/s',

@@ -233,10 +233,12 @@ def _around(axes: Any, view: ShapeView, phase: float) -> None:
     middle = len(ring.points) // 2
     angle = np.arctan2(ring.points[middle, :, 1], ring.points[middle, :, 0])
     order = np.argsort(angle)
-    x, y, z = (ring.motion[middle] * np.exp(1j * phase)).real.T / view.drawn
+    x, y, z = ring.motion[middle].T / view.drawn
     c, s = np.cos(angle), np.sin(angle)
-    for look, name, values in zip(SEVERAL, ('axial', 'tangential', 'radial'), (
-            z, c * y - s * x, c * x + s * y), strict=False):
+    motion = np.array([z, c * y - s * x, c * x + s * y])
+    end = 1.1 * (np.abs(motion).max() or 1.0)  # of the whole cycle
+    shown = (motion * np.exp(1j * phase)).real
+    for look, name, values in zip(SEVERAL, ('axial', 'tangential', 'radial'), shown, strict=False):
         axes.plot(np.rad2deg(angle[order]), values[order], color=look.colour, linestyle=look.dash,
                   linewidth=2.4, label=name)
     for one in view.surfaces:
@@ -244,7 +246,7 @@ def _around(axes: Any, view: ShapeView, phase: float) -> None:
             sector = np.rad2deg(np.arctan2(one.points[..., 1], one.points[..., 0]))
             axes.axvspan(sector.min(), sector.max(), color='0.92', zorder=0,
                          label='pads' if one is view.surfaces[0] else None)
-    axes.set(xlim=(-180.0, 180.0), ylim=(-1.05, 1.05), xticks=range(-180, 181, 90),
+    axes.set(xlim=(-180.0, 180.0), ylim=(-end, end), xticks=range(-180, 181, 90),
              xlabel='angle around the disc  °', title="Around the disc, at the pads' middle")
     axes.set_ylabel('displacement / largest')
     axes.grid(color='0.9')

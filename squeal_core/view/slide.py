@@ -16,6 +16,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import re
 import textwrap
 from typing import Any, NamedTuple
 
@@ -90,7 +91,10 @@ def slide(path: FigureTarget, title: str, about: str, *,
 def slide_figure(title: str, about: str) -> Any:
     """Return the figure of a slide with its title."""
     figure = Figure(figsize=SIZE, layout='constrained')
-    lines = textwrap.wrap(about, _LINE)[:2]
+    # broken after commas and the like: no number loses its unit
+    kept = re.sub('(?<![,;.]) ', '\N{NO-BREAK SPACE}', about)
+    lines = [line.replace('\N{NO-BREAK SPACE}', ' ')
+             for line in textwrap.wrap(kept, _LINE, break_long_words=False)[:2]]
     figure.suptitle('\n'.join([title, *lines]), x=0.01, ha='left', fontsize=16)
     return figure
 

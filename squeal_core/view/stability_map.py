@@ -44,6 +44,7 @@ _CONDITIONS = (  # parameter, in words, and the unit in SI units
     ('friction_slope', 'slope = {:.3g} s/m', 1.0), ('contact_pressure', 'p₀ = {:.3g} bar', 1e5))
 _USUAL_HZ = 8000.0  # up to here K09's maps go
 _MOST_MARKS = 900  # points of a map that are marked
+_MOST_TICKS = 9  # values of an axis of a map that all have their label
 
 
 def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
@@ -85,12 +86,22 @@ def _stiffness(record: Sweep, brief: bool) -> list[str]:
     return [f'contact stiffness {stiffness_words(values.min(), values.max())}']
 
 
+def shown_to(record: Sweep, top: float) -> str:
+    """Say up to which frequency [Hz] modes are drawn, where there are others above it."""
+    above = (record.frequencies_hz > top) & np.isin(record.kinds, ('flutter', 'stable'))
+    if not above.any():
+        return ''
+    unstable = 'some unstable' if (record.kinds[above] == 'flutter').any() else 'nothing unstable'
+    return f', shown to {top / 1e3:.3g} kHz ({unstable} above)'
+
+
 @contextmanager
 def sheet(path: FigureTarget, record: Sweep, heading: str, title: str, *,
-          paper: tuple[float, float] | None, overwrite: bool) -> Iterator[Any]:
+          paper: tuple[float, float] | None, overwrite: bool, more: str = '') -> Iterator[Any]:
     """Give the figure of a slide, or of a size on paper [in], with a title; save it."""
     if paper is None:
-        with slide(path, title or heading, conditions(record), overwrite=overwrite) as figure:
+        with slide(path, title or heading, conditions(record) + more,
+                   overwrite=overwrite) as figure:
             yield figure
         return
     with rc_context(STYLE):
@@ -140,7 +151,8 @@ def plot_stability_map(record: Sweep, path: FigureTarget, *, title: str = '',
     flutter = np.where(record.kinds == 'flutter', record.frequencies_hz, 0.0)
     top = highest_hz or max(_USUAL_HZ, 1.05 * float(flutter.max()))
     with sheet(path, record, f'Frequencies over {label.split("  ")[0]}', title,
-               paper=(9.0, 6.5) if paper else None, overwrite=overwrite) as figure:
+               paper=(9.0, 6.5) if paper else None, overwrite=overwrite,
+               more=shown_to(record, top)) as figure:
         axes = figure.subplots()
         axes.plot(x, oscillating, color='0.72', linewidth=0.7, zorder=1)
         _circles(axes, record, x, top)
@@ -210,12 +222,15 @@ def plot_growth_map(record: Sweep, path: FigureTarget, *, title: str = '', overw
             f'largest growth rate, {band_hz[0] / 1e3:g} to {band_hz[1] / 1e3:g} kHz  1/s\n'
             '(white: stable, grey: not done)'))
         axes.set(xlabel=x_label, ylabel=y_label)
-        end_at_points(axes, x, y)
+        end_at_points(axes, x, y, labelled=True)
 
 
-def end_at_points(axes: Any, x: FloatArray, y: FloatArray) -> None:
-    """End the axes of a map at its outermost points, and mark them all where they are few."""
+def end_at_points(axes: Any, x: FloatArray, y: FloatArray, *, labelled: bool = False) -> None:
+    """End the axes of a map at its outermost points; mark (and label) them where they are few."""
     axes.set(xlim=axis_ends(x), ylim=axis_ends(y))
+    for axis, values in ((axes.xaxis, x), (axes.yaxis, y)):
+        if labelled and 1 < values.size <= _MOST_TICKS:
+            axis.set_ticks(values, [f'{value:.4g}' for value in values.tolist()])
     if x.size * y.size <= _MOST_MARKS:
         axes.plot(*map(np.ravel, np.meshgrid(x, y)), 'o', markersize=4.0,
                   markerfacecolor='white', markeredgecolor='0.3', clip_on=False, zorder=3)

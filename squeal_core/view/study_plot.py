@@ -169,7 +169,7 @@ def _shade(panel: Any, study: Study, pair: tuple[int, int], shown: _Shown) -> An
     panel.patch.set(facecolor='0.92', hatch='///')
     shades = panel.pcolormesh(x, y, np.ma.masked_invalid(values), cmap=shown.colours,
                               shading='nearest', norm=shown.norm)
-    end_at_points(panel, x, y)
+    end_at_points(panel, x, y, labelled=not others)
     level = shown.level
     if level is not None and min(values.shape) > 1 and (
             np.nanmin(values, initial=level) < level < np.nanmax(values, initial=level)):

@@ -141,8 +141,8 @@ def _words(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint
     return {'title': options.title or (
         f'Mode {numbers[mode.index - 1]}: {mode.frequency_hz:.0f} Hz, growth rate '
         f'{number(mode.growth_rate)} 1/s, damping ratio {number(100.0 * mode.damping_ratio)} %'),
-        'about': f'{why.label}: {parts}. {_brake(model)}'
-                     f'{point_words(point, brake_pressure(model, point))}'}
+        'about': (f'{why.label}: {parts}. {_brake(model)}'
+                  f'{point_words(point, brake_pressure(model, point))}')}
 
 
 def _brake(model: BrakeModel) -> str:

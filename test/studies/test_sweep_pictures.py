@@ -26,8 +26,13 @@ from squeal_core import BrakeModel
 from squeal_core.studies.point_options import brake_pressure
 from squeal_core.studies.sweep import sweep
 from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
-from squeal_core.view.slide import point_words, stiffness_words
-from squeal_core.view.stability_map import conditions, plot_growth_map, plot_stability_map
+from squeal_core.view.slide import point_words, slide_figure, stiffness_words
+from squeal_core.view.stability_map import (
+    conditions,
+    plot_growth_map,
+    plot_stability_map,
+    shown_to,
+)
 from squeal_core.view.study_labels import shown_axis
 from squeal_core.view.tornado import parameter_label
 from support.sweeps import at, FRICTIONS, interrupted, PAIR, POINT
@@ -164,3 +169,28 @@ def test_a_part_can_be_drawn(tmp_path: Path) -> None:
     plot_growth_map(sweep(PAIR, POINT, {'rotor_speed': [2.0, 5.0], 'friction': [0.1]}),
                     tmp_path / 'line.png')
     assert (tmp_path / 'line.png').read_bytes().startswith(b'\x89PNG')
+
+
+def test_a_frequency_axis_that_ends_says_so(kang: BrakeModel, tmp_path: Path) -> None:
+    record = sweep(kang, at(kang), {'friction': [0.0]})  # whose modes go beyond 8 kHz
+    svg = drawn(tmp_path / 'map.svg', plot_stability_map, record)
+    assert 'shownto8kHz(nothingunstableabove)' in re.sub(r'\s', '', svg)
+    assert shown_to(record, record.frequencies_hz.max()) == ''
+    growing = sweep(PAIR, POINT, {'friction': [0.5]})
+    assert shown_to(growing, 1000.0) == ', shown to 1 kHz (some unstable above)'
+
+
+def test_a_map_of_few_points_labels_each_of_them(tmp_path: Path) -> None:
+    values = {'rotor_speed': [2.0, 5.0, 11.0], 'friction': [0.1, 0.45, 0.6]}
+    svg = drawn(tmp_path / 'a.svg', plot_growth_map, sweep(PAIR, POINT, values))
+    for one in (2.0, 5.0, 11.0, 0.1, 0.45, 0.6):
+        assert f'>{one:g}</text>' in svg
+
+
+def test_a_title_breaks_between_values_and_not_within() -> None:
+    words = 'mode coupling: disc (3,0) 68%, pad 1 roll 7%, kang2009: 20 rad/s, friction 0.42, '
+    for length in range(20, 60):
+        title = slide_figure('a', f'{length * "x"}, {words}contact stiffness 35 × 10⁹ N/m³')
+        lines = title.get_suptitle().split('\n')
+        assert lines[1].endswith(',')
+        assert 'contact stiffness 35 × 10⁹ N/m³' in lines[2]

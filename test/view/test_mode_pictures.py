@@ -32,11 +32,13 @@ from support.stability_models import fluttering, kang_point, POINT
 
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 
-from PIL import Image  # noqa: E402, I100
-from squeal_core.view import mode_shape  # noqa: E402
+from matplotlib import rc_context  # noqa: E402, I100
+from matplotlib.figure import Figure  # noqa: E402
+from PIL import Image  # noqa: E402
+from squeal_core.view import mode_shape, slide  # noqa: E402
 from squeal_core.view.bubble_map import spread  # noqa: E402
 from squeal_core.view.contributions import ranked_terms  # noqa: E402
-from squeal_core.view.mode_bars import damping_bars  # noqa: E402
+from squeal_core.view.mode_bars import damping_bars, plot_mechanism  # noqa: E402
 from squeal_core.view.mode_shape_page import shape_figure, shape_page  # noqa: E402
 
 COUPLE = 6e-3  # m^2/kg: flutter at POINT
@@ -74,6 +76,38 @@ def test_a_ring_is_drawn_between_its_points_as_its_harmonics_are() -> None:
         np.testing.assert_allclose(points[-1, :, 1], RADII[1] * np.sin(angle), atol=1e-12)
         np.testing.assert_allclose(points[1, :, 2], wave, atol=1e-12)
         np.testing.assert_allclose(size[1], np.abs(wave), atol=1e-12)
+
+
+def test_the_axis_around_the_disc_holds_the_whole_cycle_and_little_more() -> None:
+    view = mode_shape.shape_view(with_ring(), VECTOR, 'a', 'b')
+    for part in (1.0, 0.3):  # of what the pads move
+        axes = Figure().subplots()
+        mode_shape._around(axes, view._replace(drawn=view.drawn / part), 0.5 * np.pi)
+        assert axes.get_ylim() == pytest.approx((-1.1 * part, 1.1 * part), rel=1e-3)
+
+
+def test_numbers_beside_bars_of_a_mechanism_have_room(
+        kang: BrakeModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the lowest bar ends, at which matplotlib would end the axis."""
+    shown: list[Any] = []
+    monkeypatch.setattr(slide, 'save_figure', lambda figure, *_, **__: shown.append(figure))
+    (why,) = mechanisms(kang, kang_point(kang, 20.0))[:1]
+    plot_mechanism(replace(why, contributions={'a': 500.0, 'b': -1000.0, 'c': -20.0}), 'a.png',
+                   title='', about='')
+    low, high = shown[0].axes[0].get_xlim()
+    assert low < -520.0 - 0.1 * (500.0 + 520.0)
+    assert high > 500.0 + 0.1 * (500.0 + 520.0)
+
+
+def test_damping_bars_say_what_the_threshold_is_for(saved: str, tmp_path: Path,
+                                                    capsys: pytest.CaptureFixture[str]) -> None:
+    with rc_context({'svg.fonttype': 'none'}):
+        assert squeal(capsys, 'modes', saved, *AT, '--picture', 'damping', '--threshold', '0.4',
+                      '--plot', str(tmp_path / 'a.svg'))[0] == 0
+    text = (tmp_path / 'a.svg').read_text(encoding='utf-8')
+    for words in ('threshold −0.4 %: unstable modes below it count as squeal',
+                  'as Abaqus prints it, −2 Re λ / |Im λ|', 'damping ratio −Re λ / |λ|  %'):
+        assert words in text
 
 
 def unpacked(packed: dict[str, str]) -> Any:
