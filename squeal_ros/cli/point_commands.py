@@ -175,7 +175,8 @@ def demo(options: argparse.Namespace) -> int:
     rate, speed_up = positive('--rate', options.rate), positive('--speed-up', options.speed_up)
     cycle, vehicle = chosen_drive(options)
     config = Path(options.config or demos.default_config())
-    chosen = replace(load_settings(config), rate=rate)
+    driven = load_settings(config)
+    chosen = replace(driven, rate=rate)
     if not options.config:
         chosen = replace(chosen, model=demos.MODEL)
     model = BrakeModel.load(chosen.model)
@@ -186,9 +187,9 @@ def demo(options: argparse.Namespace) -> int:
     console.print(f'{cycle.name}: {signals.time[-1]:.0f} s of driving at {speed_up:g} x real '
                   f'time, {rate:g} assessments a second of the drive; squeal_monitor runs as '
                   'its own process')
-    if rate < chosen.risk_rate:
-        console.print(f'a vehicle has {load_settings(config).rate:g} a second; the demo has fewer '
-                      '(--rate), as its drive runs faster: the note on short squeals is of that')
+    if rate < driven.rate:
+        console.print(f'a vehicle has {driven.rate:g} a second; the demo has fewer (--rate), as '
+                      'its drive runs faster: a note on short squeals is of that')
     with demos.own_domain() as domain:
         console.print(demos.how_to_listen(domain))
         live = demos.run_live(

@@ -70,6 +70,7 @@ def test_demo_end_to_end_and_replay_equals_live(tmp_path: Path) -> None:
         'outputs.events.csv', 'outputs.applications.csv', 'outputs.summary.json'}
     assert (folder / 'drive.png').read_bytes().startswith(b'\x89PNG')
     assert 'Squeal events' in output
+    assert 'the demo has fewer (--rate)' in output
     assert 'of the braking time' in output.partition('Squeal events')[0]
     found = re.search(r'in ROS domain (\d+), namespace /squeal_demo', output)
     assert found is not None
