@@ -12,126 +12,35 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Charts of brake noise, as SAE J2521 and VDA 306 have them, from tables of applications."""
+"""Charts of levels and frequencies, as SAE J2521 and VDA 306 have them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from squeal_core.calibration.events import MeasuredEvent
-from squeal_core.calibration.scores import braking_numbers
 from squeal_core.common.arrays import FloatArray
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.result_files import ReplayResult
 from squeal_core.sound.comparison import Comparison
-from squeal_core.sound.matching import MatchedApplication
-from squeal_core.view.report.application_shares import classes, exceedance, Shares, shares
-from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, points, style, Trace
+from squeal_core.view.report.application_shares import exceedance
+from squeal_core.view.report.figure import (
+    Figure,
+    fitted_range,
+    GREY,
+    LEGEND,
+    packed,
+    points,
+    style,
+    Trace,
+)
 from squeal_core.view.report.markup import label
 from squeal_core.view.report.runs import end_of, Located, Run, start_of
 
 DECIBELS = 20.0 / math.log(10.0)  # of a neper
 KELVIN = 273.15
 NOT_KNOWN = 'Not known: there is no brake application of which the squeal risk is known.'
-
-
-class Condition(NamedTuple):
-    """What occurrence is shown over, with the width of its classes."""
-
-    name: str
-    title: str
-    unit: str
-    width: float
-    value: Callable[[ApplicationRecord], float]
-    of_all: bool = False
-
-
-CONDITIONS = (
-    Condition('frequency', 'frequency of the worst mode', 'kHz', 0.5,
-              lambda one: one.frequency_hz / 1e3, of_all=True),
-    Condition('pressure', 'mean brake pressure', 'bar', 5.0, lambda one: one.pressure_pa / 1e5),
-    Condition('temperature', 'temperature at the start', '°C', 25.0,
-              lambda one: one.temperature_k - KELVIN),
-    Condition('speed', 'rotor speed at the start', 'rad/s', 10.0,
-              lambda one: abs(one.rotor_speed_rad_s)))
-
-
-def occurrence(runs: Sequence[Run], condition: Condition,
-               comparisons: Sequence[Comparison] = ()) -> Figure:
-    """
-    Return the share of applications with predicted squeal over a condition, and with measured.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Whose applications are counted.
-    condition : Condition
-        What the shares are over.
-    comparisons : sequence of Comparison
-        With measured squeal, one a run; none: nothing was measured.
-
-    """
-    name, title, unit, width, value, of_all = condition
-    about: dict[str, Any] = {'name': f'occurrence-{name}', 'title': f'Occurrence over {name}'}
-    values = [np.array([value(one) for one in run.known]) for run in runs]
-    hits = [np.array([one.alarm for one in run.known], bool) for run in runs]
-    brakings = [run.known_brakings for run in runs]
-    names = [label(run.name) if len(runs) > 1 else 'predicted' for run in runs]
-    for run, found in zip(runs, comparisons, strict=False):
-        heard = [one for one in found.matches.applications if one.outcome != 'not known']
-        values.append(np.array([_measured_value(one, condition) for one in heard]))
-        hits.append(np.array([one.measured for one in heard], bool))
-        brakings.append(braking_numbers([
-            (one.recording, one.start, one.end) for one in (found.braking for found in heard)]))
-        names.append(f'{label(run.name)}, measured' if len(runs) > 1 else 'measured')
-    counted = [own[hit] if of_all else own for own, hit in zip(values, hits, strict=True)]
-    everything = np.concatenate([own[np.isfinite(own)] for own in counted])
-    if not any(len(own) for own in values):
-        return Figure(**about, unknown=NOT_KNOWN)
-    if not everything.size:
-        return Figure(**about, unknown=(
-            f'No squeal is predicted in the {sum(map(len, values))} brake applications of which '
-            'it is known.' if of_all else f'Not known: no brake application has a {name}.'))
-    edges = classes(everything, width)
-    traces = [_bars(words, place, shares(own, hit, number, edges, of_all=of_all))
-              for place, (words, own, hit, number) in enumerate(
-                  zip(names, values, hits, brakings, strict=True))]
-    left_out = sum(int(np.isnan(own).sum()) for own in values[:len(runs)]) if not of_all else 0
-    caption = ('Share of the known brake applications ' + (
-        'whose worst mode is in the class' if of_all else 'of the class')
-        + (' with predicted or measured squeal' if comparisons else ' with predicted squeal')
-        + '; bars of error: 95 %, by brakings of the vehicle.' + (
-            f' Left out: {left_out} applications without a {name}.' if left_out else ''))
-    return Figure(**about, caption=caption, traces=traces, layout={
-        'xaxis': {'title': {'text': f'{title}  {unit}'},
-                  'range': [float(edges[0]), float(edges[-1])]}, 'barmode': 'group', 'bargap': 0.1,
-        'yaxis': {'title': {'text': 'share of applications  %'}, 'rangemode': 'tozero'},
-        'showlegend': len(traces) > 1, 'legend': LEGEND})
-
-
-def _measured_value(one: MatchedApplication, condition: Condition) -> float:
-    """Return the condition of an application; its frequency is the measured pitch."""
-    if not condition.of_all:
-        return condition.value(one.braking.worst)
-    return one.events[0].frequency_hz / 1e3 if one.events else math.nan
-
-
-def _bars(name: str, place: int, found: Shares) -> Trace:
-    percent = 100.0 * found.share
-    return {
-        'type': 'bar', 'name': name, 'x': packed(found.edges[:-1] + 0.5 * np.diff(
-            found.edges)), 'y': packed(percent), 'customdata': packed(np.column_stack(
-                [found.edges[:-1], found.edges[1:], found.counts, 100 * found.low,
-                 100 * found.high])),
-        'marker': {'color': style(place).colour,
-                   'pattern': {'shape': ('', '/', 'x', '.', '\\', '-')[place % 6]}},
-        'error_y': {'type': 'data', 'symmetric': False, 'thickness': 1, 'color': GREY,
-                    'array': packed(100 * found.high - percent),
-                    'arrayminus': packed(percent - 100 * found.low)},
-        'hovertemplate': '%{customdata[0]:.4g} to %{customdata[1]:.4g}: %{y:.1f} % of '
-                         '%{customdata[2]} applications<br>95 %: %{customdata[3]:.1f} to '
-                         '%{customdata[4]:.1f} %<extra></extra>'}
 
 
 def main_peaks(runs: Sequence[Run]) -> Figure:
@@ -147,7 +56,8 @@ def main_peaks(runs: Sequence[Run]) -> Figure:
         'the build-up above the noise floor (1 neper is 8.7 dB). Filled: squeal predicted.'
         ), traces=traces, layout={
             'xaxis': {'title': {'text': 'largest build-up  dB above the noise floor'}},
-            'yaxis': {'title': {'text': 'frequency  kHz'}, 'rangemode': 'tozero'},
+            'yaxis': {'title': {'text': 'frequency  kHz'}, 'range': fitted_range(
+                [one.frequency_hz / 1e3 for run in runs for one in run.known])},
             'hovermode': 'closest', 'legend': LEGEND})
 
 
@@ -166,7 +76,7 @@ def _peaks(run: Run, place: int) -> Iterator[Trace]:
                 'customdata': packed([(one.peak_risk, one.growth_rate_1_s) for one in found]),
                 'marker': {'color': own.colour, 'size': 8, 'opacity': 0.8,
                            'symbol': own.symbol + ('' if alarm else '-open')},
-                'hovertemplate': '%{y:.2f} kHz, %{x:.1f} dB<br>%{text}, risk '
+                'hovertemplate': '%{y:.3f} kHz, %{x:.1f} dB<br>%{text}, risk '
                                  '%{customdata[0]:.2f}, growth %{customdata[1]:+.1f} 1/s'
                                  '<extra></extra>'}
 
@@ -179,8 +89,8 @@ def frequencies_over_time(runs: Sequence[Run],
     none = (NOT_KNOWN if all(run.nothing_known for run in runs) else
             '' if any(run.events for run in runs) else
             'No squeal event is predicted while the risk was known.')
-    measured = [_measured_marks(run, found, len(runs) > 1, place) for place, (run, found)
-                in enumerate(zip(runs, comparisons, strict=False))]
+    measured = [_measured_events(run, found)
+                for run, found in zip(runs, comparisons, strict=False)]
     if none and not any(measured):
         return Figure(**about, unknown=none)
     traces = []
@@ -190,7 +100,8 @@ def frequencies_over_time(runs: Sequence[Run],
             own = [at for at in run.events if brake in ('', at.record.brake)]
             if own:
                 traces.append(_event_marks(run, own, label(brake or run.name), place + number))
-    traces += filter(None, measured)
+    traces += [_measured_marks(runs[place], marks, len(runs) > 1, place)
+               for place, marks in enumerate(measured) if marks]
     longest = max(run.offsets[-1] for run in runs)
     return Figure(**about, caption=(
         (none or 'Every predicted squeal event, at its start. Size: its largest risk.')
@@ -198,7 +109,9 @@ def frequencies_over_time(runs: Sequence[Run],
             ' Recordings are drawn one after the other.' if longest else '')),
         traces=traces, layout={
             'xaxis': {'title': {'text': 'recorded time  s'}, 'rangemode': 'tozero'},
-            'yaxis': {'title': {'text': 'frequency  kHz'}, 'rangemode': 'tozero'},
+            'yaxis': {'title': {'text': 'frequency  kHz'}, 'range': fitted_range(
+                [*(at.record.frequency_hz / 1e3 for run in runs for at in run.events),
+                 *(at.record.frequency_hz / 1e3 for marks in measured for at in marks)])},
             'hovermode': 'closest', 'legend': LEGEND,
             'shapes': [{'type': 'line', 'x0': time, 'x1': time, 'yref': 'paper', 'y0': 0, 'y1': 1,
                         'line': {'color': GREY, 'width': 1, 'dash': 'dot'}}
@@ -217,15 +130,16 @@ def _event_marks(run: Run, events: Sequence[Any], name: str, place: int) -> Trac
         'marker': {'color': own.colour, 'symbol': own.symbol, 'opacity': 0.8,
                    'size': packed([5.0 + 9.0 * (one.peak_risk if one.peak_risk > 0 else 0.0)
                                    for one in records])},
-        'hovertemplate': '%{y:.2f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
+        'hovertemplate': '%{y:.3f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
 
 
-def _measured_marks(run: Run, found: Comparison, is_named: bool, place: int) -> Trace | None:
-    """Return the measured events of a run that have a pitch; None: there is none."""
-    at = [Located(i, event) for i, result in enumerate(run.results)
-          for event in measured_in(result, found)]
-    if not at:
-        return None
+def _measured_events(run: Run, found: Comparison) -> list[Located]:
+    """Return the measured events of a run that have a pitch."""
+    return [Located(i, event) for i, result in enumerate(run.results)
+            for event in measured_in(result, found)]
+
+
+def _measured_marks(run: Run, at: Sequence[Located], is_named: bool, place: int) -> Trace:
     return {
         **points(len(at)), 'name': f'{label(run.name)}, measured' if is_named else 'measured',
         'x': packed([run.elapsed(one, one.record.time) for one in at], 'f8'),
@@ -233,7 +147,7 @@ def _measured_marks(run: Run, found: Comparison, is_named: bool, place: int) -> 
         'text': [label(one.record.place or 'brake not known') for one in at],
         'marker': {'color': style(place).colour if is_named else GREY, 'symbol': 'star-open',
                    'size': 11},
-        'hovertemplate': 'measured %{y:.2f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
+        'hovertemplate': 'measured %{y:.3f} kHz at %{x:.1f} s<br>%{text}<extra></extra>'}
 
 
 def measured_in(result: ReplayResult, found: Comparison) -> list[MeasuredEvent]:

@@ -23,7 +23,7 @@ from squeal_core.view.report.tick_stream import Ticks
 _PRESSURE_CELLS, _SPEED_CELLS = 50, 40  # of the operating map
 _CONDITION_CELLS = 24  # of a friction chart
 _FRICTION_STEP, _FRICTION_CELLS = 0.005, 200
-_LEAST_TICKS = 5  # of a cell that has a boundary
+LEAST_TICKS = 5  # of a cell that has a boundary
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class FrictionBoundary:
         total = counts.sum(axis=1)
         median = (counts.cumsum(axis=1) >= 0.5 * total[:, None]).argmax(axis=1)
         return ((np.arange(_CONDITION_CELLS) + 0.5) / _CONDITION_CELLS * largest,
-                np.where(total >= _LEAST_TICKS, (median + 0.5) * _FRICTION_STEP, np.nan))
+                np.where(total >= LEAST_TICKS, (median + 0.5) * _FRICTION_STEP, np.nan))
 
 
 class ApplicationPath:

@@ -98,6 +98,17 @@ def packed(values: ArrayLike, kind: str = 'f4') -> dict[str, str]:
             **({'shape': ','.join(map(str, array.shape))} if array.ndim > 1 else {})}
 
 
+def fitted_range(values: ArrayLike) -> list[float]:
+    """Return the range of an axis that tells values apart that are close; 0 to 1 of none."""
+    known = np.asarray(values, float).ravel()
+    known = known[np.isfinite(known)]
+    if not known.size:
+        return [0.0, 1.0]
+    low, high = float(known.min()), float(known.max())
+    margin = max(0.06 * (high - low), 0.01 * abs(high))
+    return [low - margin, high + margin]
+
+
 def points(count: int) -> Trace:
     """Return what draws so many markers: a browser has only few places for WebGL."""
     return {'type': 'scattergl' if count > _MOST_IN_SVG else 'scatter', 'mode': 'markers'}

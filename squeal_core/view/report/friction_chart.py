@@ -20,8 +20,12 @@ from typing import Any
 
 import numpy as np
 from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.view.report.condition_maps import ConditionRanges, FrictionBoundary
-from squeal_core.view.report.figure import Figure, packed, points, style, Trace
+from squeal_core.view.report.condition_maps import (
+    ConditionRanges,
+    FrictionBoundary,
+    LEAST_TICKS,
+)
+from squeal_core.view.report.figure import Figure, GREY, packed, points, style, Trace
 from squeal_core.view.report.runs import Run
 
 
@@ -63,20 +67,17 @@ def friction_chart(runs: Sequence[Run], boundary: FrictionBoundary) -> Figure:
         return Figure(**about, unknown='Not known: no brake application has a friction.')
     traces: list[Trace] = []
     limits = (boundary.ranges.speed_classes, boundary.ranges.pressure_classes)
+    lines = 0
     for over in (0, 1):
         names = _class_names(limits[over], *((1.0, 'rad/s'), (1e5, 'bar'))[over])
         for place, name in enumerate(names):
             traces += _points(records, over, place, name, limits[over])
-            if boundary.known:
-                traces.append(_boundary(boundary, over, place, name))
+        own = [line for place, name in enumerate(names)
+               for line in _boundary(boundary, over, place, name)]
+        traces += [*own, *([_explained(over)] if own else [])]
+        lines += len(own)
     caption = ('Mean friction of each brake application: filled where squeal is predicted, open '
-               'where not, crossed where not known. ')
-    caption += ('Lines: predicted stability boundary, the median over the ticks of a class of the '
-                'critical friction nearest to the present one. On one side of it a mode of the '
-                'squeal band is unstable, mostly above; it leaps where another mode is nearest.'
-                if boundary.known else
-                'The predicted stability boundary is not known: no tick has a friction margin, '
-                'which takes a look-up table (`squeal tabulate`).')
+               'where not, crossed where not known. ' + _of_boundary(boundary, lines))
     return Figure(**about, caption=caption, traces=traces, height=440, layout={
         'grid': {'rows': 1, 'columns': 2, 'pattern': 'independent', 'xgap': 0.12},
         'xaxis': {'title': {'text': 'brake pressure  bar'}, 'rangemode': 'tozero'},
@@ -87,6 +88,29 @@ def friction_chart(runs: Sequence[Run], boundary: FrictionBoundary) -> Figure:
                    'title': {'text': 'speed'}},
         'legend2': {'x': 0.56, 'y': 1.02, 'yanchor': 'bottom', 'orientation': 'h',
                     'title': {'text': 'pressure'}}})
+
+
+def _of_boundary(boundary: FrictionBoundary, lines: int) -> str:
+    """Return what the lines of the stability boundary are, or why there are none."""
+    if not boundary.known:
+        return ('The predicted stability boundary is not known: no tick has a friction margin, '
+                'which takes a look-up table (squeal tabulate).')
+    if not lines:
+        return ('There is no line of the predicted stability boundary: of every class there are '
+                f'too few ticks with a friction margin ({LEAST_TICKS} in each of two neighbouring '
+                'steps of pressure or speed).')
+    return ('Lines, in the colour of a class: predicted stability boundary, the median over the '
+            'ticks of the class of the critical friction nearest to the present one. On one side '
+            'of it a mode of the squeal band is unstable, mostly above; it leaps where another '
+            'mode is nearest.')
+
+
+def _explained(over: int) -> Trace:
+    """Return the line that stands for all others in a legend."""
+    axis = '' if over == 0 else '2'
+    return {'type': 'scatter', 'mode': 'lines', 'name': 'stability boundary', 'x': [None],
+            'y': [None], 'line': {'color': GREY, 'width': 2.5}, 'legend': f'legend{axis}',
+            'xaxis': f'x{axis}', 'yaxis': f'y{axis}'}
 
 
 def _class_names(limits: Sequence[float], unit: float, name: str) -> list[str]:
@@ -119,13 +143,16 @@ def _points(records: Sequence[ApplicationRecord], over: int, place: int, name: s
                          'bar, %{customdata[2]:.0f} rad/s<extra></extra>'}] if found else []
 
 
-def _boundary(boundary: FrictionBoundary, over: int, place: int, name: str) -> Trace:
+def _boundary(boundary: FrictionBoundary, over: int, place: int, name: str) -> list[Trace]:
+    """Return the line of a class; none where no two points of it are neighbours."""
     own, axis = style(place), '' if over == 0 else '2'
     condition, friction = boundary.curve(over, place)
-    return {
+    if not np.isfinite(friction[1:] + friction[:-1]).any():
+        return []
+    return [{
         'type': 'scatter', 'mode': 'lines', 'name': f'boundary, {name}', 'showlegend': False,
         'legendgroup': f'{over}{place}', 'legend': f'legend{axis}',
         'xaxis': f'x{axis}', 'yaxis': f'y{axis}',
         'x': packed(condition / (1.0 if over else 1e5)), 'y': packed(friction),
         'line': {'color': own.colour, 'dash': own.dash, 'width': 2.5},
-        'hovertemplate': f'boundary, {name}: friction %{{y:.3f}}<extra></extra>'}
+        'hovertemplate': f'boundary, {name}: friction %{{y:.3f}}<extra></extra>'}]

@@ -31,6 +31,7 @@ from squeal_core.view.report.friction_chart import friction_chart
 from squeal_core.view.report.known import known_section
 from squeal_core.view.report.markup import element, Markup, markup
 from squeal_core.view.report.measured import measured_figures, measured_section
+from squeal_core.view.report.occurrence import CONDITIONS, occurrence
 from squeal_core.view.report.operating_map import operating_map
 from squeal_core.view.report.runs import Run
 from squeal_core.view.report.summary import differences_section, quality_section, summary_section
@@ -140,7 +141,7 @@ def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),
     page.add('summary', '2 Summary', *_each(runs, summary_section),
              *_measured(page, runs, comparisons))
     page.add('charts', '3 Charts', page.draw(
-        *(charts.occurrence(runs, condition, comparisons) for condition in charts.CONDITIONS),
+        *(occurrence(runs, condition, comparisons) for condition in CONDITIONS),
         charts.main_peaks(runs), charts.worst_levels(runs),
         charts.frequencies_over_time(runs, comparisons), friction_chart(runs, boundary)))
     page.add('timeline', '4 Timeline', page.draw(*(

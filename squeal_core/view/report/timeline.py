@@ -24,6 +24,7 @@ from squeal_core.view.report.envelope import StretchEnvelope
 from squeal_core.view.report.figure import (
     boxes,
     Figure,
+    fitted_range,
     GREY,
     hatched,
     LEGEND,
@@ -58,6 +59,8 @@ _PANELS = (
     _Panel('y7', 'squeal_risk', 'squeal risk', 1.0, 0.0, 1.2),
     _Panel(_MODES, '', 'unstable<br>modes  kHz', 1.0, 0.0, 1.5))
 _GAP = 0.018
+_WITHOUT_SCALE = {'showticklabels': False, 'ticks': '', 'showgrid': False,
+                  'zeroline': False}  # where nothing is drawn
 
 
 def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
@@ -84,15 +87,16 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
     for place, brake in enumerate(brakes):
         traces += _curves(envelope, brake, place)
     traces += [*_modes(envelope), *_empty(envelope)]
-    heard = _heard(envelope, measured)
-    traces += heard
+    heard = [event for event in measured if event.time <= envelope.end
+             and max(event.time, event.end) >= envelope.start]
+    traces += _heard(envelope, heard)
     points = ('one point a tick' if envelope.single else
               f'the smallest and the largest value in each {envelope.width:.3g} s')
     return Figure(name, title, wide=True, height=860, traces=traces, caption=(
         f'{what}; {points}. Blue: some brake is known to slide under load. Hatched: the squeal '
         'risk of some brake is not known; of which one, the first row says. Click a brake in the '
         'legend to hide it.' + ' Stars and lines among the modes: measured squeal.' * bool(heard)),
-        layout=_layout(envelope, brakes))
+        layout=_layout(envelope, brakes, heard))
 
 
 def _areas(envelope: StretchEnvelope) -> Iterator[Trace]:
@@ -158,11 +162,10 @@ def _modes(envelope: StretchEnvelope) -> Iterator[Trace]:
 
 def _heard(envelope: StretchEnvelope, measured: Sequence[MeasuredEvent]) -> list[Trace]:
     """Return measured events as lines from start to end among the modes, with a star each."""
-    rows = [(start - envelope.origin, end - envelope.origin, event) for event in measured
-            for start, end in [(event.time, max(event.time, event.end))]
-            if end >= envelope.start and start <= envelope.end]
-    if not rows:
+    if not measured:
         return []
+    rows = [(event.time - envelope.origin, max(event.time, event.end) - envelope.origin, event)
+            for event in measured]
     return [{
         'type': 'scatter', 'mode': 'lines+markers', 'name': 'measured squeal', 'xaxis': 'x',
         'yaxis': _MODES, 'connectgaps': False, 'line': {'color': GREY, 'width': 3},
@@ -175,7 +178,8 @@ def _heard(envelope: StretchEnvelope, measured: Sequence[MeasuredEvent]) -> list
         'hovertemplate': 'measured %{y:.2f} kHz<br>%{text}<extra></extra>'}]
 
 
-def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
+def _layout(envelope: StretchEnvelope, brakes: Sequence[str],
+            measured: Sequence[MeasuredEvent]) -> dict[str, Any]:
     times = envelope.times
     layout: dict[str, Any] = {
         'xaxis': {'title': {'text': 'time from the start of the recording  s'}, 'anchor': _MODES,
@@ -193,15 +197,18 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str]) -> dict[str, Any]:
                 'anchor': 'x', 'rangemode': 'tozero' if panel.offset == 0.0 else 'normal'}
         layout[f'yaxis{panel.axis[1:]}'] = axis
         if panel.column and not _is_known(envelope, panel):
+            axis |= _WITHOUT_SCALE
             _say(layout, panel, 'not known in this stretch')
         top = bottom - _GAP
     layout['yaxis2'] |= {'tickvals': list(range(len(brakes))), 'range': [len(brakes) - 0.5, -0.5],
                          'ticktext': list(map(label, brakes)), 'fixedrange': True,
                          'showgrid': False, 'zeroline': False}
     layout['yaxis7']['range'] = [0, 1]
-    if not envelope.modes().size:
+    modes = envelope.modes()[:, 1]
+    hertz = [*modes.tolist(), *(event.frequency_hz for event in measured)]
+    layout['yaxis8'] |= {'range': fitted_range(np.array(hertz) / 1e3)} if hertz else _WITHOUT_SCALE
+    if not modes.size:
         _say(layout, _PANELS[-1], 'no unstable mode where it is known')
-        layout['yaxis8']['range'] = [0, 16]
     return layout
 
 

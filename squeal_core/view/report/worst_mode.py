@@ -155,9 +155,10 @@ def shape_figure(found: WorstMode, name: str, of: str = '') -> Figure:
     points, amplitude = surface.displaced(vectors.right, _DRAWN)
     return Figure(**about, height=480, traces=list(_meshes(surface, points, amplitude)), caption=(
         f'Mode {mode.index}, {mode.frequency_hz:.0f} Hz, at its extreme, far enlarged; coloured '
-        'by displacement. Drag to turn it.'), layout={
-            'scene': {**{f'{axis}axis': {'title': {'text': f'{axis}  mm'}} for axis in 'xyz'},
-                      'aspectmode': 'data', 'camera': {'eye': {'x': 1.5, 'y': 1.5, 'z': 1.2}}},
+        'by displacement over its largest. x, y and z are in mm. Drag to turn it.'), layout={
+            'scene': {**{f'{axis}axis': {'title': {'text': f'{axis}  mm'}, 'nticks': 4}
+                         for axis in 'xyz'},
+                      'aspectmode': 'data', 'camera': {'eye': {'x': 2.1, 'y': 2.1, 'z': 1.8}}},
             'margin': {'l': 0, 'r': 0, 't': 10, 'b': 0}})
 
 
@@ -172,7 +173,7 @@ def _meshes(surface: Any, points: FloatArray, amplitude: FloatArray) -> Iterator
             'z': packed(z), 'i': packed(i, 'i4'), 'j': packed(j, 'i4'), 'k': packed(k, 'i4'),
             'intensity': packed(amplitude[own]), 'cmin': 0, 'cmax': 1, 'colorscale': RISKS,
             'showscale': first == 0, 'opacity': 1.0, 'flatshading': True,
-            'colorbar': {'title': {'text': 'displacement'}, 'thickness': 12, 'len': 0.6},
+            'colorbar': {'title': {'text': 'displacement<br>over largest'}, 'thickness': 12, 'len': 0.6},
             'hovertemplate': f'{label(patch.name)}: %{{intensity:.2f}}<extra></extra>'}
         first = own.stop
 
