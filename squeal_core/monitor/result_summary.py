@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import scipy
 from squeal_core import __version__
+from squeal_core.calibration.calibration_file import read_calibration
 from squeal_core.common import resources
 from squeal_core.common.json_values import plain
 from squeal_core.model.brake_model import BrakeModel
@@ -31,6 +32,7 @@ from squeal_core.monitor.risk_warnings import NONE
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_stability import NO_TABLE
 from squeal_core.risk.emulator_file import find_emulator
+from squeal_core.risk.ensemble import NOT_CALIBRATED, risk_basis
 from squeal_core.surrogate.table_file import find_table
 
 _CHUNK = 1 << 20  # bytes
@@ -65,8 +67,17 @@ def sources_of(model: BrakeModel, settings: MonitorSettings) -> dict[str, Any]:
         'table': _file(table) if table and table != NO_TABLE else None,
         'emulator': _file(emulator) if emulator and emulator != NONE else None,
         'calibration': _file(settings.calibration) if settings.calibration else None,
+        'risk_basis': _basis(model, settings),
         'settings': {'sha256': hashlib.sha256(text.encode()).hexdigest(), 'yaml': text},
         'rate_hz': settings.rate}
+
+
+def _basis(model: BrakeModel, settings: MonitorSettings) -> str:
+    """Return what the level of the squeal risk rests on."""
+    if not settings.calibration:
+        return NOT_CALIBRATED
+    ensemble = read_calibration(settings.calibration, model)
+    return risk_basis(ensemble.calibrated, ensemble.likelihood_power)
 
 
 def _file(path: str | Path) -> dict[str, str]:

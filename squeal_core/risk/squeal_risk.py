@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from squeal_core.common.arrays import FloatArray, RealArray
 from squeal_core.risk.build_up import nepers, saturation_energy
-from squeal_core.risk.ensemble import Ensemble
+from squeal_core.risk.ensemble import Ensemble, risk_basis
 from squeal_core.risk.risk_records import (
     ApplicationState,
     families_in,
@@ -42,8 +42,6 @@ __all__ = ['GrowthSource', 'MemberGrowth', 'RiskResult', 'RiskSettings', 'Squeal
 
 LEAST_KNOWN = 0.5  # weight of members inside the emulator's domain, below which no risk is known
 _NEVER = -1e9  # 1/s
-_MOSTLY_PRIOR = 0.7  # power of the likelihood below which a calibration hardly moves the level
-_PRIOR = 'the level of the risk is mostly the prior of damping'
 
 
 class SquealRisk:
@@ -73,9 +71,7 @@ class SquealRisk:
         self.settings = settings or RiskSettings()
         self.families, _, decay = families_in(self.settings.band_hz, emulator.families)
         self.decay: RealArray = (np.exp(ensemble.ln_damping) * decay[:, None]).astype(np.float32)
-        self.basis = ensemble.calibrated or 'not calibrated'
-        if not ensemble.calibrated or ensemble.likelihood_power < _MOSTLY_PRIOR:
-            self.basis += f': {_PRIOR}'
+        self.basis = risk_basis(ensemble.calibrated, ensemble.likelihood_power)
         self._coordinates = np.column_stack([
             np.ones_like(ensemble.weights), ensemble.ln_damping, ensemble.ln_contact_stiffness,
             ensemble.friction_bias, ensemble.slope_scale, ensemble.audible_build_up])

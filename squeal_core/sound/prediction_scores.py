@@ -34,10 +34,12 @@ from squeal_core.calibration.scores import (
 )
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.ranges import Ends
+from squeal_core.common.wording import counted
 from squeal_core.sound.brakings import Braking
 from squeal_core.sound.matching import MatchedApplication
 
 _FEW = 10  # events, or silent applications, below which intervals are wide
+SCORES_NOT_KNOWN = 'scores: not known; '  # begins the note that says why
 _LEAST = 4  # applications that two halves can be made of
 _DECIDED = 0.5  # probability from which a baseline says that there is squeal
 PREDICTION, BASE_RATE, TABLE = 'prediction', 'base rate', 'table'
@@ -177,8 +179,8 @@ def score_predictions(known: ScoredApplications, *, seed: int = 0) -> Prediction
     count, measured = known.risk.size, int(known.measured.sum())
     if count < _LEAST or np.unique(known.clusters).size < _LEAST:
         return PredictionScores(measured, count, notes=[
-            f'scores: not known; {count} brake applications are known and were listened to, '
-            f'fewer than {_LEAST} at different times'])
+            f'{SCORES_NOT_KNOWN}{counted(count, "brake application")} of known outcome, fewer '
+            f'than {_LEAST} at different times'])
     halves = _halves(known)
     rate, table = np.zeros(count), np.zeros(count)
     for half in (False, True):

@@ -158,20 +158,25 @@ class Outputs:
 
     def report(self, replay: Replay) -> ReplayReport:
         """Return the report of a replay that was written."""
-        return ReplayReport(self.summary, self.events, replay.findings, replay.notes)
+        return ReplayReport(self.summary, self.events, replay.findings, replay.notes,
+                            self._sources(replay)['risk_basis'])
+
+    def _sources(self, replay: Replay) -> Mapping[str, Any]:
+        if self.sources is None:
+            self.sources = sources_of(replay.model, self.settings)
+        return self.sources
 
     def _summary_json(self, replay: Replay) -> dict[str, Any]:
         path = replay.recording.path
         # a stop is not to wait for a long recording to be read once more
         digest, size = (None, None) if replay.partial else file_hash(path)
-        sources = self.sources or sources_of(replay.model, self.settings)
         return {
             'format': FORMAT,
             'recording': {'name': recording_name(path), 'path': str(path),
                           'kind': replay.recording.kind, 'sha256': digest, 'bytes': size,
                           'start_s': replay.start * 1e-9, 'end_s': replay.end * 1e-9},
-            **sources, 'partial': replay.partial, 'report': self.report(replay).as_json(),
-            'inputs': replay.quality.as_json()}
+            **self._sources(replay), 'partial': replay.partial,
+            'report': self.report(replay).as_json(), 'inputs': replay.quality.as_json()}
 
 
 @contextmanager

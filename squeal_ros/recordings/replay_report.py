@@ -62,14 +62,17 @@ class ReplayReport:
         What of the bag does not fit the settings.
     notes : sequence of str
         What else is to be known of the bag.
+    risk_basis : str
+        What the level of the squeal risk rests on.
 
     """
 
     def __init__(self, summary: DriveSummary, events: Sequence[SquealEvent],
-                 findings: Sequence[Finding], notes: Sequence[str] = ()) -> None:
+                 findings: Sequence[Finding], notes: Sequence[str] = (),
+                 risk_basis: str = '') -> None:
         self.summary, self.events = summary, events
         self._of_risk = _risk_findings(summary)
-        self.findings, self.notes = findings, notes
+        self.findings, self.notes, self.risk_basis = findings, notes, risk_basis
 
     @property
     def good(self) -> bool:
@@ -87,7 +90,7 @@ class ReplayReport:
         worst = worst_reason(summary.brakes.values())
         return {
             'risk_known_share': summary.risk_share, 'risk_known_s': summary.known_time,
-            'never_known': list(summary.never_known),
+            'risk_basis': self.risk_basis, 'never_known': list(summary.never_known),
             'incomplete_share': summary.incomplete_share,
             'assessed_share': summary.share, 'braking_s': summary.braking_time,
             'assessed_s': summary.assessed_time,
@@ -124,6 +127,8 @@ class ReplayReport:
         width = max(map(len, summary.brakes))
         lines += [f'{name:{width}}  {_brake_line(brake)}'
                   for name, brake in summary.brakes.items()]
+        if self.risk_basis and summary.known_time:
+            lines.append(f'squeal risk: {self.risk_basis}')
         if summary.silence:
             lines.append(f'left out: {summary.silence:.1f} s in which no message came')
         lines += self.top_reason

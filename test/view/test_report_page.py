@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 from squeal_core.view.report.drives import read_drives
 from squeal_core.view.report.figure import fitted_range
-from squeal_core.view.report.markup import element, table
+from squeal_core.view.report.markup import element, prose, table
 from squeal_core.view.report.page import report_page
 from squeal_core.view.report.runs import load_runs
 from squeal_ros.cli.main import main
@@ -271,6 +271,55 @@ def test_lines_of_the_friction_chart(tmp_path: Path, seconds: float, words: str,
     traces = next(one for one in figures_of(page) if one['id'] == 'friction')['data']
     assert sum(one['name'] == 'stability boundary' for one in traces) == drawn
     assert any(one['name'].startswith('boundary, ') for one in traces) == bool(drawn)
+
+
+def test_runs_of_different_stretches_are_told(tmp_path: Path, drive: Path) -> None:
+    warning = 'are not of the same drive'
+    same = SyntheticDrive(150.0, brakes=('left', 'right'), seed=5).write(tmp_path / 'same')
+    assert warning not in page_of(drive, same)
+    page = page_of(drive, SyntheticDrive(90.0, brakes=('left', 'right')).write(tmp_path / 'part'))
+    assert page.index(f'part and one {warning}: part has drive from 2023-11-14 22:13:20 UTC to '
+                      '2023-11-14 22:14:50 UTC, and not from') < page.index('part minus one')
+    other = SyntheticDrive(150.0, name='monday', brakes=('left',)).write(tmp_path / 'other')
+    assert f'{warning}: other has other recordings' in page_of(drive, other)
+
+
+def test_what_the_risk_rests_on(tmp_path: Path, drive: Path) -> None:
+    """Under "What is known", before any figure; of results that do not state it, too."""
+    words = 'Squeal risk: not calibrated: the level of the risk is mostly the prior of damping.'
+    page = page_of(drive)
+    assert page.index('id="known"') < page.index(words) < page.index('id="summary"')
+    folder = SyntheticDrive(30.0, brakes=('left',)).write(tmp_path / 'drive')
+    summary = json.loads((folder / 'summary.json').read_text())
+    (folder / 'summary.json').write_text(json.dumps(summary | {'risk_basis': 'by 12 events'}))
+    page = page_of(folder)
+    assert 'Squeal risk: by 12 events.' in page
+    assert 'prior of damping' not in page
+
+
+@each(('start', 'words'), [(1_700_000_000.0, '2023-11-14 22:13:20 UTC'), (12.0, '12.0 s')])
+def test_times_say_their_clock(tmp_path: Path, start: float, words: str) -> None:
+    page = page_of(SyntheticDrive(30.0, brakes=('left',), start=start).write(
+        tmp_path / f'{start}'))
+    assert f'<td>{words}</td>' in page
+    assert 'start (UTC)' not in page
+    assert page.count('The predicted squeal event') + page.count('predicted squeal events,') == 1
+    assert 'may end after the braking' in page
+
+
+def test_words_between_backticks_are_code() -> None:
+    assert prose('see `squeal info M<` now') == 'see <code>squeal info M&lt;</code> now'
+    assert prose('a ` b <') == 'a ` b &lt;'
+
+
+def test_events_without_a_growing_mode_are_explained(tmp_path: Path) -> None:
+    words = 'the mode of the nominal brake is stable there'
+    folder = SyntheticDrive(30.0, brakes=('left',)).write(tmp_path / 'drive')
+    assert words not in page_of(folder)
+    text = (folder / 'events.csv').read_text()
+    row = next(csv.DictReader(text.splitlines()))
+    (folder / 'events.csv').write_text(text.replace(row['growth_rate_1_s'], '-1.1', 1))
+    assert words in page_of(folder)
 
 
 def test_measured_squeal_on_no_clock_is_refused(

@@ -23,8 +23,8 @@ from urllib.parse import quote
 from squeal_core.common.wording import counted
 from squeal_core.view.report.fleet_charts import known_regions, region_words
 from squeal_core.view.report.fleet_groups import FleetData, Group, Row
-from squeal_core.view.report.known import short_hash
-from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.known import risk_bases, short_hash
+from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.summary import share_words
 from squeal_core.view.report.words import DASH, duration, number, percent, risk
 
@@ -49,6 +49,7 @@ def known_section(data: FleetData) -> Iterator[Markup]:
                       'known while a brake was used. Empty charts below are no silence.',
                       class_='warning', role='alert')
     yield element('p', _headline(data), class_='headline')
+    yield from risk_bases([manifest['sources']])
     yield element('p', ' '.join(_counting(manifest)))
     yield from _failures(data)
     yield from _notes(data)
@@ -64,10 +65,13 @@ def _headline(data: FleetData) -> str:
              + f', {duration(sum(one.duration_s for _, one in data.recordings))}')
     if not total.braking_s:
         return f'No braking in {where}, so there is nothing to assess.'
-    return (f'Squeal risk not known for {percent(total.unknown_share)} of the braking time '
-            f'({total.braking_s - total.risk_known_s:.1f} of {total.braking_s:.1f} s of all '
-            f'brakes) in {where}; of {total.known} known brake applications '
-            f'{total.alarms} with predicted squeal.')
+    unknown = total.braking_s - total.risk_known_s
+    return ((f'Squeal risk not known for {percent(total.unknown_share)} of the braking time '
+             f'({unknown:.1f} of {total.braking_s:.1f} s of all brakes) in {where}' if unknown else
+             f'Squeal risk known for all of the braking time ({total.braking_s:.1f} s of all '
+             f'brakes) in {where}')
+            + f'; of {counted(total.known, "known brake application")} {total.alarms} with '
+              'predicted squeal.')
 
 
 def _failures(data: FleetData) -> Iterator[Markup]:
@@ -114,7 +118,7 @@ def _reasons(data: FleetData) -> Iterator[Markup]:
             text, _, remedy = one.why_not_known.rpartition('; ')
             seconds, count, first = found.get(remedy, (0.0, 0, text or remedy or DASH))
             found[remedy] = seconds + unknown, count + 1, first
-    rows = [(duration(seconds), str(count), first, remedy or DASH)
+    rows = [(duration(seconds), str(count), prose(first), prose(remedy or DASH))
             for remedy, (seconds, count, first) in sorted(
                 found.items(), key=lambda item: item[1], reverse=True)]
     if rows:
@@ -175,7 +179,9 @@ def region_table(data: FleetData) -> Iterator[Markup]:
     yield table(('pressure bar', 'speed rad/s', 'of all predicted squeal', *_COLUMNS[2:]), [
         [*region_words(at), percent(one.alarms / total), *_shares(one)]
         for at, one in worst[:10]], numbers_from=2,
-        caption=f'{min(10, len(worst))} of {len(worst)} operating regions with predicted squeal')
+        caption=f'{min(10, len(worst))} of {len(worst)} operating regions with predicted squeal. '
+                'Largest risks are here of brake applications, which include the last half tick; '
+                'elsewhere on this page of ticks')
 
 
 def recordings_section(data: FleetData, pages: Mapping[str, str], how: str) -> Iterator[Markup]:

@@ -94,7 +94,7 @@ def _of_boundary(boundary: FrictionBoundary, lines: int) -> str:
     """Return what the lines of the stability boundary are, or why there are none."""
     if not boundary.known:
         return ('The predicted stability boundary is not known: no tick has a friction margin, '
-                'which takes a look-up table (squeal tabulate).')
+                'which takes a look-up table (`squeal tabulate`).')
     if not lines:
         return ('There is no line of the predicted stability boundary: of every class there are '
                 f'too few ticks with a friction margin ({LEAST_TICKS} in each of two neighbouring '

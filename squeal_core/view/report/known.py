@@ -14,13 +14,14 @@
 
 """Section "What is known" of the page: it comes first, so that no chart reads like silence."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from squeal_core.common.wording import counted
 from squeal_core.monitor.result_files import ReplayResult
-from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.risk.ensemble import NOT_CALIBRATED
+from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.runs import end_of, Run, start_of
 from squeal_core.view.report.words import clock, DASH, duration, percent_down
 
@@ -30,7 +31,8 @@ _MOST_LINES = 12
 def known_section(run: Run) -> list[Markup]:
     """Return what is known of a run: how much of the braking, of which recordings, by what."""
     return [*_warnings(run), element('p', _headline(run), class_='headline'),
-            _recordings(run), *_reasons(run), *_notes(run), _versions(run)]
+            *risk_bases(one.summary for one in run.results), _recordings(run), *_reasons(run),
+            *_notes(run), _versions(run)]
 
 
 def _headline(run: Run) -> str:
@@ -44,6 +46,16 @@ def _headline(run: Run) -> str:
             f'({run.total("risk_known_s"):.1f} of {braking:.1f} s of all brakes) in {where}; '
             f'assessed {percent_down(run.total("assessed_s") / braking)}.'
             + (f' Never known in some recording: {", ".join(never)}.' if never else ''))
+
+
+def risk_bases(summaries: Iterable[Mapping[str, Any]]) -> Iterator[Markup]:
+    """Yield what the level of the squeal risk rests on."""
+    bases = [one.get('risk_basis') or ('' if one.get('calibration') else NOT_CALIBRATED)
+             for one in summaries]
+    for basis in filter(None, dict.fromkeys(bases)):
+        yield element('p', f'Squeal risk: {basis}.' + (
+            ' Its changes over a drive say more than its level.'
+            if 'prior of damping' in basis else ''))
 
 
 def _warnings(run: Run) -> Iterator[Markup]:
@@ -81,7 +93,7 @@ def _recordings(run: Run) -> Markup:
                 DASH if not braking else percent_down(report['risk_known_s'] / braking),
                 ', '.join(never) or DASH, short_hash(recording.get('sha256'))]
 
-    return table(('recording', 'kind', 'start (UTC)', 'duration', 'braking time', 'assessed',
+    return table(('recording', 'kind', 'start', 'duration', 'braking time', 'assessed',
                   'risk known', 'never known', 'SHA-256'), map(row, run.results),
                  numbers_from=3)
 
@@ -96,7 +108,7 @@ def _reasons(run: Run) -> Iterator[Markup]:
                 key = brake, str(reason['state']), f'{reason["text"]}; {reason["remedy"]}'
                 found[key] = found.get(key, 0.0) + reason['braking_ticks'] / rate
     ranked = sorted(((seconds, *key) for key, seconds in found.items()), reverse=True)
-    rows = [(brake, f'{seconds:.1f} s', state, *text.rpartition('; ')[::2])
+    rows = [(brake, f'{seconds:.1f} s', state, *map(prose, text.rpartition('; ')[::2]))
             for seconds, brake, state, text in ranked if seconds > 0.0]
     if rows:
         yield table(('brake', 'braking time', 'state', 'why not known, at first', 'remedy'),
@@ -112,7 +124,7 @@ def _notes(run: Run) -> Iterator[Markup]:
               for finding in one.summary['report']['findings']),
             *one.summary['report']['notes']))
     if lines:
-        yield element('ul', [element('li', line) for line in list(lines)[:_MOST_LINES]])
+        yield element('ul', [element('li', prose(line)) for line in list(lines)[:_MOST_LINES]])
 
 
 def _versions(run: Run) -> Markup:

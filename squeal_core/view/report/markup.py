@@ -42,6 +42,15 @@ def markup(content: Content) -> Markup:
     return Markup(''.join(map(markup, content)))
 
 
+def prose(text: str) -> Markup:
+    """Return text in which what is between backticks is code."""
+    parts = text.split('`')
+    if len(parts) % 2 == 0:
+        return markup(text)
+    return markup([element('code', one) if place % 2 else one
+                   for place, one in enumerate(parts)])
+
+
 def element(tag: str, *content: Content, **attributes: str) -> Markup:
     """Return an element; a trailing _ of an attribute's name is left out, others become '-'."""
     words = ''.join(f' {name.rstrip("_").replace("_", "-")}="{markup(str(value))}"'

@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 from squeal_core.sound.comparison import ahead_or_late, Comparison, HIT_ALONE
 from squeal_core.sound.matching import MatchedApplication, OUTCOMES
+from squeal_core.sound.prediction_scores import SCORES_NOT_KNOWN
 from squeal_core.view.report.figure import Figure, GREY, LEGEND, packed, style
-from squeal_core.view.report.markup import Content, element, Markup, table
+from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.words import clock, DASH, number, risk
 
 _LISTED = 20  # applications
@@ -32,7 +33,7 @@ _LISTED = 20  # applications
 def measured_section(found: Comparison, of_run: str) -> list[Markup]:
     """Return what is not known of a comparison, then outcomes, pitches, lead times and scores."""
     return [element('h3', f'Measured squeal{of_run}'),
-            element('ul', [element('li', note) for note in found.notes]),
+            element('ul', [element('li', prose(note)) for note in found.notes]),
             _outcomes(found), *_pitches(found), *_scores(found), *_applications(found)]
 
 
@@ -91,7 +92,7 @@ def _scores(found: Comparison) -> Iterator[Markup]:
                     caption='Scores, with 95 % intervals, beside the base rate and a table over '
                             'pressure, speed and temperature, each learned on the other half')
     for note in scores.notes:
-        yield element('p', note)
+        yield element('p', prose(note))
 
 
 def _with_ends(value: float, ends: tuple[float, float]) -> str:
@@ -105,7 +106,7 @@ def _applications(found: Comparison) -> Iterator[Markup]:
              if one.outcome in ('miss', 'false alarm', 'hit')]
     shown.sort(key=lambda one: ('miss', 'false alarm', 'hit').index(one.outcome))
     if shown:
-        yield table(('start (UTC)', 'recording', 'brakes', 'outcome', 'risk', 'predicted Hz',
+        yield table(('start', 'recording', 'brakes', 'outcome', 'risk', 'predicted Hz',
                      'measured Hz', 'alarm'), map(_row, shown[:_LISTED]), numbers_from=4,
                     caption='Misses and false alarms first')
     if len(shown) > _LISTED:
@@ -135,9 +136,9 @@ def _diagonal(low: float, high: float, words: str) -> dict[str, Any]:
 def _calibration(found: Comparison, name: str, title: str) -> Figure:
     curve = np.array(found.scores.curve, float).reshape(-1, 3)
     if not len(curve):
-        return Figure(name, title, unknown='Not known: ' + (
-            '; '.join(found.scores.notes) or 'there are too few applications whose outcome is '
-            'known') + '.')
+        return Figure(name, title, unknown='Not known: ' + ('; '.join(
+            note.removeprefix(SCORES_NOT_KNOWN) for note in found.scores.notes)
+            or 'there are too few applications whose outcome is known') + '.')
     own = style(0)
     return Figure(name, title, caption=(
         'Calibration curve: share of brake applications with measured squeal over their predicted '

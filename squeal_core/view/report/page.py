@@ -29,7 +29,7 @@ from squeal_core.view.report.drives import Drive, read_drives, Stretch
 from squeal_core.view.report.figure import Figure
 from squeal_core.view.report.friction_chart import friction_chart
 from squeal_core.view.report.known import known_section
-from squeal_core.view.report.markup import element, Markup, markup
+from squeal_core.view.report.markup import element, Markup, markup, prose
 from squeal_core.view.report.measured import measured_figures, measured_section
 from squeal_core.view.report.occurrence import CONDITIONS, occurrence
 from squeal_core.view.report.operating_map import operating_map
@@ -93,7 +93,7 @@ def _place(figure: Figure) -> Markup:
     kinds = [kind for kind, is_so in (('wide', figure.wide), ('solid', 'scene' in figure.layout))
              if is_so]
     if figure.unknown:
-        inside = [element('div', element('span', figure.unknown), class_='unknown',
+        inside = [element('div', element('span', prose(figure.unknown)), class_='unknown',
                           id=figure.name)]
     else:
         inside = [element('div', class_='plot', id=figure.name,
@@ -101,7 +101,7 @@ def _place(figure: Figure) -> Markup:
         if 'solid' in kinds:
             inside.append(Markup(f'<img class="printed" alt="{markup(figure.title)}">'))
     return element('figure', element('h3', figure.title), *inside,
-                   element('figcaption', figure.caption), class_=' '.join(kinds))
+                   element('figcaption', prose(figure.caption)), class_=' '.join(kinds))
 
 
 def report_page(runs: Sequence[Run], *, comparisons: Sequence[Comparison] = (),

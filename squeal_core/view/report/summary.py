@@ -21,11 +21,10 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.common.wording import counted
 from squeal_core.view.report.application_shares import Alarms, difference
 from squeal_core.view.report.charts import DECIBELS, KELVIN
 from squeal_core.view.report.markup import Content, element, Markup, table
-from squeal_core.view.report.runs import Located, Run
+from squeal_core.view.report.runs import end_of, Located, Run, start_of
 from squeal_core.view.report.words import (
     clock,
     DASH,
@@ -88,12 +87,25 @@ def _worst_events(run: Run) -> Iterator[Markup]:
                and (column[0] != 'position' or place)]
     yield table([name for name, _ in columns],
                 [[words(run, at) for _, words in columns] for at in run.events[:_WORST_EVENTS]],
-                numbers_from=3 if several else 2,
-                caption=f'Worst of {counted(count, "predicted squeal event")}, by risk')
+                numbers_from=3 if several else 2, caption=_of_events(count))
+    if any(at.record.growth_rate_1_s <= 0.0 for at in run.events[:_WORST_EVENTS]):
+        yield element('p', 'Events of a growth below 0 and the mechanism stable: the mode of the '
+                      'nominal brake is stable there; the risk is of those brakes of the ensemble '
+                      'in which it grows.')
+
+
+def _of_events(count: int) -> str:
+    """Return what the table of events shows, and how its risks and times are to be read."""
+    words = 'The predicted squeal event' if count == 1 else (
+        f'The worst {_WORST_EVENTS} of {count} predicted squeal events, by risk'
+        if count > _WORST_EVENTS else f'{count} predicted squeal events, worst first, by risk')
+    return (f'{words}. Risk: the largest at its ticks; that of a brake application, above, '
+            'includes the last half tick and may be larger. An event lasts until its alarm is '
+            'over, so it may end after the braking (risk_hold)')
 
 
 _EVENT: tuple[tuple[str, Callable[[Run, Located], str]], ...] = (
-    ('start (UTC)', lambda run, at: clock(at.record.start_s)),
+    ('start', lambda run, at: clock(at.record.start_s)),
     ('recording', lambda run, at: run.results[at.recording].name),
     ('brake', lambda run, at: at.record.brake),
     ('duration s', lambda run, at: f'{at.record.end_s - at.record.start_s:.1f}'),
@@ -113,7 +125,29 @@ _EVENT: tuple[tuple[str, Callable[[Run, Located], str]], ...] = (
 
 def differences_section(runs: Sequence[Run]) -> list[Markup]:
     """Return how each further run differs from the first: figures, models, settings."""
-    return [_figures(runs), *_versions(runs)]
+    return [*_stretches(runs), _figures(runs), *_versions(runs)]
+
+
+def _stretches(runs: Sequence[Run]) -> Iterator[Markup]:
+    """Yield a warning for each run of other recordings than the first, or other parts of them."""
+    first = _parts(runs[0])
+    for run in runs[1:]:
+        own = _parts(run)
+        if own == first:
+            continue
+        other = [f'{key[0]} from {" to ".join(map(clock, own[key]))}, and not from '
+                 f'{" to ".join(map(clock, first[key]))}'
+                 for key in own if key in first and own[key] != first[key]]
+        yield element('p', f'{run.name} and {runs[0].name} are not of the same drive: {run.name} '
+                      f'has {other[0] if other else "other recordings"}. Shares may differ for '
+                      'that alone; to compare models or settings replay the same stretch of the '
+                      'same recordings.', class_='warning')
+
+
+def _parts(run: Run) -> dict[tuple[str, str], tuple[float, float]]:
+    """Return the ends of the stretch [s] of each recording, by its name and hash."""
+    return {(result.name, str(result.summary['recording'].get('sha256'))): (
+        round(start_of(result), 1), round(end_of(result), 1)) for result in run.results}
 
 
 _FIGURES: tuple[tuple[str, Callable[[Run], float], Callable[[float], str]], ...] = (
@@ -224,8 +258,8 @@ def quality_section(run: Run) -> list[Markup]:
             inputs.setdefault(key, []).append(one)
     if not inputs:
         return [element('p', 'Not known: the results hold no figures of their inputs.')]
-    return [table(('brake', 'input', 'source', 'unit', 'recordings', 'messages', 'least rate Hz',
-                   'gaps', 'longest gap s', 'stale s', 'invalid s', 'invalid, by reason'),
+    return [table(('brake', 'input', 'source', 'evaluated in', 'recordings', 'messages',
+                   'least rate Hz', 'gaps', 'longest gap s', 'stale s', 'invalid s', 'invalid, by reason'),
                   [_quality(key, found) for key, found in inputs.items()], numbers_from=4)]
 
 

@@ -49,7 +49,7 @@ def duration(seconds: float) -> str:
 
 
 def clock(time: float) -> str:
-    """Return a time in ISO 8601, UTC; that of a clock without a date in s."""
+    """Return date and time, UTC; the time of a clock without a date in s."""
     if not time > DATED:
         return f'{time:.1f} s'
-    return datetime.fromtimestamp(time, UTC).strftime('%Y-%m-%d %H:%M:%S')
+    return datetime.fromtimestamp(time, UTC).strftime('%Y-%m-%d %H:%M:%S UTC')

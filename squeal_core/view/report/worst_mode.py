@@ -173,7 +173,8 @@ def _meshes(surface: Any, points: FloatArray, amplitude: FloatArray) -> Iterator
             'z': packed(z), 'i': packed(i, 'i4'), 'j': packed(j, 'i4'), 'k': packed(k, 'i4'),
             'intensity': packed(amplitude[own]), 'cmin': 0, 'cmax': 1, 'colorscale': RISKS,
             'showscale': first == 0, 'opacity': 1.0, 'flatshading': True,
-            'colorbar': {'title': {'text': 'displacement<br>over largest'}, 'thickness': 12, 'len': 0.6},
+            'colorbar': {'title': {'text': 'displacement<br>over largest'}, 'thickness': 12,
+                         'len': 0.6},
             'hovertemplate': f'{label(patch.name)}: %{{intensity:.2f}}<extra></extra>'}
         first = own.stop
 
