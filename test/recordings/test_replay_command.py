@@ -79,12 +79,14 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 def test_a_good_bag(run: Run) -> None:
     code, out, err = run(braking())
     assert (code, err) == (0, '')
-    first, second, brake, events, *_ = out.splitlines()
+    first, second, brake, basis, events, *_ = out.splitlines()
     assert first == ('squeal risk known for 100 % of the braking time (2.1 of 2.1 s), 100 % in '
                      'brake applications seen in part only')  # it has no release
     assert second == 'assessed 100 % of the braking time (2.1 of 2.1 s)'
     assert re.fullmatch(r'fl +100 % of 2\.1 s; squeal risk 0\.[0-9]{2} on average, up to '
                         r'0\.[0-9]{2}; ticks: 21 steady', brake)
+    assert basis == ('squeal risk: not calibrated: the level of the risk is mostly the prior of '
+                     'damping')
     assert events == '21 ticks, 1 squeal event'
     code, out, _ = run([], '--json')
     found = json.loads(out)

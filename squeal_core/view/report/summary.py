@@ -259,7 +259,8 @@ def quality_section(run: Run) -> list[Markup]:
     if not inputs:
         return [element('p', 'Not known: the results hold no figures of their inputs.')]
     return [table(('brake', 'input', 'source', 'evaluated in', 'recordings', 'messages',
-                   'least rate Hz', 'gaps', 'longest gap s', 'stale s', 'invalid s', 'invalid, by reason'),
+                   'least rate Hz', 'gaps', 'longest gap s', 'stale s', 'invalid s',
+                   'invalid, by reason'),
                   [_quality(key, found) for key, found in inputs.items()], numbers_from=4)]
 
 
