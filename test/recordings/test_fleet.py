@@ -207,7 +207,7 @@ def test_the_page_of_a_fleet(cars: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert 'messages are whole and read, the rest is lost' in text
     assert 'Copies of other recordings, which count once: 1.' in text
     assert text.index('1 of 5 recordings could not be evaluated') < text.index(
-        'Squeal risk not known for 0.0 %') < text.index('id="by-vehicle"')
+        'Squeal risk known for all of the braking time') < text.index('id="by-vehicle"')
     assert '<i>' not in text
     (link,) = {part.partition('"')[0] for part in text.split('href="')[1:]
                if part.startswith('fleet_recordings')}

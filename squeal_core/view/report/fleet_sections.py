@@ -65,7 +65,7 @@ def _headline(data: FleetData) -> str:
              + f', {duration(sum(one.duration_s for _, one in data.recordings))}')
     if not total.braking_s:
         return f'No braking in {where}, so there is nothing to assess.'
-    unknown = total.braking_s - total.risk_known_s
+    unknown = round(total.braking_s - total.risk_known_s, 6)
     return ((f'Squeal risk not known for {percent(total.unknown_share)} of the braking time '
              f'({unknown:.1f} of {total.braking_s:.1f} s of all brakes) in {where}' if unknown else
              f'Squeal risk known for all of the braking time ({total.braking_s:.1f} s of all '
