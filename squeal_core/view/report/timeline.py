@@ -193,8 +193,9 @@ def _layout(envelope: StretchEnvelope, brakes: Sequence[str],
     top = 1.0
     for panel in _PANELS:
         bottom = max(0.0, top - unit * panel.height)
-        axis = {'title': {'text': panel.title, 'font': {'size': 11}}, 'domain': [bottom, top],
-                'anchor': 'x', 'rangemode': 'tozero' if panel.offset == 0.0 else 'normal'}
+        axis: dict[str, Any] = {
+            'title': {'text': panel.title, 'font': {'size': 11}}, 'domain': [bottom, top],
+            'anchor': 'x', 'rangemode': 'tozero' if panel.offset == 0.0 else 'normal'}
         layout[f'yaxis{panel.axis[1:]}'] = axis
         if panel.column and not _is_known(envelope, panel):
             axis |= _WITHOUT_SCALE
