@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from squeal_core.calibration import scores
+from squeal_core.calibration import baselines, scores
 from squeal_core.calibration.applications import BrakeApplication, inputs_of, Observation
 from squeal_core.calibration.calibrate import Calibration
 from squeal_core.calibration.candidates import BrakeCandidates
@@ -90,18 +90,18 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
     after = predictor.evaluate(found.candidates)
     prior = predictor.evaluate(BrakeCandidates.of_ensemble(prior_ensemble(found.prior)))
     inputs, at = inputs_of([*known, *new]), len(known)
-    rate = scores.base_rate_of(before)
+    rate = baselines.base_rate_of(before)
     probability = {
         'calibrated': hearing.heard(after.squeals.mean(axis=0)),
         'prior': hearing.heard(prior.squeals.mean(axis=0)),
         'base rate': np.full(len(new), rate),
-        'table': scores.lookup_table(inputs[:at, :_OF_TABLE], before, inputs[at:, :_OF_TABLE])}
+        'table': baselines.lookup_table(inputs[:at, :_OF_TABLE], before, inputs[at:, :_OF_TABLE])}
     without = ''
-    if scores.has_sklearn():
-        probability['logistic regression'] = scores.logistic_regression(
+    if baselines.has_sklearn():
+        probability['logistic regression'] = baselines.logistic_regression(
             inputs[:at], before, inputs[at:])
     else:
-        without = f'logistic regression: {scores.EXTRA}'
+        without = f'logistic regression: {baselines.EXTRA}'
     pitch = np.array([one.frequency_hz for one in unseen])
     likely = after.by_family.mean(axis=0).argmax(axis=-1)
     off = np.abs(pitch / after.frequency_hz[np.arange(len(new)), likely] - 1.0)[heard]

@@ -21,13 +21,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from squeal_core.calibration.baselines import base_rate_of, lookup_table
 from squeal_core.calibration.scores import (
-    base_rate_of,
     bootstrap_draws,
     braking_numbers,
     calibration_curve,
     interval,
-    lookup_table,
     matthews,
     Score,
     score,

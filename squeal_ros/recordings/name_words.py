@@ -24,6 +24,26 @@ _SPELT = str.maketrans({'ä': 'ae', 'ö': 'oe', 'ü': 'ue', 'ß': 'ss', 'Ä': 'A
 _UNIT = re.compile(r'[\[({<][^\[\](){}<>]*[\])}>]\s*$')
 
 
+def _each(words: str, value: float) -> dict[str, float]:
+    return dict.fromkeys(words.split(), value)
+
+
+# what these words say against any signal
+OTHER_THINGS = {
+    **_each(
+        'ambient umgebung ambiant ambiante ambiente luft air aria aire oil oel huile olio aceite '
+        'cool kuehl coolant water wasser tyre tire reifen pneu pneus pneumatico fuel kraftstoff '
+        'engine motor moteur motore schall sound mic mikrofon microphone gyro yaw pitch roll imu '
+        'angular gier wind barometer barometric intake boost exhaust abgas std stddev variance '
+        'cabin innenraum cpu battery batterie torque moment humidity feuchte', -6.0),
+    **_each(
+        'soll target setpoint cmd command commanded desired request requested sollwert consigne '
+        'limit limite fluid fluessigkeit pad belag plaquette pastiglia lining master tandem '
+        'error status quality raw counter min max', -2.0)}
+OTHER_STEMS = ('umgebung', 'schall', 'motordreh', 'reifen', 'aussen', 'kuehl', 'oeltemp',
+               'ambient')
+
+
 def plain_words(name: str) -> list[str]:
     """
     Return the words of a name: without its unit in brackets, accents and case.

@@ -22,7 +22,7 @@ import re
 from squeal_core.common.measured_units import find_unit, Unit, UNITS
 from squeal_core.monitor.setting_specs import Signal, SIGNALS
 from squeal_ros.recordings.contents import Entry
-from squeal_ros.recordings.name_words import plain_words
+from squeal_ros.recordings.name_words import OTHER_STEMS, OTHER_THINGS, plain_words
 from squeal_ros.recordings.signals_file import QUANTITIES
 
 ONE_BRAKE = 'brake'  # name of one that nothing tells apart
@@ -43,26 +43,8 @@ _WORDS: Mapping[Signal, Mapping[str, float]] = {  # whole ones
     'pressure': {'p': 1.0, 'prs': 2.0, 'pb': 1.0}, 'friction': {'mu': 3.0, 'cof': 3.0},
     'rotor_speed': {'n': 1.0, 'v': 0.5, 'vel': 2.0, 'ws': 1.0, 'whl': 1.0},
     'temperature': {'t': 0.5, 'tmp': 2.0}}
-
-
-def _each(words: str, value: float) -> dict[str, float]:
-    return dict.fromkeys(words.split(), value)
-
-
-# what these words say against any signal
-_OTHER_THINGS = {
-    **_each(
-        'ambient umgebung ambiant ambiante ambiente luft air aria aire oil oel huile olio aceite '
-        'cool kuehl coolant water wasser tyre tire reifen pneu pneus pneumatico fuel kraftstoff '
-        'engine motor moteur motore schall sound mic mikrofon microphone gyro yaw pitch roll imu '
-        'angular gier wind barometer barometric intake boost exhaust abgas std stddev variance '
-        'cabin innenraum cpu battery batterie torque moment humidity feuchte', -6.0),
-    **_each(
-        'soll target setpoint cmd command commanded desired request requested sollwert consigne '
-        'limit limite fluid fluessigkeit pad belag plaquette pastiglia lining master tandem '
-        'error status quality raw counter min max', -2.0)}
-_OTHER_STEMS = ('umgebung', 'schall', 'motordreh', 'reifen', 'aussen', 'kuehl', 'oeltemp',
-                'ambient')
+_UNIT_STEMS = {'1/min': ('drehzahl', 'rpm', 'regime', 'giri', 'umdreh', 'tours'),
+               'km/h': ('vehicle', 'fahrzeug', 'geschw', 'vitesse', 'velocita')}
 _LATITUDE = frozenset(('lat', 'latitude', 'latitud', 'latitudine', 'breite', 'breitengrad'))
 _LONGITUDE = frozenset(('lon', 'long', 'lng', 'longitude', 'longitud', 'longitudine', 'laenge',
                         'laengengrad'))
@@ -227,8 +209,8 @@ def _guesses(entry: Entry) -> Iterator[Guess]:
     words = plain_words(label)
     joined = ''.join(words)
     stated = find_unit(entry.unit) if entry.unit else None
-    against = sum(_OTHER_THINGS.get(word, 0.0) for word in set(words)) - 6.0 * any(
-        stem in joined for stem in _OTHER_STEMS)
+    against = sum(OTHER_THINGS.get(word, 0.0) for word in set(words)) - 6.0 * any(
+        stem in joined for stem in OTHER_STEMS)
     against += 0.5 * any(stem in joined for stem in _BETTER)
     for signal in SIGNALS:
         score = max([0.0, *(value for stem, value in _STEMS[signal].items() if stem in joined),
@@ -286,17 +268,16 @@ def _place(words: Sequence[str]) -> str:
 
 def _unit_of(signal: Signal, entry: Entry, joined: str) -> tuple[Unit, str]:
     """Return a unit that is not stated, and by what it was guessed."""
-    largest = max(abs(entry.minimum), abs(entry.maximum))
-    by_range = f'by its range, {entry.minimum:.4g} to {entry.maximum:.4g}'
+    low, largest = entry.minimum, max(abs(entry.minimum), abs(entry.maximum))
+    by_range = f'by its range, {low:.4g} to {entry.maximum:.4g}'
     if signal == 'pressure':
         name = 'bar' if largest <= 300.0 else 'kPa' if largest <= 30_000.0 else 'Pa'
         return UNITS[name], by_range
     if signal == 'temperature':
-        return UNITS['K' if entry.minimum > 240.0 and largest < 1100.0 else 'degC'], by_range
+        return UNITS['K' if low > 240.0 and largest < 1100.0 else 'degC'], by_range
     if signal == 'friction':
         return (UNITS['-'], '') if largest <= 2.0 else (UNITS['%'], by_range)
-    if any(stem in joined for stem in ('drehzahl', 'rpm', 'regime', 'giri', 'umdreh', 'tours')):
-        return UNITS['1/min'], 'by its name'
-    if any(stem in joined for stem in ('vehicle', 'fahrzeug', 'geschw', 'vitesse', 'velocita')):
-        return UNITS['km/h'], 'by its name'
+    for unit, stems in _UNIT_STEMS.items():
+        if any(stem in joined for stem in stems):
+            return UNITS[unit], 'by its name'
     return UNITS['rad/s' if largest <= 200.0 else '1/min'], by_range

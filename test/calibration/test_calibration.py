@@ -21,7 +21,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from squeal_core.calibration import scores
+from squeal_core.calibration import baselines, scores
 from squeal_core.calibration.applications import BrakeApplication, Observation
 from squeal_core.calibration.calibrate import calibrate
 from squeal_core.calibration.calibration_report import (
@@ -121,7 +121,7 @@ def test_calibration_beats_what_knows_no_physics(kang: BrakeModel) -> None:
     mean = {name: np.mean([one.brier[name] for one in trials]) for name in trials[0].brier}
     assert mean['calibrated'] < mean['truth'] + 0.01
     assert mean['calibrated'] < min(mean['base rate'], mean['table']) - 0.01
-    if scores.has_sklearn():
+    if baselines.has_sklearn():
         assert mean['calibrated'] < mean['logistic']
     assert min(one.effective_size for one in trials) > 150.0
     together = scores.score(np.concatenate([one.probability for one in trials]),
@@ -251,7 +251,7 @@ def test_scores() -> None:
     assert math.isnan(flat.correlation)
     inputs = rng.random((4000, 3))
     wet = rng.random(4000) < inputs[:, 0]
-    table = scores.lookup_table(inputs[:2000], wet[:2000], inputs[2000:])
+    table = baselines.lookup_table(inputs[:2000], wet[:2000], inputs[2000:])
     assert scores.score(table, wet[2000:], 0.5).brier < 0.19
 
 
@@ -260,7 +260,7 @@ def test_scores_by_scikit_learn() -> None:
     rng = np.random.default_rng(0)
     x = rng.standard_normal((400, 2))
     heard = rng.random(400) < 1.0 / (1.0 + np.exp(-3.0 * x[:, 0]))
-    found = scores.score(scores.logistic_regression(x[:200], heard[:200], x[200:]), heard[200:],
+    found = scores.score(baselines.logistic_regression(x[:200], heard[:200], x[200:]), heard[200:],
                          0.5)
     assert found.roc_area > 0.85
     assert found.roc_interval[0] < found.roc_area < found.roc_interval[1]

@@ -14,9 +14,6 @@
 
 """`squeal replay` over bags that do not fit its settings: what it says first, exit codes."""
 
-from collections import Counter
-from collections.abc import Iterator
-import gc
 import json
 from pathlib import Path
 import re
@@ -27,13 +24,9 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from squeal_core.model.brake_model import BrakeModel  # noqa: E402
-from squeal_core.monitor.settings import read_settings  # noqa: E402
-from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.node.messages import DIAGNOSTICS_TYPE, WARN  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
-from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
     Entry,
@@ -42,7 +35,6 @@ from support.bags import (  # noqa: E402, I100
     header,
     make,
     PRESSURE,
-    replay_of,
     report_inputs,
     reports,
     SECOND,
@@ -283,31 +275,3 @@ def test_outputs_are_refused_before_any_work(run: Run, tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {
         'bag', 'config.yaml', 'out.csv', 'out.mcap', 'out.events.csv', 'out.applications.csv',
         'out.summary.json'}
-
-
-def test_memory_is_flat_in_the_length_of_the_bag(tmp_path: Path, kang: BrakeModel) -> None:
-    """Nothing of a tick is kept: as many objects are alive after 400 ticks as after 100."""
-    settings = read_settings({'brakes': ['fl'], 'rate': 100.0})
-    outputs, alive = Outputs(tmp_path / 'out.mcap', settings), []
-
-    def watched() -> Iterator[tuple[Assessment, ...]]:
-        bag = write_bag(tmp_path / 'bag', braking(4.1, pressure=0.0))
-        for number, tick in enumerate(replay_of(bag, settings, kang)):
-            if number in (100, 400):
-                gc.collect()
-                alive.append(len(gc.get_objects()))
-            yield tick
-
-    outputs.write(watched())
-    before, after = alive
-    assert after - before < 150  # one for every second tick
-
-
-def test_inputs_of_one_topic_under_two_names(tmp_path: Path, kang: BrakeModel) -> None:
-    """`joint_states` of one brake and `/joint_states` of another are the same topic."""
-    settings = read_settings({'brakes': ['fl', 'fr'], 'fr.rotor_speed.topic': '/joint_states',
-                              'fr.rotor_speed.field': 'velocity[name=fl_wheel_joint]',
-                              'fr.pressure.topic': 'fl/brake_pressure',
-                              'fr.friction.topic': '/fl/friction'})
-    ticks = list(replay_of(write_bag(tmp_path / 'bag', braking()), settings, kang))
-    assert Counter(a.state for tick in ticks for a in tick) == {'steady': 2 * len(ticks)}

@@ -29,14 +29,14 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 from squeal_core.calibration.applications import BrakeApplication, inputs_of, Observation
-from squeal_core.calibration.calibrate import calibrate
-from squeal_core.calibration.hearing_model import HearingModel
-from squeal_core.calibration.scores import (
+from squeal_core.calibration.baselines import (
     base_rate_of,
     has_sklearn,
     logistic_regression,
     lookup_table,
 )
+from squeal_core.calibration.calibrate import calibrate
+from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import EnsemblePrior
