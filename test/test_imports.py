@@ -71,7 +71,7 @@ LEAVES = {
     'matplotlib': ('squeal_core.view',),
     'mpl_toolkits': ('squeal_core.view',),
     'plotly': ('squeal_core.view',),
-    'sklearn': ('squeal_core.calibration.scores',),
+    'sklearn': ('squeal_core.calibration.baselines',),
     'rich': ('squeal_core.view',),
     'soundfile': ('squeal_core.sound.other_formats',),
     'pyarrow': ('squeal_core.monitor.parquet_table',),
@@ -189,7 +189,7 @@ def test_every_leaf_is_one(package: str) -> None:
 @each('module', [
     name for name in SOURCES if within(name, 'squeal_core')
     and not any(within(name, f'squeal_core.{leaf}')
-                for leaf in ('modes.fe', 'modes.readers', 'calibration.scores',
+                for leaf in ('modes.fe', 'modes.readers', 'calibration.baselines',
                              'sound.other_formats', 'monitor.parquet_table', 'view'))])
 def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
     foreign = [i for i in IMPORTS[module] if top(i.target) not in {
