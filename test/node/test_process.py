@@ -140,7 +140,7 @@ def test_modes_json_is_whole(capsys: pytest.CaptureFixture[str], handlers: None)
     assert set(answer['modes'][0]) == {
         'index', 'identity', 'kind', 'frequency_hz', 'growth_rate', 'damping_ratio',
         'backward_error', 'condition', 'error_bound', 'mechanism', 'participation',
-        'contributions', 'without', 'sensitivity'}
+        'coupled_with', 'contributions', 'without', 'sensitivity'}
     assert [m['kind'] for m in answer['modes'][:6]] == ['rigid'] * 6
     assert all(m['growth_rate'] * m['damping_ratio'] <= 0.0 for m in answer['modes'])
     by_pressure = modes(capsys, '--rotor-speed', '20', '--friction', '0', '--pressure', '783773.1')
