@@ -25,10 +25,9 @@ from squeal_core.stability.parameter_paths import matrices, moved
 from squeal_core.stability.state_space import state_matrix
 
 
-def coupling_partner(model: BrakeModel, point: OperatingPoint, mode: Mode,
-                     modes: Sequence[Mode]) -> Mode | None:
+class FrictionCoupling:
     """
-    Return the oscillating mode through which friction moves a mode's eigenvalue most.
+    How friction couples the modes at an operating point.
 
     Parameters
     ----------
@@ -36,8 +35,6 @@ def coupling_partner(model: BrakeModel, point: OperatingPoint, mode: Mode,
         Modal brake model.
     point : OperatingPoint
         Operating point.
-    mode : Mode
-        A mode at the point, which oscillates.
     modes : sequence of Mode
         All of the point.
 
@@ -49,15 +46,22 @@ def coupling_partner(model: BrakeModel, point: OperatingPoint, mode: Mode,
     partner, whatever the shapes of the two are there.
 
     """
-    here, there = (state_matrix(model, *matrices(model, one)) for one in (
-        point, moved(model, point, 'friction', point.friction + 1.0)))
-    roots, left, right = eig(here, left=True)
-    left = left / np.einsum('ki,ki->i', left, right.conj())  # y^H x = 1
-    rates = left.conj().T @ (there - here) @ right
-    own = int(np.abs(roots - mode.eigenvalue).argmin())
-    others = [one for one in modes if one.index != mode.index and one.kind in (
-        'flutter', 'stable')]
-    places = [int(np.abs(roots - one.eigenvalue).argmin()) for one in others]
-    strengths = [abs(rates[own, i] * rates[i, own] / (roots[own] - roots[i]))
-                 if i != own else np.inf for i in places]
-    return others[int(np.argmax(strengths))] if others else None
+
+    def __init__(self, model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode]) -> None:
+        here, there = (state_matrix(model, *matrices(model, one)) for one in (
+            point, moved(model, point, 'friction', point.friction + 1.0)))
+        self._roots, left, right = eig(here, left=True)
+        left = left / np.einsum('ki,ki->i', left, right.conj())  # y^H x = 1
+        self._rates = left.conj().T @ (there - here) @ right
+        self._oscillating = [one for one in modes if one.kind in ('flutter', 'stable')]
+
+    def partner(self, mode: Mode) -> Mode | None:
+        """Return the oscillating mode through which friction moves another's eigenvalue most."""
+        own, roots, rates = self._place(mode), self._roots, self._rates
+        others = [one for one in self._oscillating if one.index != mode.index]
+        strengths = [abs(rates[own, i] * rates[i, own] / (roots[own] - roots[i]))
+                     if i != own else np.inf for i in map(self._place, others)]
+        return others[int(np.argmax(strengths))] if others else None
+
+    def _place(self, mode: Mode) -> int:
+        return int(np.abs(self._roots - mode.eigenvalue).argmin())

@@ -32,7 +32,7 @@ from squeal_core.model.model_file import load_with_header
 from squeal_core.monitor.settings import load_settings
 from squeal_core.monitor.settings_document import settings_document
 from squeal_core.risk.emulator_file import is_emulator, read_emulator_header
-from squeal_core.stability.coupling import coupling_partner
+from squeal_core.stability.coupling import FrictionCoupling
 from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.eigenvectors import eigenvalue_conditions, EigenvalueCondition
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
@@ -109,9 +109,10 @@ def modes(options: argparse.Namespace) -> int:
     found = complex_modes(model, point)
     why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
     numbers = [str(identity) for identity in identities(model, point)]
-    partners = {item.mode.index: numbers[other.index - 1] for item in why.values()
-                if item.label == 'mode coupling' and (
-                    other := coupling_partner(model, point, item.mode, found.modes))}
+    coupled = [item.mode for item in why.values() if item.label == 'mode coupling']
+    coupling = FrictionCoupling(model, point, found.modes) if coupled else None
+    partners = {mode.index: numbers[other.index - 1] for mode in coupled
+                if coupling and (other := coupling.partner(mode))}
     draw_pictures(options, model, point, found, numbers)
     if options.json:
         worth = eigenvalue_conditions(model, point, found.modes)

@@ -16,7 +16,7 @@
 
 import numpy as np
 from squeal_core import BrakeModel, complex_modes, OperatingPoint
-from squeal_core.stability.coupling import coupling_partner
+from squeal_core.stability.coupling import FrictionCoupling
 from support.stability_models import kang_point
 
 
@@ -29,9 +29,10 @@ def test_the_partner_is_coupled_by_friction_and_not_only_near() -> None:
                            contact_stiffness=1e10)
     modes = complex_modes(model, point).modes
     _, one, other = modes  # friction has drawn the two of the pair together
-    assert coupling_partner(model, point, one, modes) is other
-    assert coupling_partner(model, point, other, modes) is one
-    assert coupling_partner(model, point, one, [one]) is None
+    coupling = FrictionCoupling(model, point, modes)
+    assert coupling.partner(one) is other
+    assert coupling.partner(other) is one
+    assert FrictionCoupling(model, point, [one]).partner(one) is None
 
 
 def test_the_pair_of_the_paper_is_found_from_either_side(kang: BrakeModel) -> None:
@@ -39,5 +40,6 @@ def test_the_pair_of_the_paper_is_found_from_either_side(kang: BrakeModel) -> No
     point = kang_point(kang, 20.0)
     modes = complex_modes(kang, point).modes
     one, other = modes[12], modes[13]
-    assert coupling_partner(kang, point, one, modes) is other
-    assert coupling_partner(kang, point, other, modes) is one
+    coupling = FrictionCoupling(kang, point, modes)
+    assert coupling.partner(one) is other
+    assert coupling.partner(other) is one
