@@ -40,13 +40,12 @@ def is_one_bag(folder: Path, files: Sequence[str]) -> bool:
         Names of all recordings in it.
 
     """
-    stems = {file: file.removesuffix('.zstd').rpartition('.')[0] for file in files}
     if not files or not all(file.endswith(STORAGE) for file in files):
         return False
-    if set(stems.values()) == {folder.resolve().name}:
+    if {_stem(file) for file in files} == {folder.resolve().name}:
         return True
-    parts = {int(part[2]): (part[1], file) for file, stem in stems.items()
-             if (part := _PART.fullmatch(stem))}
+    parts = {int(part[2]): (part[1], file) for file in files
+             if (part := _PART.fullmatch(_stem(file)))}
     names = {name for name, _ in parts.values()}
     if len(parts) < len(files) or len(names) > 1:
         return False
@@ -62,9 +61,14 @@ def folder_of(recording: Path) -> Path:
     after it: so a folder of a vehicle is one whether it holds one split bag or several drives.
     """
     own = not recording.is_dir() or (recording / 'metadata.yaml').is_file() or any(
-        recording.name in (stem, stem.rpartition('_')[0]) for stem in (
-            path.name.removesuffix('.zstd').rpartition('.')[0] for path in recording.iterdir()))
+        recording.name in (stem, stem.rpartition('_')[0])
+        for stem in (_stem(path.name) for path in recording.iterdir()))
     return recording.parent if own else recording
+
+
+def _stem(file: str) -> str:
+    """Return the name of a storage file without its format and packing."""
+    return file.removesuffix('.zstd').rpartition('.')[0]
 
 
 def _follow(files: Sequence[Path]) -> bool:
