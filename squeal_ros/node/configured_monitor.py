@@ -16,7 +16,6 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from itertools import islice
 import time
 from typing import Any
 
@@ -153,9 +152,9 @@ class ConfiguredMonitor:
                 self.router.sources(topic),
                 self.router.samples(topic, message, received, number), strict=True):
             self.monitor.receive(brake, name, sample)
-            for problem in islice(problems, known, None):  # logged once, counted after
+            if len(problems) > known:  # logged once, counted after
                 known = len(problems)
-                self._complain(f'cannot read {problem}; '
+                self._complain(f'cannot read {next(reversed(problems))}; '
                                f'{in_one_line(hint(source.path, message), _LONGEST_HINT)}')
 
     def _tell(self, time: int, events: Sequence[AlarmEvent]) -> None:
