@@ -101,7 +101,7 @@ def least_stable(matrices: ComplexArray) -> FloatArray:
         Matrices and their slopes in two directions.
 
     """
-    four = _FourModes.of(matrices[0]) if matrices.shape[-1] == 4 else None
+    four = FourModes.of(matrices[0]) if matrices.shape[-1] == 4 else None
     values = four.eigenvalues() if four else np.linalg.eigvals(matrices[0])
     least = values[np.arange(len(values)), values.real.argmax(axis=1)]
     beside = least + _BESIDE
@@ -113,7 +113,7 @@ def least_stable(matrices: ComplexArray) -> FloatArray:
     return np.stack([least.real, least.imag, *slopes.real])
 
 
-class _FourModes(NamedTuple):
+class FourModes(NamedTuple):
     """
     Matrices of four modes less their mean eigenvalues: their polynomial is x^4 + p x^2 + q x + r.
 
@@ -132,7 +132,7 @@ class _FourModes(NamedTuple):
     coefficients: ComplexArray
 
     @classmethod
-    def of(cls, matrices: ComplexArray) -> '_FourModes':
+    def of(cls, matrices: ComplexArray) -> 'FourModes':
         """Return those of matrices (P, 4, 4)."""
         mean = np.einsum('pii->p', matrices) / 4.0
         powers = np.empty((4, *matrices.shape), complex)
@@ -163,13 +163,6 @@ class _FourModes(NamedTuple):
         square = x * x + p
         return np.asarray(np.einsum('np,npij->pij', np.stack(
             [x * square + q, square, x, np.ones_like(x)]), self.powers))
-
-
-def small_eigenvalues(matrices: ComplexArray) -> ComplexArray:
-    """Return the eigenvalues (P, m) of matrices (P, m, m): of m = 4 in closed form."""
-    if matrices.shape[-1] == 4:
-        return _FourModes.of(matrices).eigenvalues()
-    return np.asarray(np.linalg.eigvals(matrices), complex)
 
 
 def _cubic_roots(p: ComplexArray, q: ComplexArray) -> ComplexArray:

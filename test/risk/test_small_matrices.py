@@ -17,7 +17,7 @@
 import numpy as np
 import pytest
 from squeal_core.common.arrays import ComplexArray
-from squeal_core.risk.small_matrices import in_four, least_stable, small_eigenvalues
+from squeal_core.risk.small_matrices import FourModes, in_four, least_stable
 
 
 def _random(size: int, count: int = 300) -> ComplexArray:
@@ -47,7 +47,7 @@ def test_eigenvalues_of_several_times_are_found() -> None:
     known = np.array([[0, 0, 0, 0], [1, 1, 1, 1], [1, 1, -1, -1], [1j, -1j, 0, 2], [3, 3, 3, 1j]])
     shear = np.eye(4) + np.eye(4, k=1)
     matrices = shear @ (known[:, None] * np.eye(4)) @ np.linalg.inv(shear)
-    found = small_eigenvalues(matrices)
+    found = FourModes.of(matrices).eigenvalues()
     for values, wanted in zip(found, known, strict=True):
         # one of three times is known to the third root of rounding
         np.testing.assert_allclose(np.sort_complex(values.round(4)), np.sort_complex(wanted),
