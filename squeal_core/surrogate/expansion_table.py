@@ -172,7 +172,9 @@ class ExpansionTable:
 
     def without(self, cell: int) -> 'ExpansionTable':
         """Return the table without a cell."""
-        return replace(self, grid=np.where(self.grid == cell, -1, self.grid))
+        found = replace(self, grid=np.where(self.grid == cell, -1, self.grid))
+        vars(found)['_stack'] = self._stack  # its cells are the same ones
+        return found
 
     def locate(self, x: FloatArray) -> IndexArray:
         """Return the cell of each place x (P, 3); -1: none."""
