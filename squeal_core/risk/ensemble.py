@@ -24,9 +24,9 @@ from squeal_core.common.errors import SquealError
 
 _TRUNCATED = 3.0  # standard deviations beyond which no member lies
 _LEAST_BUILD_UP = 1.0  # neper; with less, the noise floor itself would be heard
-_MOSTLY_PRIOR = 0.7  # power of the likelihood below which a calibration hardly moves the level
-_PRIOR = 'the level of the risk is mostly the prior of damping'
-NOT_CALIBRATED = f'not calibrated: {_PRIOR}'
+_LEAST_POWER = 0.7  # power of the likelihood below which a calibration hardly moves the level
+MOSTLY_PRIOR = 'the level of the risk is mostly the prior of damping'
+NOT_CALIBRATED = f'not calibrated: {MOSTLY_PRIOR}'
 _SLOPES = (0.0, 2.0)  # factors on the friction slope that emulators cover
 MEMBERS = ('ln_damping', 'ln_contact_stiffness', 'friction_bias', 'slope_scale',
            'audible_build_up')
@@ -37,7 +37,7 @@ def risk_basis(calibrated: str, likelihood_power: float) -> str:
     """Return in words what the level of a squeal risk rests on; as attributes of `Ensemble`."""
     if not calibrated:
         return NOT_CALIBRATED
-    return f'{calibrated}: {_PRIOR}' if likelihood_power < _MOSTLY_PRIOR else calibrated
+    return f'{calibrated}: {MOSTLY_PRIOR}' if likelihood_power < _LEAST_POWER else calibrated
 
 
 @dataclass(frozen=True, kw_only=True)

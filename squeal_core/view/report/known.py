@@ -20,7 +20,7 @@ from typing import Any
 
 from squeal_core.common.wording import counted
 from squeal_core.monitor.result_files import ReplayResult
-from squeal_core.risk.ensemble import NOT_CALIBRATED
+from squeal_core.risk.ensemble import MOSTLY_PRIOR, NOT_CALIBRATED
 from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.runs import end_of, Run, start_of
 from squeal_core.view.report.words import clock, DASH, duration, percent_down
@@ -55,7 +55,7 @@ def risk_bases(summaries: Iterable[Mapping[str, Any]]) -> Iterator[Markup]:
     for basis in filter(None, dict.fromkeys(bases)):
         yield element('p', f'Squeal risk: {basis}.' + (
             ' Its changes over a drive say more than its level.'
-            if 'prior of damping' in basis else ''))
+            if MOSTLY_PRIOR in basis else ''))
 
 
 def _warnings(run: Run) -> Iterator[Markup]:
