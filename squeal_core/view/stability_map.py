@@ -14,7 +14,7 @@
 
 """Maps of stability: all frequencies over one parameter, or the growth rate over two."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -39,9 +39,12 @@ STYLE = {'font.size': 10, 'axes.spines.top': False, 'axes.spines.right': False,
 GROWTH = ListedColormap(colormaps['inferno_r'](np.linspace(0.22, 0.92, 256)), 'growth')
 GROWTH_OR_NOT = ListedColormap(colormaps['inferno_r'](np.linspace(0.02, 0.92, 256)),
                                'growth or not').with_extremes(under='white')
-_CONDITIONS = (  # parameter, in words, and the unit in SI units
-    ('rotor_speed', 'Ω = {:g} rad/s', 1.0), ('friction', 'µ = {:.3g}', 1.0),
-    ('friction_slope', 'slope = {:.3g} s/m', 1.0), ('contact_pressure', 'p₀ = {:.3g} bar', 1e5))
+_CONDITIONS: tuple[tuple[str, Callable[[float, float | None], str]], ...] = (
+    # parameter, and in words its value (and the brake pressure)
+    ('rotor_speed', lambda value, _: f'Ω = {value:g} rad/s'),
+    ('friction', lambda value, _: f'µ = {value:.3g}'),
+    ('friction_slope', lambda value, _: f'slope = {value:.3g} s/m'),
+    ('contact_pressure', pressure_words))
 _USUAL_HZ = 8000.0  # up to here K09's maps go
 _MOST_MARKS = 900  # points of a map that are marked
 _MOST_TICKS = 9  # values of an axis of a map that all have their label
@@ -58,17 +61,16 @@ def axis_of(record: Sweep, parameter: str) -> tuple[FloatArray, str]:
 def conditions(record: Sweep, *, brief: bool = False) -> str:
     """Return in words what was not swept; in brief without a contact stiffness that is nominal."""
     about, parts = record.about, [str(record.about['model'])]
-    law = about['friction_law']
+    law, brake_pressure = about['friction_law'], None if brief else (
+        about.get('brake_pressure') or None)
     by_law = {True: ('friction', 'friction_slope'), 'slope': ('friction_slope',)}.get(law, ())
-    for name, text, unit in _CONDITIONS:
-        values = record.column(name) / unit
+    for name, text in _CONDITIONS:
+        values = record.column(name)
         # what is usual goes without saying; a slope that changes goes along with the friction
         usual = {'friction_slope': 0.0}.get(name)
         if name not in record.axes and name not in by_law and np.any(values != usual):
             parts.append('slope in proportion to µ' if np.ptp(values) != 0.0
-                         else pressure_words(1e5 * values[0], about['brake_pressure'])
-                         if name == 'contact_pressure' and about.get('brake_pressure')
-                         and not brief else text.format(values[0]))
+                         else text(values[0], brake_pressure))
     parts += _stiffness(record, brief)
     parts += {True: ['friction by its law of speed'],
               'slope': ['slope by the law of friction']}.get(law, [])
