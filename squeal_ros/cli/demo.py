@@ -238,9 +238,7 @@ def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
     events = [event._replace(start_s=_on_drive_time(event.start_s),
                              end_s=_on_drive_time(event.end_s))
               for event in outputs.events]
-    report = outputs.report(ticks)
-    return ReplayReport(outputs.summary, events, ticks.findings, ticks.notes,
-                        report.risk_basis), events
+    return outputs.report(ticks, events), events
 
 
 def compare(files: DemoFiles) -> Agreement:

@@ -156,10 +156,10 @@ class Outputs:
                         write(row)
                 bag.write_serialised(record.time, serialised_outputs(self.node, record))
 
-    def report(self, replay: Replay) -> ReplayReport:
-        """Return the report of a replay that was written."""
-        return ReplayReport(self.summary, self.events, replay.findings, replay.notes,
-                            self._sources(replay)['risk_basis'])
+    def report(self, replay: Replay, events: Sequence[SquealEvent] | None = None) -> ReplayReport:
+        """Return the report of a replay that was written, by default with its own events."""
+        return ReplayReport(self.summary, self.events if events is None else events,
+                            replay.findings, replay.notes, self._sources(replay)['risk_basis'])
 
     def _sources(self, replay: Replay) -> Mapping[str, Any]:
         if self.sources is None:
