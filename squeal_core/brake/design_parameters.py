@@ -85,7 +85,7 @@ def _is_design(section: Mapping[str, Any], key: str) -> bool:
 
 
 def _number(value: Any) -> float | None:
-    try:  # YAML 1.1 reads 1e9 as a text
+    try:  # a text in quotes is a number, too, as it is where brakes are read
         return None if isinstance(value, bool) else float(value)
     except (TypeError, ValueError):
         return None

@@ -210,7 +210,7 @@ def _row(path: str | Path, number: int, row: Any, columns: list[str]) -> list[fl
 def _number(path: str | Path, where: str, name: str, value: Any) -> float:
     low, high = _RANGES[name]
     try:
-        if isinstance(value, str):  # YAML 1.1 reads 1e-05 as a text
+        if isinstance(value, str):  # a number in quotes
             value = float(value)
         check_number(where, value, least=low, most=high)
     except (SquealError, ValueError):

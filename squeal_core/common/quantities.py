@@ -233,7 +233,7 @@ def _finite(where: str, value: Any) -> float:
     try:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise ValueError
-        number = float(value)  # YAML 1.1 reads 1e9 as a text: a number to everyone else
+        number = float(value)  # one in quotes, too
     except (ValueError, OverflowError):
         raise BrakeDescriptionError(where, f'is {short_repr(value)}', 'write a number') from None
     if not math.isfinite(number):

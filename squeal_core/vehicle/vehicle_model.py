@@ -218,7 +218,7 @@ def _number(key: str, value: Any) -> float:
     try:
         if isinstance(value, bool):
             raise TypeError
-        return float(value)  # a text too: YAML 1.1 takes 1e5 for one
+        return float(value)  # one in quotes, too
     except (TypeError, ValueError, OverflowError):
         raise VehicleError(
             f'{key} = {short_repr(value)} is no number; write a decimal number') from None
