@@ -60,8 +60,8 @@ class BrakeSettings:
     constant_friction: float = 0.0
 
 
-def read_brake(brake: str, parameters: Mapping[str, Any],
-               validated_friction: tuple[float, float]) -> BrakeSettings:
+def read_brake_settings(brake: str, parameters: Mapping[str, Any],
+                          validated_friction: tuple[float, float]) -> BrakeSettings:
     """
     Return the settings of a brake, of flat parameters with defaults filled in.
 

@@ -23,7 +23,7 @@ from typing import Any
 from squeal_core.common.errors import ConfigurationError, did_you_mean, short_repr
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.monitor.axles import axle_partners
-from squeal_core.monitor.brake_settings import BrakeSettings, read_brake
+from squeal_core.monitor.brake_settings import BrakeSettings, read_brake_settings
 from squeal_core.monitor.setting_specs import input_keys, MONITOR_KEYS, SettingSpec, SIGNALS
 from squeal_core.risk.ensemble import EnsemblePrior
 
@@ -177,7 +177,7 @@ def read_settings(parameters: Mapping[str, Any]) -> MonitorSettings:
     assert isinstance(axles, tuple)
     axle_partners(names, axles)
     friction = top['validated_friction_low'], top['validated_friction_high']
-    brakes = tuple(read_brake(name, parameters, friction)  # type: ignore[arg-type]
+    brakes = tuple(read_brake_settings(name, parameters, friction)  # type: ignore[arg-type]
                    for name in names)
     return MonitorSettings(brakes=brakes, **top)  # type: ignore[arg-type]
 
