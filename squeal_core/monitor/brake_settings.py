@@ -61,7 +61,7 @@ class BrakeSettings:
 
 
 def read_brake_settings(brake: str, parameters: Mapping[str, Any],
-                          validated_friction: tuple[float, float]) -> BrakeSettings:
+                        validated_friction: tuple[float, float]) -> BrakeSettings:
     """
     Return the settings of a brake, of flat parameters with defaults filled in.
 
