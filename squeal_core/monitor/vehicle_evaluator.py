@@ -40,8 +40,6 @@ class VehicleEvaluator:
     model : BrakeModel
         With a caliper.
     settings : MonitorSettings
-    first : int
-        Place in the settings of the first brake of all ticks, where they are of some brakes only.
 
     Raises
     ------
@@ -50,9 +48,9 @@ class VehicleEvaluator:
 
     """
 
-    def __init__(self, model: BrakeModel, settings: MonitorSettings, first: int = 0) -> None:
+    def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
         self.stability = VehicleStability(model, settings)
-        self.risk = VehicleRisk(model, settings, first)
+        self.risk = VehicleRisk(model, settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; what is known of brake applications stays."""

@@ -56,16 +56,14 @@ class VehicleRisk:
     Evaluates the risk of brakes, tick after tick in the order of time, by their applications.
 
     A brake is evaluated at its first tick of sliding under load, and then `risk_rate` times a
-    second of absolute time, in turn with the others but in pairs, as two cost a third more than
-    one; in between its risk is held.
+    second of absolute time, all brakes at once, as four cost little more than two one by one; in
+    between its risk is held.
 
     Parameters
     ----------
     model : BrakeModel
         With a caliper.
     settings : MonitorSettings
-    first : int
-        As of `VehicleEvaluator`.
 
     Attributes
     ----------
@@ -81,9 +79,8 @@ class VehicleRisk:
 
     """
 
-    def __init__(self, model: BrakeModel, settings: MonitorSettings, first: int = 0) -> None:
-        self._model, self._prior, self._first = model, ensemble_prior(settings), first
-        self._pairs = (len(settings.brakes) + 1) // 2
+    def __init__(self, model: BrakeModel, settings: MonitorSettings) -> None:
+        self._model, self._prior = model, ensemble_prior(settings)
         self._loaded = ensemble_risk(model, settings)
         self._statistics = EmulatorStatistics()
         self.reset()
@@ -180,14 +177,14 @@ class VehicleRisk:
             if not 0 <= tick[0].time - self._planned <= 1e9 * self._settings.longest_interval:
                 self._sliding.clear()
             self._planned = tick[0].time
-            for place, one in enumerate(tick, self._first):
+            for one in tick:
                 at = next(found) if isinstance(one, AssessmentContext) else None
                 if not isinstance(at, BrakeStability):
                     self._sliding.discard(one.brake)
                     yield one, None, False
                     continue
                 due = one.brake not in self._sliding or is_due(
-                    one.time, self._period, self._interval, place // 2, self._pairs)
+                    one.time, self._period, self._interval, 0, 1)
                 self._sliding.add(one.brake)
                 yield one, at, due
 

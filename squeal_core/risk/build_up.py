@@ -87,11 +87,16 @@ def gain_and_noise(growth_rate: RealArray, duration: float | RealArray,
                    decay_rate: RealArray) -> tuple[RealArray, RealArray]:
     """Return the factor on energies over a time, and d / sigma; for `after`."""
     least = _LEAST_OF_SINGLE if growth_rate.dtype == np.float32 else _LEAST_RATE
-    still = np.abs(growth_rate) < least
-    rate = np.where(still, least, growth_rate) if still.any() else growth_rate
+    size = np.abs(growth_rate)
+    usual = size.min(initial=np.inf) >= least  # not where a rate is NaN
+    rate = growth_rate if usual else np.where(size < least, least, growth_rate)
     gain = np.asarray((2.0 * duration) * rate)
     with np.errstate(over='ignore'):  # the cap ends it
-        return np.exp(gain, out=gain), decay_rate / rate
+        np.exp(gain, out=gain)
+    noise = np.asarray(decay_rate / rate)
+    if not usual:
+        gain[np.isnan(gain)], noise[np.isnan(noise)] = 1.0, 0.0
+    return gain, noise
 
 
 def after(energy: RealArray, gain: RealArray, noise: RealArray, cap: RealArray) -> RealArray:
@@ -100,10 +105,7 @@ def after(energy: RealArray, gain: RealArray, noise: RealArray, cap: RealArray) 
     with np.errstate(over='ignore'):
         found *= gain
     found -= noise
-    np.minimum(found, cap, out=found)
-    if np.isnan(found.min(initial=np.inf)):
-        return np.where(np.isnan(found), energy, found)
-    return found
+    return np.minimum(found, cap, out=found)
 
 
 def halves(before: RealArray, now: RealArray, *, edge: bool) -> RealArray:

@@ -85,7 +85,7 @@ class MemberGrowth(NamedTuple):
     scatter : (..., F, M) array
         Change of the growth rate over one standard deviation of its scatter [1/s].
     cap : (..., M) array
-        Energy at saturation over the floor's.
+        Energy at saturation over the floor's; infinite for members that are not known.
     known : (..., M) array of bool
         Whether the emulator covers the member.
 

@@ -100,8 +100,9 @@ class SquealRisk:
                                 float(members.damping_scatter) * by_damping)
         parts = [values.swapaxes(-1, -2).astype(np.float32, 'C')
                  for values in (rate, frequency, scatter)]
-        return MemberGrowth(parts[0], parts[1], parts[2], cap.astype(np.float32),
-                            np.asarray(np.isfinite(rate).all(axis=-1)))
+        known = np.isfinite(rate).all(axis=-1)
+        cap = np.where(known, cap, np.inf).astype(np.float32)
+        return MemberGrowth(parts[0], parts[1], parts[2], cap, np.asarray(known))
 
     def knows(self, growth: MemberGrowth) -> bool:
         """Tell whether the emulator covers half of the members or more."""

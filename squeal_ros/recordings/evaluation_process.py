@@ -113,7 +113,7 @@ class _Evaluation(ExitStack):
                        if settings.brakes[part]]
         self._processes = [self.enter_context(_EvaluationProcess()) for _ in self._parts]
         for process, part in zip(self._processes, self._parts, strict=True):
-            process.send((self._replay.model, settings, part.start,
+            process.send((self._replay.model, settings,
                           Recorder(settings, self._outputs.node, part)))
         return self
 

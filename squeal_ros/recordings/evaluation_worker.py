@@ -33,8 +33,8 @@ def work() -> None:
     gc.set_threshold(ALLOCATIONS)
     with suppress(EOFError, pickle.UnpicklingError, BrokenPipeError):  # the other process ended
         try:
-            model, settings, first, recorder = pickle.load(sys.stdin.buffer)
-            evaluator = VehicleEvaluator(model, settings, first)
+            model, settings, recorder = pickle.load(sys.stdin.buffer)
+            evaluator = VehicleEvaluator(model, settings)
             recorder.unknown_risk = evaluator.risk.unknown
             while (blocks := pickle.load(sys.stdin.buffer)) is not None:
                 ticks = chain.from_iterable(map(evaluator.complete, blocks))
