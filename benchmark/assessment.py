@@ -19,7 +19,7 @@ Run: python benchmark/assessment.py [--model kang2009] [--table TABLE.npz] [--dr
 [--seconds 60]
 
 The braking samples of a drive at 100 Hz go through the monitor's evaluation, all brakes of a tick
-at once; the risk of a brake is evaluated at 20 Hz, in pairs. Processor times of one tick, in ms
+at once; that of the risk is at 20 Hz. Processor times of one tick, in ms
 and over a full solution (`numpy.linalg.eigvals` of the whole state matrix), solved again and again
 in between.
 """

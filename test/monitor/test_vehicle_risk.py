@@ -112,6 +112,20 @@ def test_between_evaluations_the_risk_is_held() -> None:
     assert len({one.growth_rate for one in found}) == 20
 
 
+def test_all_brakes_are_evaluated_at_the_same_ticks() -> None:
+    """So that four brakes cost little more than two, and alike ones have alike numbers."""
+    names = ['a', 'b', 'c']
+    monitor = car(brakes=names, **{
+        f'{name}.{signal}.max_age': 60.0 for name in names for signal in GOOD})
+    for tick in range(BEGIN, BEGIN + SECOND // 5, monitor.settings.period):
+        for name in names:
+            for signal, value in GOOD.items():
+                monitor.receive(name, signal, Sample(tick, value))  # type: ignore[arg-type]
+        found = monitor.assess(tick)
+        assert len({one.build_up for one in found}) == 1
+    assert found[0].build_up > 0.5
+
+
 def test_a_release_begins_anew_and_a_rest_does_not() -> None:
     found = [*drive(car(), (0.1, RELEASED), (0.5, {}), (0.1, AT_REST), (0.1, {}),
                     (0.1, RELEASED), (0.1, {}))]
