@@ -39,7 +39,7 @@ import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.sound.listen import listen
 from squeal_core.sound.listening_settings import ListeningSettings
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_file import open_sound
 from squeal_core.sound.squeal_detection import HeardTone
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
@@ -80,7 +80,7 @@ FORMS = (Form('8 kHz, 16 bit', 8_000), Form('16 kHz, 16 bit', 16_000),
 def _hear(sound: FloatArray, folder: Path, form: Form = USUAL) -> tuple[list[HeardTone], float]:
     path = write_wav(folder / 'sound.wav', form.rate, sound, form.kind)
     begun = time.process_time()
-    tones = listen(SoundFile.load(path), ListeningSettings()).tones()
+    tones = listen(open_sound(path), ListeningSettings()).tones()
     return tones or [], time.process_time() - begun
 
 

@@ -25,6 +25,7 @@ from typing import Any, TYPE_CHECKING
 from squeal_core import stability
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.errors import SquealError
+from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability import complex_modes
 
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from squeal_core.monitor.vehicle_monitor import VehicleMonitor
     from squeal_core.stability.critical_parameter import critical_value
     from squeal_core.studies.sweep import sweep
-
-__version__ = '0.2.0'  # the one place: pyproject.toml reads it, a test holds package.xml to it
 
 __all__ = [
     '__version__', 'BrakeModel', 'build_model', 'complex_modes', 'critical_value', 'load_settings',

@@ -23,7 +23,8 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
-from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.matrix_names import OPERATORS, SUPPORTS
 from squeal_core.modes.modal_basis import ModalBasis, Quadrature
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Mode, SQUEAL_BAND
 from squeal_core.stability.eigenvectors import mode_vectors

@@ -25,8 +25,9 @@ from squeal_core.brake.brake_yaml import parse_brake
 from squeal_core.brake.design_parameters import scaled
 from squeal_core.brake.dimensions import Brake, HatDisc, ModalResults, Pad
 from squeal_core.common.arrays import FloatArray
-from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.change_of_basis import aligned
+from squeal_core.model.matrix_names import OPERATORS, SUPPORTS
 
 _FURTHER = 4  # modes of each part
 

@@ -14,7 +14,7 @@
 
 """The modal brake model: an affine family of damping and stiffness matrices."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 import math
 from pathlib import Path
@@ -28,12 +28,9 @@ from squeal_core.brake.operating_point import Coefficients, DASHPOTS, OperatingP
 from squeal_core.common.arrays import FloatArray, readonly
 from squeal_core.common.checks import check_number, finite_array
 from squeal_core.common.errors import ModelError
+from squeal_core.model.matrix_names import MAX_MODES, OPERATORS, SUPPORTS
+from squeal_core.model.model_file import read_model, write_model
 from squeal_core.model.surface_shapes import SurfaceShapes
-
-OPERATORS = ('gyroscopic', 'contact_stiffness', 'friction_couple', 'radial_dissipation',
-             'negative_slope', 'follower')
-SUPPORTS = ('support_stiffness', 'support_damping')
-MAX_MODES = 2000
 
 _KANG = Contact(inner_radius=0.1, outer_radius=0.142, angle=np.deg2rad(62.0), stiffness=0.35e11)
 
@@ -290,11 +287,10 @@ class BrakeModel:
 
     def save(self, path: str | Path, *, overwrite: bool = True) -> None:
         """Write the model to a file; see `squeal_core.model.model_file`."""
-        from squeal_core.model.model_file import save_model
-        save_model(self, path, overwrite=overwrite)
+        write_model({one.name: getattr(self, one.name) for one in fields(self)}, path,
+                    overwrite=overwrite)
 
     @staticmethod
     def load(path: str | Path) -> 'BrakeModel':
         """Read a model from a file; see `squeal_core.model.model_file`."""
-        from squeal_core.model.model_file import load_model
-        return load_model(path)
+        return read_model(path, BrakeModel)[1]

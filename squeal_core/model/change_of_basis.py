@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
-from squeal_core.model.brake_model import BrakeModel, OPERATORS
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.matrix_names import OPERATORS
 
 _NEAR = 0.05  # relative distance of frequencies of modes that may be the same one
 

@@ -19,10 +19,10 @@ The header holds schema version, units, provenance, scalars and a SHA-256 over a
 file that is truncated, altered, of a future schema or not finite is refused in one line.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from squeal_core.brake.dimensions import Caliper, StiffnessTable
 from squeal_core.brake.friction import FrictionLaw, FrictionTable
@@ -30,8 +30,10 @@ from squeal_core.common import resources
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import did_you_mean, ModelFileError, short_repr, SquealError
 from squeal_core.common.npz_archive import ArchiveKind, Arrays, Header, read_archive, write_archive
-from squeal_core.model.brake_model import BrakeModel, MAX_MODES, OPERATORS, SUPPORTS
+from squeal_core.model.matrix_names import MAX_MODES, OPERATORS, SUPPORTS
 from squeal_core.model.surface_shapes import SurfaceShapes
+
+Model = TypeVar('Model')
 
 FORMAT = 'squeal_ros brake model'
 SCHEMA = 3  # with contact damping; 2 with a stiffness table and 1 with neither
@@ -46,6 +48,7 @@ UNITS = {
 }
 _ARRAYS = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
 _SURFACE = ('surface_points', 'surface_shapes')
+_RECORDS = ('caliper', 'friction_law', 'friction_table')
 _SCALARS = ('contact_area', 'contact_radius', 'nominal_contact_stiffness')
 
 KIND = ArchiveKind(
@@ -60,9 +63,9 @@ _WANTED = {'angular_frequencies': '<f8', **{
     f'{name}?': '<f8' for name in (*_ARRAYS[1:], *_SURFACE)}}
 
 
-def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -> None:
+def write_model(model: Mapping[str, Any], path: str | Path, *, overwrite: bool = True) -> None:
     """
-    Write a model; an existing file is replaced, if it may be, by a whole one only.
+    Write a model by its attributes; an existing file is replaced, if it may be, by a whole one.
 
     Raises
     ------
@@ -72,29 +75,34 @@ def save_model(model: BrakeModel, path: str | Path, *, overwrite: bool = True) -
         Where the file cannot be written.
 
     """
-    arrays = {name: getattr(model, name) for name in _ARRAYS if getattr(model, name) is not None}
-    if model.surface:
-        arrays.update(surface_points=model.surface.points, surface_shapes=model.surface.shapes)
+    arrays = {name: model[name] for name in _ARRAYS if model[name] is not None}
+    surface: SurfaceShapes | None = model['surface']
+    if surface:
+        arrays.update(surface_points=surface.points, surface_shapes=surface.shapes)
     header: Header = {
-        'schema': 1, 'units': UNITS, 'names': list(model.names),
-        'provenance': model.provenance, **{name: getattr(model, name) for name in _SCALARS},
-        'caliper': dataclasses.asdict(model.caliper) if model.caliper else None,
-        'friction_law': dataclasses.asdict(model.friction_law) if model.friction_law else None,
-        'friction_table': dataclasses.asdict(model.friction_table)
-        if model.friction_table else None,
-        **({'surface': model.surface.header()} if model.surface else {})}
-    if model.stiffness_table:
+        'schema': 1, 'units': UNITS, 'names': list(model['names']),
+        'provenance': model['provenance'], **{name: model[name] for name in _SCALARS},
+        **{name: dataclasses.asdict(model[name]) if model[name] else None for name in _RECORDS},
+        **({'surface': surface.header()} if surface else {})}
+    if model['stiffness_table']:
         # a reader of schema 1 would pass over it and answer for another brake
-        header.update(schema=2, stiffness_table=dataclasses.asdict(model.stiffness_table))
-    if model.contact_retardation_time:
-        header.update(schema=3, contact_retardation_time=model.contact_retardation_time,
+        header.update(schema=2, stiffness_table=dataclasses.asdict(model['stiffness_table']))
+    if model['contact_retardation_time']:
+        header.update(schema=3, contact_retardation_time=model['contact_retardation_time'],
                       units={**UNITS, 'contact_retardation_time': 's'})
     write_archive(path, KIND, header, arrays, overwrite=overwrite)
 
 
-def load_model(path: str | Path) -> BrakeModel:
+def read_model(path: str | Path, make: Callable[..., Model]) -> tuple[Header, Model]:
     """
-    Read a model by path, or by the name of a shipped one.
+    Return the header of a model's file and the model, made of its attributes.
+
+    Parameters
+    ----------
+    path : path
+        Of a file, or the name of a shipped model.
+    make : callable
+        `BrakeModel`.
 
     Raises
     ------
@@ -102,18 +110,13 @@ def load_model(path: str | Path) -> BrakeModel:
         One line: which file, what is wrong with it, and what to do.
 
     """
-    return load_with_header(path)[1]
-
-
-def load_with_header(path: str | Path) -> tuple[Header, BrakeModel]:
-    """Read a model and the header of its file, as `load_model`."""
     path = resources.find('models', str(path), '.npz')
     if path.suffix.lower() in ('.yaml', '.yml') and path.exists():
         raise ModelFileError(path, 'is a description and no model file', 'build its model with '
                              f'`squeal build {path} -o {path.stem}.npz` and give that')
     header, arrays = _read(path)
     try:
-        return header, _model(header, arrays)
+        return header, make(**_attributes(header, arrays))
     except (SquealError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise ModelFileError(path, f'holds no usable model ({error})', KIND.again) from None
 
@@ -134,18 +137,18 @@ def _check_shapes(_: Header, shapes: Mapping[str, tuple[int, ...]]) -> None:
             raise SquealError(f'{name}: shape {short_repr(shape)} with {size[0]} modes')
 
 
-def _model(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> BrakeModel:
+def _attributes(header: Mapping[str, Any], arrays: Mapping[str, FloatArray]) -> dict[str, Any]:
     table, names = header['friction_table'], header['names']
     stiffness = header.get('stiffness_table')
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise SquealError(f'names are {short_repr(names)}; give a list of texts')
-    return BrakeModel(
-        **dict[str, Any]({name: arrays[name] for name in _ARRAYS if name in arrays}),
+    return {
+        **{name: arrays[name] for name in _ARRAYS if name in arrays},
         **{name: header[name] for name in _SCALARS},
-        stiffness_table=StiffnessTable(**stiffness) if stiffness else None,
-        contact_retardation_time=header.get('contact_retardation_time', 0.0),
-        caliper=Caliper(**header['caliper']) if header['caliper'] else None,
-        friction_law=FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
-        friction_table=FrictionTable(**table) if table else None,
-        names=tuple(names), provenance=dict(header['provenance']),
-        surface=SurfaceShapes.read(header.get('surface'), arrays))
+        'stiffness_table': StiffnessTable(**stiffness) if stiffness else None,
+        'contact_retardation_time': header.get('contact_retardation_time', 0.0),
+        'caliper': Caliper(**header['caliper']) if header['caliper'] else None,
+        'friction_law': FrictionLaw(**header['friction_law']) if header['friction_law'] else None,
+        'friction_table': FrictionTable(**table) if table else None,
+        'names': tuple(names), 'provenance': dict(header['provenance']),
+        'surface': SurfaceShapes.read(header.get('surface'), arrays)}

@@ -23,10 +23,10 @@ from typing import Any
 
 import numpy as np
 import scipy
-from squeal_core import __version__
 from squeal_core.calibration.calibration_file import read_calibration
 from squeal_core.common import resources
 from squeal_core.common.json_values import plain
+from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.risk_warnings import NONE
 from squeal_core.monitor.settings import MonitorSettings

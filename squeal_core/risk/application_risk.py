@@ -173,7 +173,7 @@ class ApplicationRisk:
         """Take times of a duration, each at its rates; without sliding all modes decay."""
         at = at_nodes(rates[:, 0], rates[:, 1])  # (7, times, F, M)
         gains, noises = gain_and_noise(at, duration, self._risk.decay)
-        grows = (at > 0.0).any(axis=2)
+        grows = np.any(at > 0.0, axis=2)
         for part, growth in enumerate(growths):
             self.energy = after(self.energy, gains[:, part], noises[:, part],
                                 _NO_CAP if growth is None else growth.cap)

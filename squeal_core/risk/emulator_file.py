@@ -32,6 +32,7 @@ from squeal_core.common.npz_archive import (
     read_archive,
     write_archive,
 )
+from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_records import EmulatorDomain, EmulatorError
 from squeal_core.risk.growth_emulator import GrowthEmulator, INPUTS
@@ -71,8 +72,6 @@ def write_emulator(path: str | Path, emulator: GrowthEmulator, model: BrakeModel
         Where the file cannot be written.
 
     """
-    from squeal_core import __version__  # the package itself imports all packages
-
     basis, domain = emulator.basis, emulator.domain
     common = np.concatenate([np.empty((len(basis.exponents), 0)), *(
         matrix.weights for matrix in emulator.common)], axis=1)

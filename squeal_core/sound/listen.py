@@ -22,7 +22,7 @@ from squeal_core.common.ranges import Ends
 from squeal_core.sound.channel_analysis import ChannelAnalysis, ChannelRecord
 from squeal_core.sound.listening_settings import ListeningSettings
 from squeal_core.sound.sound_errors import SoundError
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_source import SoundFile
 from squeal_core.sound.spectra import LOWEST
 from squeal_core.sound.squeal_detection import heard_tones, HeardTone, one_of_channels
 from squeal_core.sound.tone_sources import BrakingAt, SpeedAt

@@ -22,7 +22,7 @@ from typing import Any
 
 from squeal_core.common.bounded_reader import check_readable
 from squeal_core.sound.sound_errors import SoundError
-from squeal_core.sound.sound_file import MAX_BYTES, Samples, SoundFile
+from squeal_core.sound.sound_source import MAX_BYTES, Samples, SoundFile
 
 
 def _soundfile(path: object, named: str) -> Any:

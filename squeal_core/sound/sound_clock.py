@@ -20,7 +20,7 @@ import math
 import re
 
 from squeal_core.common.errors import short_repr, SquealError
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_source import SoundFile
 
 _LATEST = 1e11  # s since 1970
 

@@ -15,88 +15,36 @@
 """Sound files, read block by block: WAV by this package, FLAC and others by soundfile."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-import hashlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from squeal_core.common.bounded_reader import open_bounded
+from squeal_core.sound.other_formats import OtherFile
 from squeal_core.sound.sound_errors import SoundError
-from squeal_core.sound.wav_header import ClockTime, read_wav_header, WAV_MAGIC
+from squeal_core.sound.sound_source import MAX_BYTES, Samples, SoundFile
+from squeal_core.sound.wav_header import read_wav_header, WAV_MAGIC
 
-MAX_BYTES = 1_000_000_000_000
 _OTHERS = {b'fLaC': 'FLAC', b'OggS': 'Ogg', b'FORM': 'AIFF', b'ID3': 'MP3', b'caff': 'CAF'}
 
-Samples = NDArray[np.float32]
 
-
-@dataclass(frozen=True)
-class SoundFile:
+def open_sound(path: str | Path) -> SoundFile:
     """
-    A sound file that can be read.
+    Read the header of a file; what it is is told from its first bytes, not its name.
 
-    Parameters
-    ----------
-    path : Path
-    rate, channels, frames : int
-        Samples a second, channels, samples of each.
-    coding : str
-        In words, as `24 bit`.
-    step : float
-        Between two neighbouring values, of full scale; 0 for floats.
-    started : ClockTime, optional
-        When it starts, where the file says it.
-    notes : list of str
-        What is wrong with the file; reading may add to it.
+    Raises
+    ------
+    SoundError
+        One line: what is wrong with the file, and the remedy.
 
     """
-
-    path: Path
-    rate: int
-    channels: int
-    frames: int
-    coding: str
-    step: float
-    started: ClockTime | None = None
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def duration(self) -> float:
-        """Length [s]."""
-        return self.frames / self.rate
-
-    @classmethod
-    def load(cls, path: str | Path) -> 'SoundFile':
-        """
-        Read the header of a file; what it is is told from its first bytes, not its name.
-
-        Raises
-        ------
-        SoundError
-            One line: what is wrong with the file, and the remedy.
-
-        """
-        with open_bounded(path, MAX_BYTES, SoundError) as file:
-            magic = file.read(4)
-            file.seek(0)
-            if magic in WAV_MAGIC:
-                return WavFile.read_header(Path(path), file)
-        from squeal_core.sound.other_formats import OtherFile
-        named = next((name for start, name in _OTHERS.items() if magic.startswith(start)), '')
-        return OtherFile.read_header(Path(path), named)
-
-    def blocks(self, frames: int) -> Iterator[Samples]:
-        """Yield samples (n, channels) of full scale 1, at most so many of each channel."""
-        raise NotImplementedError
-
-    def sha256(self) -> str:
-        """Return the hash of the file."""
-        with open_bounded(self.path, MAX_BYTES, SoundError) as file:
-            digest = hashlib.sha256()
-            while data := file.read(1 << 20):
-                digest.update(data)
-            return digest.hexdigest()
+    with open_bounded(path, MAX_BYTES, SoundError) as file:
+        magic = file.read(4)
+        file.seek(0)
+        if magic in WAV_MAGIC:
+            return WavFile.read_header(Path(path), file)
+    named = next((name for start, name in _OTHERS.items() if magic.startswith(start)), '')
+    return OtherFile.read_header(Path(path), named)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from squeal_core.brake.operating_point import DAMPING, DASHPOTS, OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray
-from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.matrix_names import OPERATORS, SUPPORTS
 from squeal_core.stability.eigensolution import complex_modes, Mode, Tolerances
 from squeal_core.stability.eigenvectors import mode_vectors, ModeVectors
 from squeal_core.stability.mode_tracking import follow, numbered

@@ -22,6 +22,7 @@ from typing import Any, TypeAlias
 
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.npz_archive import content_hash
+from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.parameter_paths import Law, OPERATING
 from squeal_core.studies.design import BrakeDesign
@@ -95,8 +96,6 @@ class StudySpec:
     @cached_property
     def key(self) -> str:
         """Return a hash over all that results depend on."""
-        from squeal_core import __version__  # the package itself imports all packages
-
         source = self.source
         if isinstance(source, BrakeDesign):
             described: Any = [source.content, dict(source.settings), source.file_hashes()]

@@ -24,6 +24,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.checkpoint import Checkpoint
 from squeal_core.common.errors import SquealError, TableFileError
 from squeal_core.common.npz_archive import ArchiveKind, Arrays, content_hash, Header
+from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.surrogate.cell_arrays import (
     CELL_KINDS,
@@ -64,8 +65,6 @@ class BuildCheckpoint(Checkpoint[Sequence[Leaf]]):
            x: FloatArray | None = None, *, say: Callable[[str], None] = lambda _: None
            ) -> 'BuildCheckpoint':
         """Return that of a table of a model, of all of an envelope or of the boxes at places x."""
-        from squeal_core import __version__  # the package itself imports all packages
-
         key = content_hash(
             {'version': __version__, 'schema': SCHEMA, 'model': model_hash(model),
              'domain': asdict(domain), 'tolerances': asdict(tolerances)},

@@ -37,7 +37,9 @@ from squeal_core.common.npz_archive import (
     read_archive,
     write_archive,
 )
-from squeal_core.model.brake_model import BrakeModel, OPERATORS, SUPPORTS
+from squeal_core.common.version import __version__
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.matrix_names import OPERATORS, SUPPORTS
 from squeal_core.surrogate.cell_arrays import (
     CELL_KINDS,
     check_cell_shapes,
@@ -72,8 +74,6 @@ def write_table(table: ExpansionTable, model: BrakeModel, path: str | Path, *,
         Where the file cannot be written.
 
     """
-    from squeal_core import __version__  # the package itself imports all packages
-
     arrays = {**pack_cells(table.cells), **{
         name: np.asarray(getattr(table, name), code) for name, code in _GRID_KINDS.items()}}
     header: Header = {

@@ -23,10 +23,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from squeal_core import __version__
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
+from squeal_core.common.version import __version__
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.advice import AdviceSettings, bar, PressureAdvice, PressureAdviser

@@ -22,7 +22,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from squeal_core import __version__
 from squeal_core.calibration.applications import match_events, MatchedEvents, Observation
 from squeal_core.calibration.calibrate import calibrate as run_calibration
 from squeal_core.calibration.calibrate import Calibration
@@ -33,6 +32,7 @@ from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import SamplingRound
 from squeal_core.common.checks import check_number
 from squeal_core.common.errors import SquealError
+from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.event_places import event_places
 from squeal_core.monitor.risk_warnings import NONE

@@ -24,7 +24,8 @@ from squeal_core.sound.listening import Listening
 from squeal_ros.cli.console import warn
 from squeal_ros.cli.replay_commands import found_recordings, monitor_task
 from squeal_ros.recordings.brake_applications import collect_applications
-from squeal_ros.recordings.recording import check_signals, RecordingError
+from squeal_ros.recordings.recording import RecordingError
+from squeal_ros.recordings.recording_files import check_signals
 from squeal_ros.recordings.replay_batch import BatchRecording, plan_batch, ReplayTask
 
 

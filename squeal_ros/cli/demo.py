@@ -41,7 +41,7 @@ from squeal_ros.cli.player import BrakePlayer
 from squeal_ros.recordings.agreement import Agreement, agreement
 from squeal_ros.recordings.bag_writer import BagWriter
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.recording_files import open_recording
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_outputs import Outputs
 from squeal_ros.recordings.replay_report import ReplayReport

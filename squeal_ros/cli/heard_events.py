@@ -26,7 +26,7 @@ from squeal_core.sound.listening import Listening, listening_of, read_listening
 from squeal_core.sound.listening_settings import ListeningSettings
 from squeal_core.sound.measured_files import MeasuredSqueal
 from squeal_core.sound.sound_clock import clock_of_file
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_file import open_sound
 from squeal_ros.cli.console import report_progress, warn
 
 
@@ -56,7 +56,7 @@ def heard_events(options: argparse.Namespace, places: Collection[str]) -> Listen
 
 def _listened(path: str) -> Listening:
     """Listen to a sound as `squeal listen` does by default."""
-    sound = SoundFile.load(path)
+    sound = open_sound(path)
     record = listen(sound, ListeningSettings())
     measured = MeasuredSqueal(record, record.tones(), clock_of_file(sound))
     if measured.events is None:

@@ -26,7 +26,8 @@ from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
 from squeal_core.sound.measured_files import MeasuredFiles, MeasuredSqueal, moment_in_words
 from squeal_core.sound.recorded_drive import read_drive, RecordedDrive
 from squeal_core.sound.sound_clock import clock_of_file, clock_of_stamp, SoundClock
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_file import open_sound
+from squeal_core.sound.sound_source import SoundFile
 from squeal_core.sound.squeal_detection import HeardTone
 from squeal_core.sound.synchronisation import synchronise
 from squeal_core.sound.tone_sources import BrakingAt, SpeedAt
@@ -38,7 +39,7 @@ _GOOD, _NOT_KNOWN = 0, 1
 def listen(options: argparse.Namespace) -> int:
     """Find squeal in a sound, write table and JSON."""
     settings = _settings(options)
-    sound = SoundFile.load(options.sound)
+    sound = open_sound(options.sound)
     channels = _channels(sound, options.channel)
     brakes = _brakes(options.brakes, sound, channels)
     clock = clock_of_stamp(options.start) if options.start else clock_of_file(sound)

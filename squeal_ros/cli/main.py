@@ -26,8 +26,8 @@ import sys
 from types import ModuleType
 from typing import Any
 
-from squeal_core import __version__
 from squeal_core.common.errors import in_one_line, SquealError
+from squeal_core.common.version import __version__
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_ros.cli import (
     advise_options,

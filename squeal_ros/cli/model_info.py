@@ -21,7 +21,8 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.errors import printable
-from squeal_core.model.brake_model import BrakeModel, OPERATORS
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.matrix_names import OPERATORS
 
 _MOST_LINES = 50  # of one group; a description of our own has a dozen
 _WIDTH = 99

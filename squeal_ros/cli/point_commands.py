@@ -28,7 +28,7 @@ from squeal_core.brake.brake_yaml import read_brake
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.model.model_file import load_with_header
+from squeal_core.model.model_file import read_model
 from squeal_core.monitor.settings import load_settings
 from squeal_core.monitor.settings_document import settings_document
 from squeal_core.risk.emulator_file import is_emulator, read_emulator_header
@@ -86,7 +86,7 @@ def info(options: argparse.Namespace) -> int:
         print(json.dumps(plain(read_table_header(options.model))) if options.json
               else '\n'.join(table_lines(options.model)))
         return 0
-    header, model = load_with_header(options.model)
+    header, model = read_model(options.model, BrakeModel)
     if options.json:
         frequencies = (model.angular_frequencies / 2.0 / np.pi).tolist()
         print(json.dumps(plain({**header, 'frequencies_hz': frequencies})))

@@ -33,7 +33,8 @@ from squeal_ros.cli.console import plain, ProgressBar, report_progress, time_lef
 from squeal_ros.recordings.batch_progress import BatchProgress
 from squeal_ros.recordings.batch_report import BatchReport
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import find_recordings, RecordingError, source_kind
+from squeal_ros.recordings.recording import RecordingError
+from squeal_ros.recordings.recording_files import find_recordings, source_kind
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_batch import (
     BatchRecording,

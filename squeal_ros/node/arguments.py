@@ -19,8 +19,8 @@ from collections.abc import Container, Sequence
 import re
 from typing import NoReturn
 
-from squeal_core import __version__
 from squeal_core.common.errors import ConfigurationError, did_you_mean, short_repr
+from squeal_core.common.version import __version__
 from squeal_core.common.yaml_reader import read_yaml
 from squeal_core.monitor.settings import NODE_NAME, parameter_sections
 

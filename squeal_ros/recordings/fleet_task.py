@@ -28,7 +28,7 @@ from squeal_core.common.output import OutputError, OutputFiles
 from squeal_core.monitor.result_files import ResultPaths
 from squeal_core.monitor.result_summary import file_hash
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import kind_of_path
+from squeal_ros.recordings.recording_files import kind_of_path
 from squeal_ros.recordings.replay_batch import ReplayTask
 
 _KEY = 32  # hexadecimal digits of SHA-256 that name a result

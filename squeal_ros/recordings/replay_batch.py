@@ -32,7 +32,7 @@ from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_ros.recordings.batch_progress import BatchProgress
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import open_recording, source_kind
+from squeal_ros.recordings.recording_files import open_recording, source_kind
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_outputs import Outputs, recording_name
 from squeal_ros.recordings.replay_report import ReplayReport

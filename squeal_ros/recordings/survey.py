@@ -17,7 +17,8 @@
 from pathlib import Path
 
 from squeal_ros.recordings.contents import Contents
-from squeal_ros.recordings.recording import find_recordings, kind_of_path, RecordingError
+from squeal_ros.recordings.recording import RecordingError
+from squeal_ros.recordings.recording_files import find_recordings, kind_of_path
 
 
 def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:

@@ -28,7 +28,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelFileError, OperatingPointError, SquealError
 from squeal_core.common.npz_archive import content_hash
 from squeal_core.model import operators
-from squeal_core.model.model_file import KIND, load_model, load_with_header
+from squeal_core.model.model_file import KIND, read_model
 from squeal_core.model.operators import ContactFace
 from squeal_core.stability.eigensolution import eigenvalues
 from squeal_core.stability.mode_tracking import track
@@ -172,7 +172,7 @@ def test_fewer_modes_keep_the_layer() -> None:
 def test_models_without_it_are_what_they_were(kang: BrakeModel, tmp_path: Path) -> None:
     assert model_hash(kang) == KANG
     kang.save(tmp_path / 'again.npz')
-    old, new = (load_with_header(path)[0] for path in ('kang2009', tmp_path / 'again.npz'))
+    old, new = (read_model(path, BrakeModel)[0] for path in ('kang2009', tmp_path / 'again.npz'))
     assert old == new
     assert new['schema'] == 1
     assert content_hash(*parts(tmp_path / 'again.npz')) == old['hash']
@@ -184,13 +184,13 @@ def test_a_model_with_it_is_another_one_that_earlier_versions_refuse(
     assert model_hash(damped) != KANG
     assert model_hash(damped) != model_hash(replace(kang, contact_retardation_time=2.0 * TIME))
     damped.save(path)
-    assert model_hash(load_model(path)) == model_hash(damped)
-    header, _ = load_with_header(path)
+    assert model_hash(BrakeModel.load(path)) == model_hash(damped)
+    header, _ = read_model(path, BrakeModel)
     assert (header['schema'], header['units']['contact_retardation_time']) == (3, 's')
     monkeypatch.setattr('squeal_core.model.model_file.KIND',
                         replace(KIND, schemas=range(1, 3)))
     with pytest.raises(ModelFileError, match='format 3.*update squeal_ros'):
-        load_model(path)
+        BrakeModel.load(path)
 
 
 def test_the_shipped_damped_brake(kang: BrakeModel) -> None:

@@ -25,8 +25,9 @@ import pytest
 from squeal_core.brake.dimensions import StiffnessTable
 from squeal_core.common.npz_archive import content_hash
 from squeal_core.common.output import OutputError
-from squeal_core.model.brake_model import BrakeModel, OPERATORS
-from squeal_core.model.model_file import load_model, load_with_header
+from squeal_core.model.brake_model import BrakeModel
+from squeal_core.model.matrix_names import OPERATORS
+from squeal_core.model.model_file import read_model
 from support.archives import parts
 from support.model_files import content, SMALL, small_model
 
@@ -57,26 +58,27 @@ def test_round_trip_of_any_finite_numbers(path: Path, array: Any) -> None:
 
 
 def test_header(path: Path) -> None:
-    header = load_with_header(path)[0]
+    header = read_model(path, BrakeModel)[0]
     assert header['provenance'] == {'made': 'here', 'n': [1, 2.5]}
     assert (header['schema'], header['hash']) == (1, content_hash(*parts(path)))
-    assert load_model(path).provenance == header['provenance']
+    assert BrakeModel.load(path).provenance == header['provenance']
 
 
 def test_saving_again_keeps_the_hash(path: Path, tmp_path: Path) -> None:
-    load_model(path).save(tmp_path / 'again.npz')
-    assert load_with_header(tmp_path / 'again.npz')[0]['hash'] == load_with_header(path)[0]['hash']
+    BrakeModel.load(path).save(tmp_path / 'again.npz')
+    assert read_model(tmp_path / 'again.npz', BrakeModel)[0]['hash'] == read_model(
+        path, BrakeModel)[0]['hash']
 
 
 def test_shipped_model_by_name_and_by_path() -> None:
-    assert content(load_model('kang2009')) == content(load_model(SHIPPED))
+    assert content(BrakeModel.load('kang2009')) == content(BrakeModel.load(SHIPPED))
 
 
 def test_only_files_with_a_stiffness_table_are_of_schema_2(path: Path) -> None:
-    assert load_model(path).stiffness_table is None
-    assert 'stiffness_table' not in load_with_header(path)[0]
+    assert BrakeModel.load(path).stiffness_table is None
+    assert 'stiffness_table' not in read_model(path, BrakeModel)[0]
     small_model(stiffness_table=StiffnessTable((1e5,), (1e10,))).save(path)
-    assert load_with_header(path)[0]['schema'] == 2
+    assert read_model(path, BrakeModel)[0]['schema'] == 2
 
 
 @pytest.mark.parametrize('error', [OSError(28, 'No space left'), KeyboardInterrupt()])

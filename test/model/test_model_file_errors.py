@@ -29,7 +29,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from squeal_core.common.errors import ModelFileError
-from squeal_core.model.model_file import load_model
+from squeal_core.model.brake_model import BrakeModel
 from support.archives import parts, rewrite
 from support.model_files import content, SMALL
 from support.processes import short_and_long
@@ -39,7 +39,7 @@ NAN = math.nan
 
 def refusal(path: Path | str) -> str:
     with pytest.raises(ModelFileError) as caught:
-        load_model(path)
+        BrakeModel.load(path)
     assert re.fullmatch(f'{re.escape(str(path))}: .+; .+', str(caught.value))  # . is no newline
     return str(caught.value)
 
@@ -89,7 +89,7 @@ def refused_or_same(path: Path, data: bytes, original: Any) -> None:
     path = path.with_name('changed.npz')
     path.write_bytes(data)
     try:
-        assert content(load_model(path)) == original
+        assert content(BrakeModel.load(path)) == original
     except ModelFileError:
         refusal(path)
 
@@ -98,7 +98,7 @@ def refused_or_same(path: Path, data: bytes, original: Any) -> None:
 @pytest.mark.parametrize('flip', [0x01, 0x80, 0xff])
 def test_any_byte_flipped(path: Path, flip: int, stride: int) -> None:
     """One byte at a time: each in the long form, each sixth by chance in the short one."""
-    data, original = path.read_bytes(), content(load_model(path))
+    data, original = path.read_bytes(), content(BrakeModel.load(path))
     for at in np.random.default_rng(flip).permutation(len(data))[::stride].tolist():
         refused_or_same(path, data[:at] + bytes([data[at] ^ flip]) + data[at + 1:], original)
 
@@ -112,7 +112,7 @@ def test_any_splices(path: Path, splices: list[tuple[float, int, bytes]]) -> Non
     for where, removed, added in splices:
         at = int(where * len(data))
         data = data[:at] + added + data[at + removed:]
-    refused_or_same(path, data, content(load_model(path)))
+    refused_or_same(path, data, content(BrakeModel.load(path)))
 
 
 @pytest.mark.parametrize(('header', 'arrays'), [

@@ -25,7 +25,7 @@ from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.dimensions import Brake
 from squeal_core.common.arrays import FloatArray
 from squeal_core.model import operators
-from squeal_core.model.brake_model import OPERATORS
+from squeal_core.model.matrix_names import OPERATORS
 from squeal_core.model.operators import ContactFace
 from squeal_core.modes.modal_basis import Quadrature, SampledShapes
 from squeal_core.modes.planar_mesh import sector_quadrature

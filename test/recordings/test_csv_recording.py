@@ -25,7 +25,7 @@ import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.vehicle_monitor import MissingValue
 from squeal_ros.recordings.csv_layout import read_layout
-from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.recording_files import open_recording
 from squeal_ros.recordings.table_spec import TableSpec
 from support.tables import default_settings, document, DYNO, opened, stop, stop_text, values
 

@@ -141,7 +141,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
 from squeal_ros.interrupts import InterruptOnce
 from squeal_ros.recordings.evaluation_process import write_replay
-from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.recording_files import open_recording
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_outputs import Outputs
 settings = read_settings({'brakes': ['fl']})

@@ -40,7 +40,7 @@ from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.recordings.fleet_engine import FleetLost  # noqa: E402
 from squeal_ros.recordings.fleet_task import evaluate_recording, FleetError  # noqa: E402
 from squeal_ros.recordings.fleet_vehicles import read_vehicles, vehicles_of  # noqa: E402
-from squeal_ros.recordings.recording import find_recordings  # noqa: E402
+from squeal_ros.recordings.recording_files import find_recordings  # noqa: E402
 from support.bags import braking, settings_file, storage_file, write_bag  # noqa: E402, I100
 from support.commands import squeal  # noqa: E402
 from support.fleets import SerialEngine  # noqa: E402

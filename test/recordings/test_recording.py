@@ -22,11 +22,8 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 import numpy as np  # noqa: E402, I100
 from squeal_core.monitor.settings import read_settings  # noqa: E402
-from squeal_ros.recordings.recording import (  # noqa: E402
-    find_recordings,
-    open_recording,
-    RecordingError,
-)
+from squeal_ros.recordings.recording import RecordingError  # noqa: E402
+from squeal_ros.recordings.recording_files import find_recordings, open_recording  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
     Entry,

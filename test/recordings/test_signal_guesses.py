@@ -24,7 +24,7 @@ import numpy as np  # noqa: E402, I100
 from squeal_core.common.errors import SquealError  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.recordings.contents import Entry  # noqa: E402
-from squeal_ros.recordings.recording import open_recording  # noqa: E402
+from squeal_ros.recordings.recording_files import open_recording  # noqa: E402
 from squeal_ros.recordings.signal_guesses import propose  # noqa: E402
 from squeal_ros.recordings.signal_settings import settings_with_signals  # noqa: E402
 from squeal_ros.recordings.signals_file import read_signals  # noqa: E402

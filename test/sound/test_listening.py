@@ -30,7 +30,7 @@ from squeal_core.sound.listening_settings import LevelScale, ListeningSettings
 from squeal_core.sound.measured_files import MeasuredFiles, MeasuredSqueal
 from squeal_core.sound.recorded_drive import RecordedDrive
 from squeal_core.sound.sound_clock import SoundClock
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_file import open_sound
 from squeal_core.sound.spectra import a_weighting
 from squeal_core.sound.squeal_detection import HeardTone
 from squeal_core.sound.tone_sources import BrakingAt, SpeedAt
@@ -45,7 +45,7 @@ def heard(tmp_path: Path, sound: FloatArray, rate: int = RATE, kind: str = 'i2',
           speed: SpeedAt | None = None, braking: BrakingAt | None = None) -> list[HeardTone]:
     """Return events and rejected tones."""
     path = write_wav(tmp_path / 'sound.wav', rate, sound, kind)
-    tones = listen(SoundFile.load(path), settings or ListeningSettings()).tones(
+    tones = listen(open_sound(path), settings or ListeningSettings()).tones(
         brakes=brakes, speed=speed, braking=braking)
     assert tones is not None
     return tones
@@ -226,7 +226,7 @@ def test_of_a_dead_microphone_nothing_is_known(sound: FloatArray, words: str,
                                                tmp_path: Path) -> None:
     kind = 'f4' if np.isnan(sound).any() else 'i2'
     path = write_wav(tmp_path / 'sound.wav', RATE, sound, kind)
-    record = listen(SoundFile.load(path), ListeningSettings())
+    record = listen(open_sound(path), ListeningSettings())
     assert record.tones() is None
     assert words in record.unknown[0]
 
@@ -237,7 +237,7 @@ def test_dropouts_numbers_that_are_none_and_an_offset_cost_only_their_time(tmp_p
     sound[5 * RATE] = np.inf
     sound[-1] = np.nan  # beyond the last whole hop
     path = write_wav(tmp_path / 'sound.wav', RATE, sound, 'f4')
-    record = listen(SoundFile.load(path), ListeningSettings())
+    record = listen(open_sound(path), ListeningSettings())
     assert record.heard_share == pytest.approx(1.0 - 1.0 / 6.0, abs=0.05)
     assert record.not_heard == [pytest.approx((3.0, 4.0), abs=0.05),
                                 pytest.approx((5.0, 5.0), abs=0.08)]

@@ -23,7 +23,7 @@ import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.sound.sound_clock import clock_of_file, clock_of_stamp
 from squeal_core.sound.sound_errors import SoundError
-from squeal_core.sound.sound_file import SoundFile
+from squeal_core.sound.sound_file import open_sound
 from support.rows import each
 from support.sounds import write_wav
 
@@ -32,7 +32,7 @@ SOUND = 0.8 * np.sin(np.arange(4_001 * 2).reshape(-1, 2) ** 1.5 / 500.0)
 
 
 def samples(path: Path) -> np.ndarray:
-    sound = SoundFile.load(path)
+    sound = open_sound(path)
     whole = np.concatenate(list(sound.blocks(1_000)))
     assert whole.shape == (sound.frames, sound.channels)
     return whole
@@ -46,7 +46,7 @@ def test_all_codings_are_read_alike(kind: str, magic: bytes, tmp_path: Path) -> 
                          extensible=extensible)
         step = 2.0 ** (1 - 8 * int(kind[1])) if kind[0] != 'f' else 1e-7
         assert np.abs(samples(path) - SOUND).max() <= max(step, 1e-7)
-        assert not SoundFile.load(path).notes
+        assert not open_sound(path).notes
 
 
 @each(('stated', 'frames', 'words'), [
@@ -56,7 +56,7 @@ def test_what_a_lying_header_leaves_is_used_and_stated(stated: int, frames: int,
                                                        tmp_path: Path) -> None:
     path = write_wav(tmp_path / 'a.wav', RATE, SOUND, 'i3', data_size=stated)
     assert np.abs(samples(path) - SOUND).max() < 1e-6
-    (note,) = SoundFile.load(path).notes
+    (note,) = open_sound(path).notes
     assert words in note
     path.write_bytes(path.read_bytes()[:-7])  # in the middle of a frame
     assert len(samples(path)) == frames - 2
@@ -76,7 +76,7 @@ def test_what_a_lying_header_leaves_is_used_and_stated(stated: int, frames: int,
 def test_what_is_no_sound_is_one_line(content: bytes, words: str, tmp_path: Path) -> None:
     (tmp_path / 'a.wav').write_bytes(content)
     with pytest.raises(SoundError, match=words) as raised:
-        SoundFile.load(tmp_path / 'a.wav')
+        open_sound(tmp_path / 'a.wav')
     assert '\n' not in str(raised.value)
 
 
@@ -87,7 +87,7 @@ def test_flac_is_read_and_a_damaged_one_as_far_as_it_goes(tmp_path: Path) -> Non
     assert np.abs(samples(tmp_path / 'a.flac') - long).max() < 1e-6
     data = (tmp_path / 'a.flac').read_bytes()
     (tmp_path / 'b.flac').write_bytes(data[:len(data) // 2])
-    sound = SoundFile.load(tmp_path / 'b.flac')
+    sound = open_sound(tmp_path / 'b.flac')
     count = sum(len(block) for block in sound.blocks(1_000))
     assert 0 < count < len(long)
     assert 'missing or damaged' in sound.notes[0]
@@ -98,11 +98,10 @@ def test_the_clock_of_a_bext_chunk(tmp_path: Path) -> None:
     day = (9 * 3600 + 30 * 60) * RATE
     for reference, second in ((day + 2_000, 0.25), (0, 0.0)):
         bext = bytes(320) + b'2026-05-04' + b'09:30:00' + struct.pack('<Q', reference) + bytes(256)
-        clock = clock_of_file(SoundFile.load(write_wav(tmp_path / 'a.wav', RATE, SOUND,
-                                                       bext=bext)))
+        clock = clock_of_file(open_sound(write_wav(tmp_path / 'a.wav', RATE, SOUND, bext=bext)))
         wanted = datetime.datetime(2026, 5, 4, 9, 30, tzinfo=datetime.UTC).timestamp() + second
         assert (clock.source, clock.offset) == ('bext', pytest.approx(wanted, abs=1e-4))
-    assert clock_of_file(SoundFile.load(write_wav(tmp_path / 'b.wav', RATE, SOUND))).shift == 0.0
+    assert clock_of_file(open_sound(write_wav(tmp_path / 'b.wav', RATE, SOUND))).shift == 0.0
 
 
 def test_stamps() -> None:

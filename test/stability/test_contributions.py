@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.common.arrays import ComplexArray
-from squeal_core.model.brake_model import OPERATORS, SUPPORTS
+from squeal_core.model.matrix_names import OPERATORS, SUPPORTS
 from squeal_core.stability.eigensolution import complex_modes
 from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.stability.mechanism import (

@@ -25,7 +25,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.recordings.bag_reader import Bag
 from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
-from squeal_ros.recordings.recording import open_recording
+from squeal_ros.recordings.recording_files import open_recording
 from squeal_ros.recordings.replay import Replay
 import yaml
 

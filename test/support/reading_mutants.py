@@ -46,7 +46,6 @@ from squeal_core.common.errors import (
     TableFileError,
 )
 from squeal_core.common.resources import find
-from squeal_core.model.model_file import load_model
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import Sample, VehicleMonitor
 from squeal_core.surrogate.table_builder import build_table
@@ -111,9 +110,9 @@ def kind_of(name: str, folder: Path) -> Kind:
             lambda found: TabulatedSolver(model, found).solve(point()))
     if name == 'shipped model':
         return Kind(find('models', 'kang2009', '.npz').read_bytes(), mutant_of_archive,
-                    load_model, ModelFileError)
+                    BrakeModel.load, ModelFileError)
     model.save(path)
-    return Kind(path.read_bytes(), mutant_of_archive, load_model, ModelFileError, assess)
+    return Kind(path.read_bytes(), mutant_of_archive, BrakeModel.load, ModelFileError, assess)
 
 
 @dataclass

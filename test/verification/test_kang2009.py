@@ -24,7 +24,7 @@ from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.assembly.build import build_model
 from squeal_core.brake.dimensions import Brake
 from squeal_core.common.arrays import ComplexArray
-from squeal_core.model.brake_model import OPERATORS
+from squeal_core.model.matrix_names import OPERATORS
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, eigenvalues, Mode
 
 DATA: dict[str, Any] = json.loads(

@@ -21,8 +21,8 @@ import json
 from string import Template
 from typing import Any
 
-from squeal_core import __version__
 from squeal_core.common.errors import SquealError
+from squeal_core.common.version import __version__
 from squeal_core.sound.comparison import Comparison
 from squeal_core.view.report import charts
 from squeal_core.view.report.drives import Drive, read_drives, Stretch
