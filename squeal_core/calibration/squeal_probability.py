@@ -143,13 +143,14 @@ class SquealPredictor:
 
     def _growth(self, knots: _Knots, candidates: BrakeCandidates) -> _Growth:
         """Return growth (A, T, P, F)."""
-        inputs = candidates.ensemble('').inputs(
-            knots.rotor_speed, knots.contact_pressure, knots.friction)
-        # one knot at a time: their terms fit into the cache
-        knots_of = [self._emulator.evaluate(one) for one in inputs.reshape(-1, *inputs.shape[2:])]
-        shape = (*inputs.shape[:-1], self._families.size)
+        conditions = np.stack(knots[:3], axis=-1).reshape(-1, 3)
+        # ends and padding repeat the knot before
+        fresh = np.append(True, (conditions[1:] != conditions[:-1]).any(axis=1))
+        place = np.cumsum(fresh) - 1
+        found = self._emulator.evaluate(candidates.ensemble('').inputs(*conditions[fresh].T))
+        shape = (*knots.duration.shape, candidates.ln_damping.size, self._families.size)
         return _Growth(*(
-            np.stack([getattr(one, name)[:, self._families] for one in knots_of]).reshape(shape)
+            getattr(found, name)[..., self._families][place].reshape(shape)
             for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping')))
 
     def _margins(self, knots: _Knots, parts: Sequence[NDArray[np.float32]], decay: FloatArray,

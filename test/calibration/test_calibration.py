@@ -36,8 +36,10 @@ from squeal_core.calibration.hearing_model import HearingModel
 from squeal_core.calibration.importance_sampling import sample_posterior
 from squeal_core.calibration.likelihood import log_likelihood
 from squeal_core.calibration.squeal_probability import SquealPredictor, SquealProbabilities
+from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
+from squeal_core.risk.emulator_records import EmulatedGrowth
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
 from squeal_core.risk.squeal_risk import SquealRisk
 from support.heard_brakes import brake_applications, listen, Stops, trial
@@ -113,6 +115,29 @@ def test_brakes_of_one_stop_make_no_interval_narrower(kang: BrakeModel) -> None:
         intervals.append((*own.roc_interval, *own.precision_interval))
     assert intervals[1] == pytest.approx(intervals[0])
     assert intervals[0][1] - intervals[0][0] > 0.2
+
+
+def test_no_condition_is_evaluated_twice_in_a_row(kang: BrakeModel) -> None:
+    """Ends of applications and padding repeat a knot; growth is the same, of all at once."""
+    applications = brake_applications(np.random.default_rng(2), 6, STOPS)
+    rows = []
+
+    class Counted(LinearGrowth):
+        def evaluate(self, inputs: FloatArray) -> EmulatedGrowth:
+            rows.append(inputs[:, 0, :3])
+            return super().evaluate(inputs)
+
+    brakes = BrakeCandidates.of_ensemble(prior_ensemble(EnsemblePrior(count=8)))
+    found = SquealPredictor(kang, Counted([1655.0], [45.0], [350.0]), applications).evaluate(
+        brakes)
+    knots = [one.knots(0.25)[0] for one in applications]
+    assert len(rows) == 1
+    assert len(rows[0]) == sum(np.unique(one).size for one in knots)
+    assert len({one.size for one in knots}) > 1
+    for place, one in enumerate(applications):
+        alone = SquealPredictor(kang, LinearGrowth([1655.0], [45.0], [350.0]), [one])
+        np.testing.assert_array_equal(alone.evaluate(brakes).squeals[:, 0],
+                                      found.squeals[:, place])
 
 
 def test_calibration_beats_what_knows_no_physics(kang: BrakeModel) -> None:
