@@ -25,16 +25,19 @@ Nonlinear transients of brakes: contact that opens, exact friction direction, no
     microphone        sound pressure beside the disc
     levels            levels and pitches of modes, squeal events
     listening         all together: `simulate`
+    first_events      which of many brake applications squeal
     simulation_files  WAV, events, levels
 """
 
 from squeal_core.simulation.contact import NonlinearContact, SlidingState
 from squeal_core.simulation.contact_points import contact_points
+from squeal_core.simulation.first_events import first_events
 from squeal_core.simulation.history import OperatingHistory
 from squeal_core.simulation.levels import ModalLevels, SimulatedEvent
 from squeal_core.simulation.listening import simulate, SimulationResult
-from squeal_core.simulation.transient import Transient, TransientBlock
+from squeal_core.simulation.transient import Transient
+from squeal_core.simulation.transient_block import TransientBlock
 
-__all__ = ['contact_points', 'ModalLevels', 'NonlinearContact', 'OperatingHistory',
+__all__ = ['contact_points', 'first_events', 'ModalLevels', 'NonlinearContact', 'OperatingHistory',
            'SimulatedEvent', 'simulate', 'SimulationResult', 'SlidingState', 'Transient',
            'TransientBlock']

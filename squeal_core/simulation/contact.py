@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import FloatArray, repr_with_shapes
+from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
 from squeal_core.common.errors import SquealError
 from squeal_core.model.operators import ContactFace
 
@@ -68,6 +68,11 @@ class SlidingState:
         values = {item.name: np.array([getattr(point, item.name) for point in points])
                   for item in fields(cls)}
         return cls(**{**values, 'friction': np.abs(values['friction'])})
+
+    def of_brakes(self, brakes: IndexArray) -> 'SlidingState':
+        """Return the state of some of the brakes."""
+        return SlidingState(**{item.name: getattr(self, item.name)[brakes]
+                               for item in fields(self)})
 
 
 class ContactForces(NamedTuple):
@@ -141,7 +146,8 @@ class NonlinearContact:
         """Largest eigenvalue of the points' in-plane sums int t^T t + r^T r dA [m^2/kg]."""
         return float(np.linalg.norm(self.drag @ self.in_plane, 2))
 
-    def at(self, state: SlidingState, *, closed_stiffness: float) -> 'LoadedContact':
+    def at(self, state: SlidingState, *, closed_stiffness: float,
+           damping_ratio: FloatArray | float = 1.0) -> 'LoadedContact':
         """
         Return the contact of B brakes that operate at a state.
 
@@ -151,17 +157,20 @@ class NonlinearContact:
             Where they operate.
         closed_stiffness : float
             k_c [N/m^3] of the closed contact whose springs and dashpots the caller has already.
+        damping_ratio : float or (B,) array
+            Factor on the dashpots, on those that the caller has, too.
 
         """
-        return LoadedContact(self, state, closed_stiffness)
+        return LoadedContact(self, state, closed_stiffness, damping_ratio)
 
 
 class LoadedContact:
     """Contact of B brakes at one operating point each; `NonlinearContact.at` returns it."""
 
     def __init__(self, contact: NonlinearContact, state: SlidingState,
-                 closed_stiffness: float) -> None:
+                 closed_stiffness: float, damping_ratio: FloatArray | float = 1.0) -> None:
         self._c, self._state, self._closed = contact, state, closed_stiffness
+        self._retardation = damping_ratio * contact.retardation_time
         self._preload = state.contact_pressure
         self._slip = state.rotor_speed * contact.radius
         self._steady = np.sign(state.rotor_speed) * state.friction * state.contact_pressure
@@ -174,8 +183,8 @@ class LoadedContact:
         return np.maximum(self._spring(a, rate) + self._preload, 0.0)
 
     def _spring(self, a: FloatArray, rate: FloatArray) -> FloatArray:
-        tau = self._c.retardation_time
-        spring = self._c.normal @ (a + tau * rate if tau else a)
+        spring = self._c.normal @ (
+            a + self._retardation * rate if self._c.retardation_time else a)
         spring *= self._state.contact_stiffness
         return np.asarray(spring)
 

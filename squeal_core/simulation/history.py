@@ -127,6 +127,20 @@ class OperatingHistory:
                    contact_stiffness=stiffness,
                    least_pressure=model.contact_pressure(RELEASE_PRESSURE))
 
+    @classmethod
+    def side_by_side(cls, histories: Sequence['OperatingHistory']) -> 'OperatingHistory':
+        """Return histories of one brake each that all start at 0 s; constant after their ends."""
+        starts = [float(one.time[0]) for one in histories]
+        time = np.unique(np.concatenate([
+            one.time - start for one, start in zip(histories, starts, strict=True)]))
+        return cls(
+            brakes=tuple(f'brake_{i + 1}' for i in range(len(histories))), time=time,
+            least_pressure=histories[0].least_pressure,
+            **{item.name: np.column_stack([
+                np.interp(time, one.time - start, getattr(one, item.name)[:, 0])
+                for one, start in zip(histories, starts, strict=True)])
+               for item in fields(SlidingState)})
+
     def at(self, time: float) -> SlidingState:
         """Return the state of all brakes at a time [s]; constant before and after the history."""
         after = int(np.clip(np.searchsorted(self.time, time), 1, self.time.size - 1))

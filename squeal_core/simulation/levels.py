@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
 from squeal_core.simulation.microphone import Microphone, REFERENCE
 from squeal_core.simulation.modal_noise import ClosedContactModes
-from squeal_core.simulation.transient import SAMPLE_RATE, TransientBlock
+from squeal_core.simulation.transient import SAMPLE_RATE
+from squeal_core.simulation.transient_block import TransientBlock
 
 THRESHOLD = 70.0  # dB, of an event's start
 _FALL = 6.0  # dB below the threshold at which it ends
@@ -86,11 +87,15 @@ class LevelMeter:
     def add(self, block: TransientBlock) -> None:
         """Take the next block."""
         w = self._frequency[:, None]
-        q, rate = (np.einsum('nm,fnb->fmb', self._modes.shapes, part, optimize=True)
-                   for part in (block.displacement, block.velocity))
-        turning = rate + 1j * np.where(np.isfinite(w), w, 0.0) * q
-        speed = np.sqrt(0.5 * (np.abs(turning)**2).mean(axis=0))
-        angle = np.angle((turning[1:] * turning[:-1].conj()).sum(axis=0))
+        q, rate = (np.einsum('nm,fnb->fmb', self._modes.shapes, part[:, :, block.sliding],
+                             optimize=True) for part in (block.displacement, block.velocity))
+        q *= np.where(np.isfinite(w), w, 0.0)
+        speed, angle = np.zeros((2, *block.velocity.shape[1:]))
+        speed[:, block.sliding] = np.sqrt(0.5 * (_sum(rate, rate) + _sum(q, q)) / len(q))
+        # the turn from sample to sample of rate + i w q
+        angle[:, block.sliding] = np.arctan2(
+            _sum(q[1:], rate[:-1]) - _sum(rate[1:], q[:-1]),
+            _sum(rate[1:], rate[:-1]) + _sum(q[1:], q[:-1]))
         level = 20.0 * np.log10(np.maximum(self._gain[:, None] * speed, 1e-9) / REFERENCE)
         self._rows.append((float(block.time.mean()),
                            speed / w * self._modes.contact_motion[:, None],
@@ -100,6 +105,10 @@ class LevelMeter:
         """Return what was collected."""
         time, *others = zip(*self._rows, strict=True)
         return ModalLevels(np.array(time), *(np.array(item) for item in others))
+
+
+def _sum(one: FloatArray, other: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum('fmb,fmb->mb', one, other))
 
 
 def squeal_events(levels: ModalLevels, brakes: tuple[str, ...], *,

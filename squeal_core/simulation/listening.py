@@ -112,7 +112,7 @@ def simulate(model: BrakeModel, faces: Sequence[ContactFace], history: Operating
     meter = LevelMeter(transient.modes, microphone)
     recorders = [microphone.listen() for _ in history.brakes]
     sliding = []
-    for block in transient.run(start, progress=progress):
+    for block in transient.run(start, balance=False, progress=progress):
         meter.add(block)
         sliding.append(block.sliding)
         for i, recorder in enumerate(recorders):

@@ -23,11 +23,11 @@ which are extrapolated from the two kicks before: one evaluation a step, error O
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from squeal_core.common.arrays import FloatArray, repr_with_shapes
+from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.operators import ContactFace
@@ -35,53 +35,12 @@ from squeal_core.simulation.abutment import Abutment
 from squeal_core.simulation.contact import LoadedContact, NonlinearContact, SlidingState
 from squeal_core.simulation.history import OperatingHistory
 from squeal_core.simulation.modal_noise import ClosedContactModes, noise_intensity
+from squeal_core.simulation.transient_block import EnergyBalance, Motion, TransientBlock
 
 SAMPLE_RATE = 96_000  # recorded samples a second: modes of kang2009 end at 32 kHz
 STEPS = 2  # steps a sample: 5.2 us
 _BLOCK = 960  # samples: 10 ms
 _HELD = 48  # samples in which the operating point is constant: 0.5 ms
-
-
-@dataclass(frozen=True, eq=False)
-class EnergyBalance:
-    """
-    Energy [J] at the end of a block and the work [J] of each part since its start, (B,) each.
-
-    At constant inputs the change of energy is the sum of the works: `friction` + `abutment` +
-    `noise` - `dissipation`.
-    """
-
-    energy: FloatArray
-    friction: FloatArray
-    abutment: FloatArray
-    noise: FloatArray
-    dissipation: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class TransientBlock:
-    """
-    Some ms of a transient.
-
-    Parameters
-    ----------
-    time : (F,) array
-        Of the samples [s].
-    displacement, velocity : (F, N, B) arrays
-        Modal coordinates [m kg^1/2] and their rates [m/s kg^1/2].
-    sliding : (B,) array
-        Whether each brake slid under load; the others are at rest.
-    balance : EnergyBalance
-
-    """
-
-    time: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
-    sliding: NDArray[np.bool_]
-    balance: EnergyBalance
-
-    __repr__ = repr_with_shapes
 
 
 class Transient:
@@ -98,15 +57,15 @@ class Transient:
     floor : float
         Root mean square relative displacement at the contact to which noise excites each mode
         of the closed contact [m]; 0: no noise.
-    seed : int
-        Of the noise.
+    seed : int or sequence of int
+        Of the noise of all brakes, or of each, which then does not depend on the others.
     abutment : bool
         Whether the caliper's abutment carries what drives the pads away in plane; without it the
         linear part is exactly the model's.
     steps : int
         Steps of integration in a sample of 10.4 us.
-    damping_scale : float
-        Factor on the damping of components, supports and contact layer.
+    damping_scale : float or sequence of float
+        Factor on the damping of components, supports and contact layer, of all brakes or of each.
 
     Examples
     --------
@@ -123,20 +82,26 @@ class Transient:
     """
 
     def __init__(self, model: BrakeModel, faces: Sequence[ContactFace], history: OperatingHistory,
-                 *, floor: float = 1e-9, seed: int = 0, abutment: bool = True,
-                 steps: int = STEPS, damping_scale: float = 1.0) -> None:
+                 *, floor: float = 1e-9, seed: int | Sequence[int] = 0, abutment: bool = True,
+                 steps: int = STEPS, damping_scale: float | Sequence[float] = 1.0) -> None:
         law = model.friction_law
         self.history, self.steps, self.step = history, steps, 1.0 / (SAMPLE_RATE * steps)
+        scales = np.broadcast_to(np.asarray(damping_scale, float), len(history.brakes))
+        mean = float(scales.mean() if np.ptp(scales) else scales[0])
+        self.damping_ratio = scales / mean if np.ptp(scales) else np.ones(scales.size)
         self.contact = NonlinearContact(
             faces, decay=1.0 if law is None else law.decay, follower=model.follower is not None,
-            retardation_time=damping_scale * model.contact_retardation_time)
+            retardation_time=mean * model.contact_retardation_time)
         self.closed_stiffness = history.mean_stiffness
-        self.stiffness, self.damping = self._closed(model, damping_scale)
+        self.stiffness, self.damping = self._closed(model, mean)
         self.modes = ClosedContactModes.of(self.stiffness, self.damping, self.contact)
         self.gyroscopic = np.zeros_like(self.damping) if model.gyroscopic is None \
             else model.gyroscopic
-        self._noise = noise_intensity(self.modes, floor) * np.sqrt(self.step)
-        self._random = np.random.default_rng(seed)
+        self._intensity = np.array([
+            noise_intensity(replace(self.modes, decay=ratio * self.modes.decay), floor)
+            for ratio in self.damping_ratio.tolist()]) * np.sqrt(self.step)
+        self._random = np.random.default_rng(seed) if isinstance(seed, int) \
+            else [np.random.default_rng(one) for one in seed]
         self.abutment = Abutment.of(model) if abutment else None
 
     def _closed(self, model: BrakeModel, scale: float) -> tuple[FloatArray, FloatArray]:
@@ -153,26 +118,41 @@ class Transient:
         force = self.loaded(state).forces(a, rate)
         return np.asarray(force.normal + force.friction
                           - state.rotor_speed * (self.gyroscopic @ rate)
-                          - self.stiffness @ a - self.damping @ rate)
+                          - self.stiffness @ a - self.damping_ratio * (self.damping @ rate))
 
-    def energy(self, a: FloatArray, rate: FloatArray, state: SlidingState) -> FloatArray:
-        """Return kinetic energy and that of bodies and contact springs [J], (B,)."""
+    def energy(self, a: FloatArray, rate: FloatArray, state: SlidingState,
+               brakes: IndexArray | None = None) -> FloatArray:
+        """Return kinetic energy and that of bodies and contact springs [J], of each brake."""
         linear = 0.5 * (rate**2).sum(axis=0) + 0.5 * (a * (self.stiffness @ a)).sum(axis=0)
-        return np.asarray(linear + self.loaded(state).spring_energy(a))
+        return np.asarray(linear + self.loaded(state, brakes).spring_energy(a))
 
-    def loaded(self, state: SlidingState) -> LoadedContact:
-        """Return the contact at a state, on top of the springs of the linear system."""
-        return self.contact.at(state, closed_stiffness=self.closed_stiffness)
+    def loaded(self, state: SlidingState, brakes: IndexArray | None = None) -> LoadedContact:
+        """
+        Return the contact at a state, on top of the springs and dashpots of the linear system.
 
-    def run(self, start: FloatArray | None = None, *,
+        `state` is of all brakes, or of those that are given.
+        """
+        ratio = self.damping_ratio if brakes is None else self.damping_ratio[brakes]
+        return self.contact.at(state, closed_stiffness=self.closed_stiffness, damping_ratio=ratio)
+
+    def run(self, start: FloatArray | None = None, *, balance: bool = True,
+            ended: Callable[[float], NDArray[np.bool_]] | None = None,
             progress: Callable[[float], None] = lambda _: None) -> Iterator[TransientBlock]:
         """
         Integrate the history and yield it in blocks of 10 ms.
+
+        Brakes that are at rest or ended take no time, so many are integrated best side by side:
+        a step is products of matrices with a column a brake.
 
         Parameters
         ----------
         start : (2N, B) array, optional
             Modal coordinates and their rates at the start; None: at rest.
+        balance : bool
+            Whether to compute the balance of energy.
+        ended : callable, optional
+            Called with the time [s] before each block, returns a mask (B,) of the brakes that
+            are integrated no further.
         progress : callable
             Told the time [s] that is reached.
 
@@ -182,12 +162,16 @@ class Transient:
             For a step too long for the friction, and for motion that does not stay finite.
 
         """
-        run = _Run(self, start, self._random)
+        run, left = _Run(self, start, balance), np.ones(len(self.history.brakes), bool)
         samples = round((self.history.time[-1] - self.history.time[0]) * SAMPLE_RATE)
         total = max(samples, 2) * self.steps
         size = _BLOCK * self.steps
         for first in range(0, total, size):
-            block = run.block(first, min(size, total - first))
+            if ended is not None:
+                left &= ~ended(float(self.history.time[0]) + first * self.step)
+                if not left.any():
+                    return
+            block = run.block(first, min(size, total - first), left)
             if not np.isfinite(block.velocity).all():
                 raise SquealError(f'the motion did not stay finite at {block.time[-1]:.4g} s; '
                                   'give a shorter step, or brakes with supports')
@@ -201,97 +185,103 @@ class Transient:
         return np.asarray(expm(self.step * np.block([
             [np.zeros((n, n)), np.eye(n)], [-self.stiffness, -self.damping]])))
 
-    def noise(self, steps: int) -> FloatArray:
-        """Return the change of the rates by noise in each step, (steps, N, B)."""
+    def noise(self, steps: int, brakes: IndexArray) -> FloatArray:
+        """Return the change of the rates of some brakes by noise in each step, (steps, N, b)."""
         size = len(self.stiffness)
-        white = self._random.standard_normal((steps, len(self.history.brakes), size))
-        return np.ascontiguousarray((white @ self._noise.T).transpose(0, 2, 1))
+        if isinstance(self._random, np.random.Generator):
+            white = self._random.standard_normal((steps, len(self.history.brakes), size))
+            white = white[:, brakes].swapaxes(0, 1)
+        else:
+            white = np.array([self._random[i].standard_normal((steps, size)) for i in brakes])
+        found = white @ self._intensity[brakes].swapaxes(1, 2)
+        return np.ascontiguousarray(found.transpose(1, 2, 0))
 
 
 class _Run:
     """The state of one integration."""
 
-    def __init__(self, transient: Transient, start: FloatArray | None,
-                 random: np.random.Generator) -> None:
-        self._t, self._propagator = transient, transient.propagator()
+    def __init__(self, transient: Transient, start: FloatArray | None, balance: bool) -> None:
+        self._t, self._propagator, self._balanced = transient, transient.propagator(), balance
         self._size, self._brakes = len(transient.stiffness), len(transient.history.brakes)
-        self._y = np.zeros((2 * self._size, self._brakes)) if start is None \
-            else np.array(start, dtype=float)
-        self._kick = np.zeros((2, self._size, self._brakes))  # the last two, by forces alone
-        self._relaxed = np.zeros((
-            transient.abutment.coordinates.size if transient.abutment else 0, self._brakes))
-        self._energy = np.zeros(self._brakes)
+        self._motion = Motion(
+            np.zeros((2 * self._size, self._brakes)) if start is None
+            else np.array(start, dtype=float),
+            np.zeros((2, self._size, self._brakes)),
+            np.zeros((transient.abutment.coordinates.size if transient.abutment else 0,
+                      self._brakes)))
 
-    def block(self, first: int, steps: int) -> TransientBlock:
-        """Integrate some steps."""
-        t, n, b = self._t, self._size, self._brakes
-        begin = t.history.time[0] + first * t.step
-        middle = begin + 0.5 * steps * t.step
-        sliding = t.history.sliding(middle)
-        time = begin + t.step * np.arange(t.steps, steps + 1, t.steps)
-        self._rest(~sliding)
-        if not sliding.any():
-            still = np.zeros((time.size, n, b))
-            return TransientBlock(time, still, still, sliding,
-                                  EnergyBalance(*np.zeros((5, b))))
-        record = np.empty((steps, 3, n, b))  # displacement, velocity at mid kick, friction
-        noise, abutment = t.noise(steps) * sliding, np.zeros(b)
+    def block(self, first: int, steps: int, left: NDArray[np.bool_]) -> TransientBlock:
+        """Integrate some steps of the brakes that are left."""
+        t = self._t
+        begin = float(t.history.time[0]) + first * t.step
+        sliding = left & t.history.sliding(begin + 0.5 * steps * t.step)
+        time = np.asarray(begin + t.step * np.arange(t.steps, steps + 1, t.steps), float)
+        resting, brakes = np.flatnonzero(~sliding), np.flatnonzero(sliding)
+        self._motion.put(resting, Motion(*np.zeros((3, 1))))
+        found = np.zeros((2, time.size, self._size, self._brakes))
+        balance = np.full((5, self._brakes), np.nan)
+        if self._balanced:
+            balance[:, resting] = 0.0
+        if brakes.size:
+            part = self._motion.of(brakes)
+            samples, balance[:, brakes] = self._integrated(begin, steps, brakes, part)
+            found[..., brakes] = samples.swapaxes(0, 1)
+            self._motion.put(brakes, part)
+        return TransientBlock(time, found[0], found[1], sliding, EnergyBalance(*balance))
+
+    def _integrated(self, begin: float, steps: int, brakes: IndexArray, part: Motion
+                    ) -> tuple[FloatArray, FloatArray]:
+        """Return displacement and velocity (F, 2, N, b) and the balance (5, b)."""
+        t = self._t
+        # displacement, velocity at mid kick, friction
+        record = np.empty((steps, 3 if self._balanced else 2, self._size, brakes.size))
+        noise, abutment = t.noise(steps, brakes), np.zeros(brakes.size)
         for i in range(0, steps, _HELD * t.steps):
             upto = min(i + _HELD * t.steps, steps)
-            state = self._state(begin + 0.5 * (i + upto) * t.step, sliding)
-            abutment += self._held(state, noise[i:upto], record[i:upto])
-        self._rest(~sliding)
-        balance = self._balance(record, noise, abutment, state)
-        samples = record[t.steps - 1::t.steps]
-        return TransientBlock(time, samples[:, 0].copy(), samples[:, 1].copy(), sliding, balance)
+            state = t.history.at(begin + 0.5 * (i + upto) * t.step).of_brakes(brakes)
+            abutment += self._held(state, brakes, part, noise[i:upto], record[i:upto])
+        balance = self._balance(record, noise, abutment, state, brakes, part) \
+            if self._balanced else np.full((5, brakes.size), np.nan)
+        return record[t.steps - 1::t.steps, :2], balance
 
-    def _state(self, time: float, sliding: NDArray[np.bool_]) -> SlidingState:
-        """Return the state at a time; brakes that do not slide are calm somewhere."""
-        state = self._t.history.at(time)
-        return SlidingState(
-            rotor_speed=np.where(sliding, state.rotor_speed, 10.0),
-            contact_pressure=np.where(sliding, state.contact_pressure, 0.0),
-            friction=np.where(sliding, state.friction, 0.0),
-            friction_slope=np.where(sliding, state.friction_slope, 0.0),
-            contact_stiffness=state.contact_stiffness)
-
-    def _rest(self, still: NDArray[np.bool_]) -> None:
-        self._y[:, still] = 0.0
-        self._kick[:, :, still] = 0.0
-        self._relaxed[:, still] = 0.0
-
-    def _held(self, state: SlidingState, noise: FloatArray, record: FloatArray) -> FloatArray:
+    def _held(self, state: SlidingState, brakes: IndexArray, part: Motion, noise: FloatArray,
+              record: FloatArray) -> FloatArray:
         """Integrate steps of one operating point; returns the work of the abutment."""
         t, n, h, hold = self._t, self._size, self._t.step, self._t.abutment
-        contact, work = t.loaded(state), np.zeros(self._brakes)
+        contact, work = t.loaded(state, brakes), np.zeros(brakes.size)
         contact.check_step(h)
         held = hold.damping(state) if hold else 0.0
+        kick, more = part.kick, t.damping_ratio[brakes] - 1.0
+        own_damping = bool(more.any())
         for i in range(len(noise)):
-            self._y = self._propagator @ self._y
-            a, rate = self._y[:n], self._y[n:]
-            mid = rate + self._kick[1] - 0.5 * self._kick[0]  # half of 2 last - last but one
+            part.state = self._propagator @ part.state
+            a, rate = part.state[:n], part.state[n:]
+            mid = rate + kick[1] - 0.5 * kick[0]  # half of 2 last - last but one
             normal, friction = contact.forces(a, mid)
             total = normal + friction
             total -= state.rotor_speed * (t.gyroscopic @ mid)
+            if own_damping:
+                total -= more * (t.damping @ mid)
             if hold:
                 at = hold.coordinates
                 there = mid.take(at, axis=0)
-                force = hold.force(a.take(at, axis=0), there, self._relaxed, held, h)
+                force = hold.force(a.take(at, axis=0), there, part.relaxed, held, h)
                 work += h * (force * there).sum(axis=0)
                 total[at] += force
-            self._kick[0], self._kick[1] = self._kick[1], h * total
-            change = self._kick[1] + noise[i]
-            record[i, 0], record[i, 2] = a, friction
+            kick[0], kick[1] = kick[1], h * total
+            change = kick[1] + noise[i]
+            record[i, 0], record[i, 2:] = a, friction
             np.multiply(change, 0.5, out=record[i, 1])
             record[i, 1] += rate
             rate += change
         return work
 
     def _balance(self, record: FloatArray, noise: FloatArray, abutment: FloatArray,
-                 state: SlidingState) -> EnergyBalance:
-        velocity, h = record[:, 1], self._t.step
+                 state: SlidingState, brakes: IndexArray, part: Motion) -> FloatArray:
+        velocity, h, n = record[:, 1], self._t.step, self._size
         damped = np.einsum('nm,smb->snb', self._t.damping, velocity, optimize=True)
-        energy = self._t.energy(self._y[:self._size], self._y[self._size:], state)
-        return EnergyBalance(
+        energy = self._t.energy(part.state[:n], part.state[n:], state, brakes)
+        return np.array([
             energy, h * (record[:, 2] * velocity).sum(axis=(0, 1)), abutment,
-            (noise * velocity).sum(axis=(0, 1)), h * (damped * velocity).sum(axis=(0, 1)))
+            (noise * velocity).sum(axis=(0, 1)),
+            h * self._t.damping_ratio[brakes] * (damped * velocity).sum(axis=(0, 1))])

@@ -15,6 +15,7 @@
 
 """Transients against the linear model, the balance of energy, and what noise should do."""
 
+from dataclasses import replace
 import doctest
 import importlib
 
@@ -52,8 +53,9 @@ def states(blocks: list[TransientBlock]) -> tuple[FloatArray, FloatArray]:
         np.concatenate([block.displacement, block.velocity], axis=1) for block in blocks]))
 
 
+@pytest.mark.parametrize('steps', [1, 2])
 def test_small_disturbances_grow_at_the_rate_of_the_linear_model(
-        kang: BrakeModel, faces: Faces) -> None:
+        kang: BrakeModel, faces: Faces, steps: int) -> None:
     """Each unstable mode of four points, out of contact forces that know no matrix of friction."""
     points = [operating(kang, *values) for values in POINTS]
     modes = [eigenvectors(kang, point, 1.0) for point in points]
@@ -61,8 +63,8 @@ def test_small_disturbances_grow_at_the_rate_of_the_linear_model(
         (1e-9 * right / np.abs(right[:kang.size]).max(axis=0)).sum(axis=1).real
         for _, _, right in modes])
     history = OperatingHistory.ramps(points, points, 0.03)
-    time, found = states(list(Transient(kang, faces, history, floor=0.0,
-                                        abutment=False).run(start)))
+    time, found = states(list(Transient(kang, faces, history, floor=0.0, abutment=False,
+                                        steps=steps).run(start)))
     compared = 0
     for brake, (values, left, _) in enumerate(modes):
         for value, vector in zip(values, left.T, strict=True):
@@ -149,6 +151,44 @@ def test_a_released_brake_rests(kang: BrakeModel, faces: Faces) -> None:
     assert blocks[0].velocity[:, :, 0].any()
     assert not blocks[-1].velocity[:, :, 0].any()
     assert blocks[-1].velocity[:, :, 1].any()
+
+
+def test_each_brake_grows_with_its_own_damping(kang: BrakeModel, faces: Faces) -> None:
+    """Two of one batch, with 20 % less and 25 % more damping than the model."""
+    scales = (0.8, 1.25)
+    points = [replace(operating(kang, 20.0, 7.84e5, 0.5), damping_scale=scale)
+              for scale in scales]
+    modes = [eigenvectors(kang, point, 20.0) for point in points]
+    assert abs(modes[0][0].real.max() - modes[1][0].real.max()) > 5.0
+    start = np.column_stack([
+        (1e-9 * right / np.abs(right[:kang.size]).max(axis=0)).sum(axis=1).real
+        for _, _, right in modes])
+    transient = Transient(kang, faces, OperatingHistory.ramps(points, points, 0.03), floor=0.0,
+                          abutment=False, damping_scale=scales)
+    time, found = states(list(transient.run(start)))
+    for brake, (values, left, _) in enumerate(modes):
+        for value, vector in zip(values, left.T, strict=True):
+            amplitude = np.log(np.abs(found[:, :, brake] @ vector.conj()))
+            assert np.polyfit(time, amplitude, 1)[0] == pytest.approx(value.real, rel=0.01)
+
+
+def test_a_brake_of_many_moves_as_it_does_alone(kang: BrakeModel, faces: Faces) -> None:
+    """With noise of its own; and what has ended is integrated no further."""
+    point = operating(kang, 20.0, 7.84e5, 0.5)
+    alone, many = (Transient(kang, faces, OperatingHistory.ramps(
+        [point] * count, [point] * count, 0.03), seed=seeds) for count, seeds in (
+            (1, [7]), (3, [5, 7, 6])))
+    single = list(alone.run())
+    blocks = list(many.run(balance=False, ended=lambda time: np.array(
+        [time > 0.005, False, time > 0.015])))
+    assert [block.sliding.tolist() for block in blocks] == [
+        [True, True, True], [False, True, True], [False, True, False]]
+    assert not blocks[-1].velocity[:, :, 0].any()
+    for one, other in zip(single, blocks, strict=True):  # rounding, by the shapes of products
+        np.testing.assert_allclose(other.velocity[:, :, 1], one.velocity[:, :, 0], rtol=0.0,
+                                   atol=1e-8 * np.abs(one.velocity).max())
+    stopped = many.run(ended=lambda time: np.full(3, time > 0.005))
+    assert len(list(stopped)) == 1
 
 
 def test_steps_too_long_for_the_friction_are_refused(kang: BrakeModel, faces: Faces) -> None:

@@ -143,9 +143,15 @@ def _squeals(source: GrowthSource, one: BrakeApplication, values: FloatArray,
 
 
 def true_brake(source: GrowthSource, applications: Sequence[BrakeApplication],
-               prior: EnsemblePrior, rng: np.random.Generator,
-               rates: tuple[float, float] = (0.15, 0.85)) -> Truth:
+               prior: EnsemblePrior, rng: np.random.Generator) -> Truth:
     """Return the truth of a random brake of the prior that squeals sometimes."""
+    return listen(source, applications, random_brake(source, applications, prior, rng), rng)
+
+
+def random_brake(source: GrowthSource, applications: Sequence[BrakeApplication],
+                 prior: EnsemblePrior, rng: np.random.Generator,
+                 rates: tuple[float, float] = (0.15, 0.85)) -> FloatArray:
+    """Return the values, as of `listen`, of a brake of the prior that squeals sometimes."""
     for _ in range(100):
         z = rng.standard_normal(5)
         values = np.array([
@@ -154,7 +160,7 @@ def true_brake(source: GrowthSource, applications: Sequence[BrakeApplication],
             max(1.0, prior.audible_build_up + prior.audible_build_up_deviation * z[4])])
         few = listen(source, applications[::4], values, rng, draws=8)
         if rates[0] < few.probability.mean() < rates[1]:
-            return listen(source, applications, values, rng)
+            return values
     raise AssertionError('no brake of the prior squeals sometimes')
 
 
@@ -196,6 +202,15 @@ def trial(model: BrakeModel, truth_of: GrowthSource, source: GrowthSource, seed:
     most = (8 if events else 1) * train
     applications = brake_applications(rng, most + test, stops)
     truth = true_brake(truth_of, applications, prior, rng)
+    return fitted(model, source, applications, truth, rng, prior=prior, seed=seed, train=train,
+                  test=test, wrong=wrong, events=events)
+
+
+def fitted(model: BrakeModel, source: GrowthSource, applications: Sequence[BrakeApplication],
+           truth: Truth, rng: np.random.Generator, *, prior: EnsemblePrior, seed: int, train: int,
+           test: int, wrong: float, events: bool) -> Trial:
+    """Return the scores of a calibration with the first applications on the last; as `trial`."""
+    most = len(applications) - test
     heard = truth.squealed ^ (rng.random(truth.squealed.size) < wrong)
     pitch = np.where(truth.squealed, truth.frequency_hz * np.exp(
         0.01 * rng.standard_normal(heard.size)), np.exp(rng.uniform(
