@@ -112,14 +112,15 @@ class CsvWriter:
     def write(self, row: AssessmentRecord) -> None:
         (time, brake, state, *numbers, frequencies, growth_rates, reason, temperature, error,
          incomplete, worst, modes) = row
-        fields = (repr(time), brake, state, *map(repr, numbers), ' '.join(map(repr, frequencies)),
-                  ' '.join(map(repr, growth_rates)), reason, repr(temperature), repr(error),
-                  '1' if incomplete else '0', repr(worst), ' '.join(map(repr, modes)))
-        line = ','.join(fields)
+        texts = f'{brake}{state}{reason}'
         # csv looks at each character for what it quotes and takes ten times as long
-        if line.count(',') < len(fields) and not (
-                '"' in line or '\r' in line or '\n' in line):
-            self._file.write(f'{line}\n')
+        quick = not ('"' in texts or '\r' in texts or '\n' in texts or ',' in brake)
+        fields = (repr(time), brake, state, *map(repr, numbers), ' '.join(map(repr, frequencies)),
+                  ' '.join(map(repr, growth_rates)),
+                  f'"{reason}"' if quick and ',' in reason else reason, repr(temperature),
+                  repr(error), '1' if incomplete else '0', repr(worst), ' '.join(map(repr, modes)))
+        if quick:
+            self._file.write(f'{",".join(fields)}\n')
         else:
             self._writer.writerow(fields)
 
