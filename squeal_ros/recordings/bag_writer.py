@@ -14,12 +14,15 @@
 
 """ROS 2 bags written whole, and the message classes of rosbags."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from io import BytesIO
+from itertools import chain
 from pathlib import Path
 import struct
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeAlias
 
 try:
     from rosbags.interfaces import (
@@ -31,18 +34,22 @@ try:
         QosTime,
     )
     from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.rosbag2.storage_mcap import McapWriter
+    from rosbags.rosbag2.storage_mcap import McapWriter, PendingChunk
 except ImportError as error:
     raise ImportError("bags need rosbags: pip install -e '.[bags]' in the checkout") from error
 from squeal_core.common.output import OutputFiles
 from squeal_ros.recordings.bag_reader import decode
 from squeal_ros.recordings.typestore import BagMessages, JAZZY
 
-__all__ = ['BagMessages', 'BagWriter']
+__all__ = ['BagMessages', 'BagWriter', 'Messages']
 
-_MESSAGE = struct.Struct('<BQHIQQ')  # opcode, length, channel, sequence, two times: MCAP 1.0
-_MESSAGE_OPCODE, _MESSAGE_FIELDS = 5, 22
-_RECORD_HEADER = 9  # bytes of opcode and length
+Messages: TypeAlias = tuple[tuple[str, ...], str, bytes]
+"""Topics of one type, and the CDR bytes of a message for each, which are of one length."""
+
+# MCAP 1.0: opcode and length of a record; of a message, channel, sequence and two times besides
+_RECORD, _MESSAGE = struct.Struct('<BQ'), struct.Struct('<BQHIQQ')
+_MESSAGE_OPCODE, _CHUNK_OPCODE, _INDEX_OPCODE = 5, 6, 7
+_MESSAGE_FIELDS = 22  # bytes
 _CHUNK = 2**20  # bytes
 _INFINITE = QosTime(9_223_372_036, 854_775_807)
 
@@ -50,18 +57,52 @@ _INFINITE = QosTime(9_223_372_036, 854_775_807)
 class _Storage(McapWriter):  # type: ignore[misc]
     """Takes messages of one time at once; one by one rosbags needs 10 us for each."""
 
-    def write_together(self, time: int, messages: Sequence[tuple[int, bytes]]) -> None:
-        """Write messages, each after the number of its connection."""
+    chunk: PendingChunk
+
+    def close_chunk(self) -> None:
+        """Write the pending chunk; rosbags packs its index by two calls a number."""
+        chunk = self.chunk
+        times = chunk.message_start_time, chunk.message_end_time
+        data = self.compressor(chunk.bio.getvalue())
+        name = self.compression.encode()
+        stored = struct.pack(f'<I{len(name)}sQ', len(name), name, len(data))
+        start = self.bio.tell()
+        self._write_record(_CHUNK_OPCODE, struct.pack('<QQQI', *times, chunk.bio.tell(), 0),
+                           stored, data)
+        end = self.bio.tell()
+        offsets = b''
+        for number, messages in chunk.msgs.items():
+            offsets += struct.pack('<HQ', number, self.bio.tell())
+            self._write_record(_INDEX_OPCODE, struct.pack(
+                f'<HI{2 * len(messages)}Q', number, 16 * len(messages), *chain(*messages)))
+        summary = BytesIO()
+        summary.write(b''.join((
+            struct.pack('<QQQQI', *times, start, end - start, len(offsets)), offsets,
+            struct.pack('<Q', self.bio.tell() - end), stored,
+            struct.pack('<Q', chunk.bio.tell()))))
+        self.chunks.append(summary)
+        self.chunk = PendingChunk(2**63 - 1, 0, BytesIO(), defaultdict(list))
+
+    def _write_record(self, opcode: int, *parts: bytes) -> None:
+        self.bio.write(_RECORD.pack(opcode, sum(map(len, parts))))
+        self.bio.writelines(parts)
+
+    def write_together(self, time: int, messages: Iterable[tuple[Sequence[int], bytes]]) -> None:
+        """Write messages, as many equal parts of bytes as the numbers of connections before."""
         chunk, pack, counts = self.chunk, _MESSAGE.pack, self.channel_stats
         places = chunk.msgs
         parts: list[bytes] = []
         position = chunk.bio.tell()
-        for number, data in messages:
-            size = _MESSAGE_FIELDS + len(data)
-            parts += pack(_MESSAGE_OPCODE, size, number, 0, time, time), data
-            places[number].append((time, position))
-            counts[number] += 1
-            position += _RECORD_HEADER + size
+        for numbers, data in messages:
+            size, start = len(data) // len(numbers), 0
+            fields = _MESSAGE_FIELDS + size
+            for number in numbers:
+                parts += (pack(_MESSAGE_OPCODE, fields, number, 0, time, time),
+                          data[start:start + size])
+                places[number].append((time, position))
+                counts[number] += 1
+                start += size
+                position += _RECORD.size + fields
         chunk.bio.write(b''.join(parts))
         for span in (self, chunk):
             span.message_start_time = min(time, span.message_start_time)
@@ -111,7 +152,8 @@ class BagWriter:
         self.path = Path(path)
         self._files = files or OutputFiles()
         self._alone, self._latched = files is None, latched or {}
-        self._connections: dict[str, int] = {}  # number of each topic, from 1
+        self._numbers: dict[str, int] = {}  # of each topic, from 1
+        self._connections: dict[tuple[str, ...], tuple[int, ...]] = {}
 
     def __enter__(self) -> 'BagWriter':
         with ExitStack() as stack:
@@ -135,20 +177,23 @@ class BagWriter:
             data = message[:decode(JAZZY, message, type_name)[1]]
         else:
             data = bytes(JAZZY.serialize_cdr(message, type_name))
-        self.write_serialised(time, [(topic, type_name, data)])
+        self.write_serialised(time, [((topic,), type_name, data)])
 
-    def write_serialised(self, time: int, entries: Iterable[tuple[str, str, bytes]]) -> None:
-        """Write topic, type and CDR bytes of messages of one time [ns]."""
+    def write_serialised(self, time: int, entries: Iterable[Messages]) -> None:
+        """Write messages of one time [ns]."""
         self._writer.storage.write_together(time, [
-            (self._connections.get(topic) or self._connect(topic, type_name), data)
-            for topic, type_name, data in entries])
+            (self._connections.get(topics) or self._connect(topics, type_name), data)
+            for topics, type_name, data in entries])
 
-    def _connect(self, topic: str, type_name: str) -> int:
-        connection = self._writer.add_connection(
-            topic, type_name, typestore=JAZZY,
-            offered_qos_profiles=[_qos(self._latched.get(topic.rpartition('/')[2], 0))])
-        self._connections[topic] = connection.id
-        return self._connections[topic]
+    def _connect(self, topics: tuple[str, ...], type_name: str) -> tuple[int, ...]:
+        """Return the numbers of topics, which are told to the bag where they are new."""
+        for topic in topics:
+            if topic not in self._numbers:
+                self._numbers[topic] = self._writer.add_connection(
+                    topic, type_name, typestore=JAZZY, offered_qos_profiles=[
+                        _qos(self._latched.get(topic.rpartition('/')[2], 0))]).id
+        self._connections[topics] = tuple(self._numbers[topic] for topic in topics)
+        return self._connections[topics]
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:

@@ -24,20 +24,19 @@ import math
 import struct
 from typing import Any
 
-from squeal_core.monitor.history import AssessmentRecord
 from squeal_ros.node import messages, state_message
+from squeal_ros.recordings.bag_writer import Messages
 from squeal_ros.recordings.tick_record import TickRecord
 from squeal_ros.recordings.typestore import BagMessages, JAZZY
 
-_DOUBLE = struct.Struct('<d')
 _TIME = struct.Struct('<iI')
 _COUNT = struct.Struct('<I')
 _ENDS = [bytes(1 + -(size + 1) % 4) for size in range(4)]  # a zero, and then on to a multiple of 4
 
 
-def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str, bytes]]:
+def serialised_outputs(node: str, record: TickRecord) -> Iterator[Messages]:
     """
-    Yield topic, type and bytes of each message of one tick.
+    Yield the messages of one tick.
 
     Parameters
     ----------
@@ -47,11 +46,13 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
         Of the tick.
 
     """
-    before, pack = _before_double(), _DOUBLE.pack
+    layout, before = _number_layout()
     for row, state in zip(record.rows, record.states, strict=True):
-        *numbers, listed, whole = _topics(node, row.brake)
-        for topic, value in zip(numbers, _numbers(row), strict=True):
-            yield *topic, before + pack(value)
+        numbers, listed, whole = _topics(node, row.brake)
+        yield *numbers, layout.pack(
+            before, row.squeal_risk, before, row.instability_probability,
+            before, row.build_up_nepers, before, row.growth_rate_1_s, before, row.damping_ratio,
+            before, row.friction_margin)
         frequencies = row.unstable_frequencies_hz if row.is_valid else (math.nan,)
         yield *listed, _before_doubles(len(frequencies)) + struct.pack(
             f'<{len(frequencies)}d', *frequencies)
@@ -59,27 +60,25 @@ def serialised_outputs(node: str, record: TickRecord) -> Iterator[tuple[str, str
     for name, statuses in (('/diagnostics', record.statuses),
                            (f'{node}/{messages.EVENTS}', record.events)):
         if statuses:
-            yield name, messages.DIAGNOSTICS_TYPE, _diagnostics(record.time, statuses)
-
-
-def _numbers(row: AssessmentRecord) -> tuple[float, ...]:
-    """Return the values of `messages.NUMBERS`."""
-    return (row.squeal_risk, row.instability_probability, row.build_up_nepers,
-            row.growth_rate_1_s, row.damping_ratio, row.friction_margin)
+            yield (name,), messages.DIAGNOSTICS_TYPE, _diagnostics(record.time, statuses)
 
 
 @lru_cache(maxsize=1024)
-def _topics(node: str, brake: str) -> list[tuple[str, str]]:
-    """Return topic and type of the messages of a brake: those of `messages.TYPES`, the state."""
+def _topics(node: str, brake: str) -> list[tuple[tuple[str, ...], str]]:
+    """Return topics and type of the messages of a brake: numbers, frequencies, state."""
+    numbers = tuple(f'{node}/{brake}/{name}' for name in messages.NUMBERS)
     types = {**messages.TYPES, state_message.NAME: state_message.TYPE}
-    return [(f'{node}/{brake}/{name}', kind) for name, kind in types.items()]
+    return [(numbers, types[messages.NUMBERS[0]]), *(
+        ((f'{node}/{brake}/{name}',), kind) for name, kind in types.items()
+        if name not in messages.NUMBERS)]
 
 
 @lru_cache(maxsize=1)
-def _before_double() -> bytes:
-    """Return what stands before the value of a Float64."""
-    kind = messages.TYPES['squeal_risk']
-    return _serialised(JAZZY.types[kind](data=0.0), kind)[:-8]
+def _number_layout() -> tuple[struct.Struct, bytes]:
+    """Return the layout of the Float64 of `messages.NUMBERS`, and what stands before a value."""
+    kind = messages.TYPES[messages.NUMBERS[0]]
+    before = _serialised(JAZZY.types[kind](data=0.0), kind)[:-8]
+    return struct.Struct('<' + f'{len(before)}sd' * len(messages.NUMBERS)), before
 
 
 @lru_cache(maxsize=256)

@@ -50,7 +50,7 @@ def write_signals(signals: BrakeSignals, bag: BagWriter, *, origin: int) -> None
     topics = _topics(signals)
     for start in range(0, times.size, _BLOCK):
         block = slice(start, start + _BLOCK)
-        columns = [[(topic, kind, data) for data in _serialised(kind, template, times[block],
+        columns = [[((topic,), kind, data) for data in _serialised(kind, template, times[block],
                                                                 values[block])]
                    for topic, kind, template, values in topics]
         for time, entries in zip(times[block].tolist(), zip(*columns, strict=True), strict=True):

@@ -23,10 +23,10 @@ import pytest
 
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from rosbags.rosbag2 import Reader  # noqa: E402
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from squeal_core.common.output import OutputError  # noqa: E402
 from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
-from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
+from squeal_ros.recordings.bag_writer import _qos, BagMessages, BagWriter  # noqa: E402
 from support.bags import FLOAT, float_messages, SECOND, STORE, write_floats  # noqa: E402, I100
 
 
@@ -40,6 +40,32 @@ def test_bag_round_trip(name: str, tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == [name]
     with pytest.raises(OutputError, match='exists'), BagWriter(path):
         pass
+
+
+def test_bytes_are_those_of_rosbags(tmp_path: Path) -> None:
+    """Of several chunks; three topics at once, and one that comes in between."""
+    topics, later = ('/a', '/b', '/c'), '/later'
+    with BagWriter(tmp_path / 'ours') as bag:
+        for time in range(1, 10_001):
+            data = [bytes(STORE.serialize_cdr(STORE.types[FLOAT](data=float(place + time)), FLOAT))
+                    for place in range(4)]
+            bag.write_serialised(time, [(topics, FLOAT, b''.join(data[:3]))])
+            if time % 7 == 0:
+                bag.write_serialised(time, [((later,), FLOAT, data[3])])
+    (tmp_path / 'theirs').mkdir()
+    with Writer(tmp_path / 'theirs' / 'ours', version=9,
+                storage_plugin=StoragePlugin.MCAP) as theirs:
+        def connected(topic: str) -> Any:
+            return theirs.add_connection(topic, FLOAT, typestore=STORE,
+                                         offered_qos_profiles=[_qos(0)])
+
+        known = {topic: connected(topic) for topic in topics}
+        for record in Bag(tmp_path / 'ours').records(dict.fromkeys((*topics, later), FLOAT)):
+            if record.topic not in known:
+                known[record.topic] = connected(record.topic)
+            theirs.write(known[record.topic], record.time, record.data)
+    ours, expected = (path / 'ours' / 'ours.mcap' for path in (tmp_path, tmp_path / 'theirs'))
+    assert ours.read_bytes() == expected.read_bytes()
 
 
 def test_tail_of_undefined_bytes_is_left_out(tmp_path: Path) -> None:
