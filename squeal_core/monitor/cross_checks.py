@@ -109,16 +109,16 @@ class CrossChecks:
             for wheel in self._wheels.values():
                 wheel.forget(after=time)
             self._end = None
-        self._tick = time
-        each = list(zip(self._wheels.values(), readings, strict=True))
-        for wheel, inputs in each:
-            wheel.use(inputs)
-        self._advance(time)
-        return [_marked(wheel, inputs) for wheel, inputs in each]
+        self._tick, last = time, time // STEP * STEP
+        if last != self._end:
+            for wheel, inputs in zip(self._all, readings, strict=True):
+                wheel.use(inputs)
+            self._advance(last)
+        return [_marked(wheel, inputs) if wheel.has_doubts else inputs
+                for wheel, inputs in zip(self._all, readings, strict=True)]
 
-    def _advance(self, time: int) -> None:
-        """Look at all steps that ended since the last tick."""
-        last = time // STEP * STEP
+    def _advance(self, last: int) -> None:
+        """Look at all steps after those of the last tick, up to the end of one [ns]."""
         if self._end is None or last - self._end > _LONGEST_GAP:
             for wheel in self._wheels.values():
                 wheel.begin_anew()

@@ -181,6 +181,14 @@ class Wheel:
         self.speed = math.nan if doubts['rotor_speed'].text else abs(own['rotor_speed'].mean)
         self.friction = math.nan if self.is_doubted('friction') else own['friction'].mean
 
+    @property
+    def has_doubts(self) -> bool:
+        """Whether `doubted` says something of any input."""
+        for doubt in self.doubts.values():  # each tick of each brake
+            if doubt.text:
+                return True
+        return bool(self.alternation.text)
+
     def is_doubted(self, signal: Signal) -> bool:
         """Tell whether `doubted` says something."""
         doubt = self.doubts.get(signal)

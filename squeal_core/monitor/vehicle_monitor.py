@@ -70,7 +70,10 @@ class BrakeMonitor:
     def _adopt(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
         self.brake = brake
         self._settings = settings
-        self._place = [one.name for one in settings.brakes].index(brake.name)
+        # interval of confirmed margins [ns], and this brake's turn of so many
+        self._confirm_at = (round(1e9 * settings.margin_confirm_interval),
+                            [one.name for one in settings.brakes].index(brake.name),
+                            len(settings.brakes))
         self._validated = validated_ranges(self._model, settings)
         self._take_latest()
 
@@ -125,21 +128,25 @@ class BrakeMonitor:
                 inputs: Mapping[Signal, Reading]) -> Assessment | AssessmentContext:
         """Return the assessment at a time [ns], or its context where the brake slides."""
         friction, source, coefficient = self._friction(inputs)
-        known = all(reading.status == 'good' for reading in friction.values())
-        context = AssessmentContext(self.brake.name, time, inputs,
-                                    *((coefficient, source) if known else (math.nan, '')))
-        needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure']}
-        if not self._friction_is_idle(inputs):
-            needed |= friction
-        bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
-        if bad:
-            states = {_STATES[reading.status] for reading in bad.values()}
-            return context._replace(friction=math.nan, friction_source='').result(
-                next(s for s in _STATES.values() if s in states),
-                '; '.join(r.described(name) for name, r in bad.items()))
-        return self._without_sliding(context) or AssessmentContext(*context[:-1], is_due(
-            time, self._settings.period, round(1e9 * self._settings.margin_confirm_interval),
-            self._place, len(self._settings.brakes)))
+        for reading in friction.values():
+            if reading.status != 'good':
+                coefficient, source = math.nan, ''
+        context = AssessmentContext(self.brake.name, time, inputs, coefficient, source)
+        if not source or not (
+                inputs['rotor_speed'].status == inputs['pressure'].status == 'good'):
+            needed = {'rotor_speed': inputs['rotor_speed'], 'pressure': inputs['pressure']}
+            if not self._friction_is_idle(inputs):
+                needed |= friction
+            bad = {name: reading for name, reading in needed.items() if reading.status != 'good'}
+            if bad:
+                states = {_STATES[reading.status] for reading in bad.values()}
+                return context._replace(friction=math.nan, friction_source='').result(
+                    next(s for s in _STATES.values() if s in states),
+                    '; '.join(r.described(name) for name, r in bad.items()))
+        found = self._without_sliding(context)
+        if found is None and is_due(time, self._settings.period, *self._confirm_at):
+            return context._replace(confirm=True)
+        return found or context
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
         """Whether the brake is released or at rest, so that no friction is needed."""
