@@ -22,6 +22,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
+from squeal_core.common.frozen_records import frozen_record
 from squeal_core.common.wording import risk_in_words
 from squeal_core.monitor.brake_risk import BrakeRisk
 from squeal_core.monitor.brake_stability import BrakeStability
@@ -166,14 +167,16 @@ class AssessmentContext(NamedTuple):
 
     @property
     def conditions(self) -> SlidingConditions:
-        return SlidingConditions(rotor_speed=self.inputs['rotor_speed'].value,
-                                 pressure=self.inputs['pressure'].value, friction=self.friction)
+        return frozen_record(
+            SlidingConditions, rotor_speed=self.inputs['rotor_speed'].value,
+            pressure=self.inputs['pressure'].value, friction=self.friction)
 
     def result(self, state: State, reason: str, **values: Any) -> Assessment:
         """Return the assessment in this context."""
-        return Assessment(
-            brake=self.brake, time=self.time, inputs=self.inputs, friction=self.friction,
-            friction_source=self.friction_source, state=state, reason=reason, **values)
+        return frozen_record(
+            Assessment, brake=self.brake, time=self.time, inputs=self.inputs,
+            friction=self.friction, friction_source=self.friction_source, state=state,
+            reason=reason, **values)
 
 
 def from_stability(context: AssessmentContext, found: BrakeStability | np.linalg.LinAlgError,

@@ -22,6 +22,7 @@ from typing import TypeAlias
 import numpy as np
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
+from squeal_core.common.frozen_records import frozen_record
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.friction_scan import FrictionScan
 from squeal_core.monitor.margins import (
@@ -212,8 +213,8 @@ def _margin(crossing: Crossing, level: float, parameter: Parameter, kind: Kind,
         growth_rate = math.nan
     elif not crossing.converged:  # by a jump: the unstable end of the bracket
         growth_rate, critical = max(zip(crossing.growth_rates, crossing.bracket, strict=True))
-    return Margin(
-        parameter=parameter, kind=kind, present=present, critical=critical,
+    return frozen_record(
+        Margin, parameter=parameter, kind=kind, present=present, critical=critical,
         growth_rate=growth_rate, frequency_hz=crossing.frequency_hz, reason=crossing.reason)
 
 

@@ -22,6 +22,7 @@ from typing import TypeAlias
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint, SlidingConditions
 from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.common.frozen_records import frozen_record
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.brake_stability import BrakeStability
 from squeal_core.monitor.friction_scan import FrictionScan
@@ -129,9 +130,10 @@ class VehicleStability:
                    confirm: Sequence[bool]) -> list[BrakeStability]:
         worst = [found.worst_in(*self._band) for found in modes]
         margins = self._margins.friction_margins(conditions, worst)
-        return [BrakeStability(point=point, modes=found, worst=mode, margins=Margins(
-            self._confirmed(margin, at) if due else margin,
-            None if self.solver.table is None else partial(self._margins.other_margin, at)))
+        return [frozen_record(BrakeStability, point=point, modes=found, worst=mode, margins=(
+            frozen_record(Margins, friction=self._confirmed(margin, at) if due else margin,
+                          compute_other=None if self.solver.table is None else partial(
+                              self._margins.other_margin, at))))
                 for at, point, found, mode, margin, due in zip(
                     conditions, points, modes, worst, margins, confirm, strict=True)]
 

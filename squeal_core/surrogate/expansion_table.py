@@ -21,7 +21,8 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, repr_with_shapes
-from squeal_core.stability.eigensolution import ComplexModes, Tolerances
+from squeal_core.common.frozen_records import frozen_record
+from squeal_core.stability.eigensolution import ComplexModes, Kind, Mode, Tolerances
 from squeal_core.surrogate.cell_arrays import CellStack, OMITTED_DEGREE, stack_cells
 from squeal_core.surrogate.table_cell import (
     DEGREE,
@@ -36,6 +37,7 @@ from squeal_core.surrogate.table_domain import TableDomain
 _FACTORS = fit_terms(DEGREE).factors
 _OMITTED = fit_terms(OMITTED_DEGREE).count
 _ROUNDING = 1e-12  # of a box, by which one is taken for its neighbour
+_GROWING: tuple[Kind, Kind] = ('divergence', 'flutter')  # by whether it oscillates
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +127,31 @@ class TableModes:
         roots = self.roots[place, :count]
         return ComplexModes(
             roots[:first], roots[first:], roots, self.errors[place, :count], self.tolerances,
-            'table', mode_numbers=self.numbers[place, :count],
-            omitted_below=float(self.omitted_below[place]))
+            'table', self.numbers[place, :count], float(self.omitted_below[place]))
+
+    def listed(self) -> list[ComplexModes]:
+        """Return the complex modes at all points; their unstable modes, too, cost less so."""
+        growth = self.roots.real
+        points, places = (growth > self.tolerances.growth).nonzero()
+        order = np.lexsort((-growth[points, places], points))  # the worst first
+        worst = points[order], places[order]
+        unstable = self.roots[worst]
+        kinds = map(_GROWING.__getitem__, (
+            np.abs(unstable.imag) > self.tolerances.oscillation).tolist())
+        growing = tuple(map(Mode, self.numbers[worst].tolist(), unstable.tolist(), kinds))
+        found, start = [], 0
+        for roots, errors, numbers, first, count, below, end in zip(
+                self.roots, self.errors, self.numbers, self.divergent.tolist(),
+                self.counts.tolist(), self.omitted_below.tolist(),
+                np.bincount(points, minlength=self.cells.size).cumsum().tolist(), strict=True):
+            roots = roots[:count]
+            found.append(frozen_record(
+                ComplexModes, nonoscillatory=roots[:first], oscillatory=roots[first:],
+                mode_eigenvalues=roots, errors=errors[:count], tolerances=self.tolerances,
+                source='table', mode_numbers=numbers[:count], omitted_below=below,
+                unstable=growing[start:end]))
+            start = end
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,13 +99,14 @@ class TabulatedSolver:
         if places is None:
             places = self.table.domain.places(self.model, points)
         known = self.table.evaluate(places, self.limits, self.band)
+        listed = known.listed()
         found: list[ComplexModes | np.linalg.LinAlgError] = []
         for place, cell in enumerate(known.cells.tolist()):
             if cell < 0 or cell in self._distrusted:
                 found.append(self._in_full(points[place]))
                 continue
             self.statistics.tabulated += 1
-            modes = known.modes(place)
+            modes = listed[place]
             due = self.audit_every and self.statistics.tabulated % self.audit_every == 0
             found.append(self._spot_check(points[place], modes, cell) if due else modes)
         return found

@@ -96,6 +96,15 @@ def test_eigenvalues_alone_are_those_of_the_modes(
     assert not table.eigenvalues(x + [np.log(5.0), 0.0, 0.0], limits)[1].any()
 
 
+def test_modes_listed_together_are_those_of_each_point(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    found = table.evaluate(places(table, 50), Tolerances.of(model, growth=-20.0))
+    for ours, theirs in zip(found.listed(), map(found.modes, range(50)), strict=True):
+        for name in ('nonoscillatory', 'oscillatory', 'mode_eigenvalues', 'errors', 'numbers'):
+            np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+        assert ours.unstable == theirs.unstable != ()
+
+
 def test_cells_share_full_solutions(model: BrakeModel, table: ExpansionTable) -> None:
     solutions = FullSolutions(model, table.domain)
     x = places(table, 2)
