@@ -23,10 +23,10 @@ that an interrupt reaches this process only, and end when their pipes end.
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
-from collections.abc import Iterable, Iterator  # noqa: I100
+from collections.abc import Iterator, Sequence  # noqa: I100
 from contextlib import contextmanager, ExitStack, suppress
 import gc
-from itertools import islice
+from itertools import chain, islice
 import os
 import pickle
 import subprocess
@@ -37,7 +37,7 @@ from typing import Any
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.assessment import PreparedTick
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
-from squeal_ros.recordings.evaluation_worker import ALLOCATIONS
+from squeal_ros.recordings.evaluation_worker import ALLOCATIONS, pickled, SIZE
 from squeal_ros.recordings.replay import Replay
 from squeal_ros.recordings.replay_outputs import Outputs
 from squeal_ros.recordings.tick_record import Recorder, TickRecord
@@ -113,42 +113,52 @@ class _Evaluation(ExitStack):
                        if settings.brakes[part]]
         self._processes = [self.enter_context(_EvaluationProcess()) for _ in self._parts]
         for process, part in zip(self._processes, self._parts, strict=True):
-            process.send((self._replay.model, settings,
-                          Recorder(settings, self._outputs.node, part)))
+            process.send(pickled((self._replay.model, settings,
+                                  Recorder(settings, self._outputs.node, part))))
         return self
 
     def records(self) -> Iterator[TickRecord]:
         """Yield the records of all ticks; the outputs have the recorder of the drive then."""
-        blocks = self._replay.blocks()
-        answered: Iterable[TickRecord] = ()
-        pending = False
+        blocks, pending = self._replay.blocks(), False
         while some := list(islice(blocks, _AT_ONCE)):
-            if pending:  # before the next are sent: both pipes may be too short for a block
-                answered = self._received()
-            self._send(some)
+            packed = [*map(pickled, self._split(some))]
+            # before the next are sent: both pipes may be too short for a block
+            answers = [process.receive() for process in self._processes if pending]
+            for process, data in zip(self._processes, packed, strict=True):
+                process.send(data)
             pending = True
-            yield from answered
+            yield from _records(answers)  # while the others evaluate
         if pending:
-            yield from self._received()
+            yield from _records([process.receive() for process in self._processes])
         self._finish()
 
-    def _send(self, blocks: list[list[PreparedTick]]) -> None:
-        for process, part in zip(self._processes, self._parts, strict=True):
-            process.send([[tick[part] for tick in block] for block in blocks])
-
-    def _received(self) -> Iterator[TickRecord]:
-        """Return the records of what was sent, once all of them are there."""
-        parts = [process.received() for process in self._processes]
-        return map(TickRecord.joined, zip(*parts, strict=True)) if len(parts) > 1 else iter(
-            parts[0])
+    def _split(self, blocks: list[list[PreparedTick]]) -> Iterator[list[list[PreparedTick]]]:
+        """Yield the ticks of the brakes of each process."""
+        for part in self._parts:
+            yield [[tick[part] for tick in block] for block in blocks]
 
     def _finish(self) -> None:
         for process in self._processes:
-            process.send(None)
-        answers = [process.received() for process in self._processes]
+            process.send(pickled(None))
+        answers = [_unpickled(process.receive()) for process in self._processes]
         (self._outputs.recorder, self._replay.risk_warnings), *others = answers
         for recorder, _ in others:
             self._outputs.recorder.add_brakes(recorder)
+
+
+def _records(answers: Sequence[bytes]) -> Iterator[TickRecord]:
+    """Return the records in the answers of all processes to the same ticks."""
+    parts = [*map(_unpickled, answers)]
+    if len(parts) < 2:
+        return chain.from_iterable(parts)
+    return map(TickRecord.joined, zip(*parts, strict=True))
+
+
+def _unpickled(answer: bytes) -> Any:
+    found = pickle.loads(answer)
+    if isinstance(found, str):
+        raise SquealError(found)
+    return found
 
 
 class _EvaluationProcess:
@@ -158,26 +168,28 @@ class _EvaluationProcess:
         self._process = subprocess.Popen(
             [sys.executable, '-P', '-c', _START], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             start_new_session=True)
-        self.send(sys.path)
+        self.send(pickled(sys.path))
         return self
 
-    def send(self, what: object) -> None:
+    def send(self, data: bytes) -> None:
+        """Send a pickle."""
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # its answer says why
-            pickle.dump(what, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            self._process.stdin.write(data)
             self._process.stdin.flush()
 
-    def received(self) -> Any:
-        assert self._process.stdout is not None
-        try:
-            answer = pickle.load(self._process.stdout)
-        except (EOFError, pickle.UnpicklingError):
-            raise SquealError('the process that evaluates the brakes ended with code '
-                              f'{self._process.wait()}; give it memory, or see what it says '
-                              'above') from None
-        if isinstance(answer, str):
-            raise SquealError(answer)
-        return answer
+    def receive(self) -> bytes:
+        """Return an answer, pickled."""
+        pipe = self._process.stdout
+        assert pipe is not None
+        header = pipe.read(SIZE.size)
+        if len(header) == SIZE.size:
+            size, = SIZE.unpack(header)
+            answer = pipe.read(size)
+            if len(answer) == size:
+                return answer
+        raise SquealError('the process that evaluates the brakes ended with code '
+                          f'{self._process.wait()}; give it memory, or see what it says above')
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  trace: TracebackType | None) -> None:

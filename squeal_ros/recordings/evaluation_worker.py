@@ -20,12 +20,14 @@ from contextlib import suppress  # noqa: I100
 import gc
 from itertools import chain
 import pickle
+import struct
 import sys
 
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 
 ALLOCATIONS = 100_000  # from one search for garbage to the next; a block of ticks has 10,000
+SIZE = struct.Struct('<Q')  # of an answer, which stands before it [bytes]
 
 
 def work() -> None:
@@ -45,5 +47,12 @@ def work() -> None:
 
 
 def _answer(what: object) -> None:
-    pickle.dump(what, sys.stdout.buffer, protocol=pickle.HIGHEST_PROTOCOL)
+    data = pickled(what)
+    sys.stdout.buffer.write(SIZE.pack(len(data)))
+    sys.stdout.buffer.write(data)
     sys.stdout.buffer.flush()
+
+
+def pickled(what: object) -> bytes:
+    """Return an object as it is sent."""
+    return pickle.dumps(what, protocol=pickle.HIGHEST_PROTOCOL)
