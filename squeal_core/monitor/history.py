@@ -81,24 +81,16 @@ _PARSERS: dict[str, Callable[[str], Any]] = {
 def row_of(assessment: Assessment) -> AssessmentRecord:
     """Return an assessment as a row."""
     temperature, risk = assessment.inputs.get('temperature'), assessment.risk_result
-    return AssessmentRecord(
-        time_s=assessment.time * 1e-9, brake=assessment.brake, state=assessment.state,
-        rotor_speed_rad_s=assessment.inputs['rotor_speed'].value,
-        pressure_pa=assessment.inputs['pressure'].value, friction=assessment.friction,
-        squeal_risk=assessment.risk,
-        instability_probability=assessment.instability_probability,
-        build_up_nepers=assessment.build_up, time_to_squeal_s=assessment.time_to_squeal,
-        growth_rate_1_s=assessment.growth_rate, damping_ratio=assessment.damping_ratio,
-        worst_frequency_hz=assessment.worst_frequency_hz,
-        friction_margin=assessment.friction_margin,
-        unstable_frequencies_hz=assessment.unstable_frequencies_hz,
-        unstable_growth_rates_1_s=assessment.unstable_growth_rates,
-        reason=assessment.reason,
-        temperature_k=temperature.value if temperature and temperature.is_believed else math.nan,
-        risk_error=risk.result.error if risk else math.nan,
-        incomplete=bool(risk and risk.result.incomplete),
-        worst_mode_number=assessment.worst_mode_number,
-        mode_numbers=assessment.mode_numbers)
+    return AssessmentRecord(  # without names, which take longer than the record
+        assessment.time * 1e-9, assessment.brake, assessment.state,
+        assessment.inputs['rotor_speed'].value, assessment.inputs['pressure'].value,
+        assessment.friction, assessment.risk, assessment.instability_probability,
+        assessment.build_up, assessment.time_to_squeal, assessment.growth_rate,
+        assessment.damping_ratio, assessment.worst_frequency_hz, assessment.friction_margin,
+        assessment.unstable_frequencies_hz, assessment.unstable_growth_rates, assessment.reason,
+        temperature.value if temperature and temperature.is_believed else math.nan,
+        risk.result.error if risk else math.nan, bool(risk and risk.result.incomplete),
+        assessment.worst_mode_number, assessment.mode_numbers)
 
 
 class CsvWriter:

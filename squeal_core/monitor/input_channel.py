@@ -122,7 +122,8 @@ class InputChannel:
             return
         self._unstamped = None
         samples = self._samples
-        judged = _Judged(sample.stamp, sample.value, *self._history(sample, sliding, others))
+        status, detail = self._history(sample, sliding, others)
+        judged = _Judged(sample.stamp, sample.value, status, detail)
         if not samples or sample.stamp >= samples[-1].stamp:
             samples.append(judged)
         else:

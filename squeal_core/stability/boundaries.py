@@ -167,9 +167,8 @@ class Boundaries:
         reason = f'stability boundary {self._quoted(value)} ({hertz:.0f} Hz), stable {side}'
         if status == 'jump':
             reason += ', by a jump: a mode leaves or enters the band or the group'
-        return Crossing(value=value, bracket=(near, far), growth_rates=(rates[0], rates[1]),
-                        frequency_hz=hertz, converged=status == 'found', reason=reason,
-                        solves=solves)
+        return Crossing(value, (near, far), (rates[0], rates[1]), hertz, status == 'found',
+                        reason, solves)
 
     def _quoted(self, value: float) -> str:
         name = 'mu' if self.parameter == 'friction' else self.parameter.replace('_', ' ')
