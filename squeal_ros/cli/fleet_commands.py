@@ -18,7 +18,6 @@
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-import hashlib
 import json
 from pathlib import Path
 import time
@@ -28,7 +27,6 @@ from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import make_folder
 from squeal_core.common.wording import counted, percent_down
-from squeal_core.monitor.result_summary import file_hash
 from squeal_ros import interrupts
 from squeal_ros.cli.arguments import MOST_WORKERS, positive
 from squeal_ros.cli.console import plain, ProgressBar, time_left
@@ -54,7 +52,7 @@ def fleet(options: argparse.Namespace) -> int:
     with ProgressBar('recordings') as bar:
         progress = _Progress(bar)
         run = FleetRun(task, recordings, make_folder(folder), vehicles,
-                       [*map(absolute, options.recordings)], _files(options), progress)
+                       [*map(absolute, options.recordings)], progress)
         progress.begin(run.paths)
         with interrupts.StopAtNext(progress.stop), engine:
             run.evaluate(engine)
@@ -87,18 +85,6 @@ def _everywhere(task: ReplayTask) -> ReplayTask:
              and not (name == 'model' and value in resources.names('models', '.npz'))}
     return replace(task, settings=replace(settings, **files),
                    types=absolute(task.types) if task.types else None)
-
-
-def _files(options: argparse.Namespace) -> str:
-    """Return the SHA-256 of the files of signals and of message types; '' without any."""
-    digest = hashlib.sha256()
-    given = [path for path in (options.signals, options.types) if path]
-    for path in given:
-        files = sorted(Path(path).rglob('*')) if Path(path).is_dir() else [Path(path)]
-        for file in files:
-            if file.is_file():
-                digest.update(f'{file.name} {file_hash(file)[0]}\n'.encode())
-    return digest.hexdigest() if given else ''
 
 
 class _Progress:

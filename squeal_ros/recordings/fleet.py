@@ -57,8 +57,6 @@ class FleetRun:
     vehicles : sequence of VehicleRow
     given : sequence of Path
         Files and folders that name the recordings, absolute.
-    files : str
-        SHA-256 of the files of signals and message types.
     show : callable
         Told the phase, and which recordings ended by name; returns whether to go on.
 
@@ -76,7 +74,6 @@ class FleetRun:
     folder: Path
     vehicles: Sequence[VehicleRow] = ()
     given: Sequence[Path] = ()
-    files: str = ''
     show: Callable[[str, Sequence[str]], bool] = lambda phase, names: True
     computed: int = field(default=0, init=False)
     kept: int = field(default=0, init=False)
@@ -129,7 +126,7 @@ class FleetRun:
         names: dict[str, list[str]] = {}
         for name, path in self.paths.items():
             if digest := self._digests.get(name):
-                key = content_key(self.task, path, digest, self.files)
+                key = content_key(self.task, path, digest)
                 names.setdefault(key, []).append(name)
                 self._keys[name] = key
         expected, packed = self._expected(), pickle.dumps(self.task)
@@ -138,9 +135,10 @@ class FleetRun:
         for key, found in engine.results(evaluate_recording, jobs, self._going_on('evaluated')):
             error = _words(self.paths[names[key][0]], found) if isinstance(
                 found, Exception) else found.error
+            first = str(self.paths[names[key][0]])
             for name in names[key]:
                 if error:
-                    self._errors[name] = error
+                    self._errors[name] = error.replace(first, str(self.paths[name]))
                 else:
                     self._results_of[name] = found
             if not error:
@@ -164,9 +162,7 @@ class FleetRun:
         rows = vehicles_of(self.paths, self.vehicles, self.given)
         return write_tables(self.folder, [
             self._member(name, path, rows[name]) for name, path in self.paths.items()],
-            {'sources': self.task.sources, 'signals': self.task.signals and {
-                'path': str(self.task.signals.path)}, 'files_sha256': self.files,
-             'partial': self.lost}, self.task.tables)
+            {'sources': self.task.sources, 'partial': self.lost}, self.task.tables)
 
     def _member(self, name: str, path: Path, row: VehicleRow) -> Member:
         found = self._results_of.get(name)

@@ -32,7 +32,7 @@ from squeal_ros.recordings.recording_files import kind_of_path
 from squeal_ros.recordings.replay_batch import ReplayTask
 
 _KEY = 32  # hexadecimal digits of SHA-256 that name a result
-_FILES = ('model', 'table', 'emulator', 'calibration')
+_FILES = ('model', 'table', 'emulator', 'calibration', 'signals', 'types')
 
 
 class FleetError(LocatedError):
@@ -49,8 +49,11 @@ class Evaluated(NamedTuple):
 
 
 def recording_digest(path: str) -> str:
-    """Return the SHA-256 of a recording."""
-    return file_hash(path)[0]
+    """Return the SHA-256 of a recording; of what is no file, and has no content, of its path."""
+    at = Path(path)
+    if at.is_file() or at.is_dir():
+        return file_hash(at)[0]
+    return hashlib.sha256(path.encode(errors='surrogateescape')).hexdigest()
 
 
 def evaluate_recording(packed: bytes, path: str, target: str, expected: str) -> Evaluated:
@@ -105,7 +108,7 @@ def _short(sources: dict[str, Any], keys: list[str]) -> str:
     return json.dumps({key: sources[key] for key in keys})[:300]
 
 
-def content_key(task: ReplayTask, path: Path, digest: str, files: str) -> str:
+def content_key(task: ReplayTask, path: Path, digest: str) -> str:
     """
     Return the name of a result: of all that decides what is in it, and of no path.
 
@@ -117,8 +120,6 @@ def content_key(task: ReplayTask, path: Path, digest: str, files: str) -> str:
         Of the recording.
     digest : str
         SHA-256 of the recording.
-    files : str
-        SHA-256 of the files of signals and of message types.
 
     """
     own = task.of(path)
@@ -126,7 +127,7 @@ def content_key(task: ReplayTask, path: Path, digest: str, files: str) -> str:
     for key in ('model', 'table', 'growth_emulator', 'calibration'):
         settings[key] = ''  # their contents are keyed
     content = {
-        'recording': digest, 'kind': kind_of_path(path), 'files': files, 'settings': settings,
+        'recording': digest, 'kind': kind_of_path(path), 'settings': settings,
         'namespace': task.namespace, 'span': repr(task.span), 'tables': task.tables,
         'software': own.sources['software'],
         **{key: (own.sources[key] or {}).get('sha256') for key in _FILES}}

@@ -76,7 +76,7 @@ class MessageDefinitions:
         if self._folder is not None:
             if not self._folder.is_dir():
                 raise DefinitionError(self._folder, 'is no folder', 'give a folder of .msg files')
-            for path in _definition_files(self._folder):
+            for path in definition_files(self._folder):
                 self._files.setdefault(path.stem, []).append(path)
             if not self._files:
                 raise DefinitionError(self._folder, 'holds no .msg or .idl file',
@@ -195,7 +195,8 @@ def _missing(bag: object, wanted: str, name: str, fault: str) -> DefinitionError
                            'workspace that has them')
 
 
-def _definition_files(folder: Path) -> Iterator[Path]:
+def definition_files(folder: Path) -> Iterator[Path]:
+    """Yield the files in a folder that define message types; refuse one of too many files."""
     seen = 0
     for parent, _, names in os.walk(folder):
         for name in names:

@@ -17,17 +17,15 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from squeal_core.common.errors import in_one_line, SquealError
 from squeal_core.common.output import check_target, named_as, OutputError, OutputFiles
 from squeal_core.common.worker_processes import run_jobs
-from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.drive_applications import ApplicationRecord
 from squeal_core.monitor.result_files import ResultPaths, TableFormat
-from squeal_core.monitor.result_summary import sources_of
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 from squeal_ros.recordings.batch_progress import BatchProgress
@@ -38,6 +36,7 @@ from squeal_ros.recordings.replay_outputs import Outputs, recording_name
 from squeal_ros.recordings.replay_report import ReplayReport
 from squeal_ros.recordings.signal_settings import settings_with_signals
 from squeal_ros.recordings.signals_file import Kind, KINDS, Signals
+from squeal_ros.recordings.task_sources import model_as_it_is, task_sources
 from squeal_ros.recordings.time_range import OutOfRangeError, RecordingInRange, TimeRange
 
 
@@ -83,7 +82,7 @@ class ReplayTask:
     @cached_property
     def sources(self) -> dict[str, Any]:
         """
-        Files and settings that all results rest on.
+        Files and settings that all results rest on, with their hashes.
 
         Raises
         ------
@@ -91,17 +90,17 @@ class ReplayTask:
             For a model, a table, an emulator or a calibration that cannot be used.
 
         """
-        model, settings = _model(self.settings.model), self.settings
+        model, settings = model_as_it_is(self.settings.model), self.settings
         if settings.table or settings.growth_emulator or settings.calibration:
             VehicleEvaluator(model, settings)
-        return sources_of(model, settings)
+        return task_sources(model, settings, self.signals, self.types)
 
     def replay(self, path: Path, stopping: Callable[[Replay], bool]) -> Replay:
         """Return the replay of a recording; `stopping` is asked with it before each block."""
         recording = open_recording(path, self.settings, types=self.types,
                                    namespace=self.namespace, signals=self.signals)
         replay = Replay(RecordingInRange(recording, self.span) if self.span else recording,
-                        self.settings, _model(self.settings.model))
+                        self.settings, model_as_it_is(self.settings.model))
         replay.stopping = partial(stopping, replay)
         return replay
 
@@ -109,11 +108,6 @@ class ReplayTask:
         """Return the outputs of one recording."""
         return Outputs(paths, self.settings, overwrite=self.overwrite, sources=self.sources,
                        tables=self.tables)
-
-
-@lru_cache(maxsize=1)
-def _model(name: str) -> BrakeModel:
-    return BrakeModel.load(name)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,6 +27,7 @@ from typing import Any, Literal, TypeAlias
 from squeal_core.common.errors import LocatedError, short_repr
 from squeal_core.common.measured_units import find_unit, Unit, unit_remedy
 from squeal_core.common.yaml_sections import YamlSection
+from squeal_core.monitor.result_summary import file_hash
 from squeal_core.monitor.setting_specs import LARGEST_FRICTION, Signal, SIGNALS
 from squeal_core.monitor.settings import check_names
 from squeal_ros.recordings.table_spec import ClockSpec, read_clock, read_table, TableSpec
@@ -117,6 +118,8 @@ class Signals:
         Latitude and longitude, or nothing.
     frictions : mapping
         Constant friction coefficient of each brake that has one.
+    sha256 : str
+        Of the file.
 
     """
 
@@ -126,6 +129,7 @@ class Signals:
     table: TableSpec
     position: tuple[CoordinateSource, ...] = ()
     frictions: Mapping[str, float] = field(default_factory=dict)
+    sha256: str = ''
 
     def of(self, kind: Kind) -> 'Signals | None':
         """Return what it says of recordings with columns, or with topics; None: nothing."""
@@ -165,7 +169,7 @@ def read_signals(path: str | Path) -> Signals:
             frictions[brake] = constant
         sources += _inputs(section, brake, radius, stamp, constant > 0.0)
     found = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')),
-                    _position(top.section('position')), frictions)
+                    _position(top.section('position')), frictions, file_hash(path)[0])
     top.finish()
     return found
 

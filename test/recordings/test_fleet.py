@@ -187,6 +187,26 @@ def test_a_killed_run_keeps_what_is_finished_and_any_workers_give_the_same(
     assert hashes(cars.parent / 'out') == hashes(cars.parent / 'new')
 
 
+@pytest.mark.skipif(os.name != 'posix', reason='needs pipes and links')
+@pytest.mark.usefixtures('serial')
+def test_each_bad_recording_is_named_with_its_own_path(
+        cars: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also a copy of a bad one, and what is no file: nothing holds the run up."""
+    os.mkfifo(cars / 'b/pipe.mcap')
+    (cars / 'b/link.mcap').symlink_to(cars / 'nowhere.mcap')
+    (cars / 'b/empty.mcap').touch()
+    shutil.copytree(cars / 'b/damaged', cars / 'b/damaged_too')
+    code, said, _ = squeal(capsys, *command(cars, 'out', '--json'))
+    errors = {one['recording']: one['error'] for one in json.loads(said)['failures']}
+    assert (code, json.loads(said)['recordings_evaluated']) == (1, 4)
+    for name, path, words in (
+            ('pipe', 'pipe.mcap', 'is a pipe'), ('nowhere', 'link.mcap', 'does not exist'),
+            ('empty', 'empty.mcap', 'empty'), ('damaged', 'damaged', 'cannot be read'),
+            ('damaged_too', 'damaged_too', 'cannot be read')):
+        assert f'b/{path}' in errors[name]
+        assert words in errors[name]
+
+
 @pytest.mark.usefixtures('serial')
 def test_the_page_of_a_fleet(cars: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """What is not known first; names are text; a link to the page of a recording."""

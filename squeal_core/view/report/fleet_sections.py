@@ -23,7 +23,7 @@ from urllib.parse import quote
 from squeal_core.common.wording import counted
 from squeal_core.view.report.fleet_charts import known_regions, region_words
 from squeal_core.view.report.fleet_groups import FleetData, Group, Row
-from squeal_core.view.report.known import risk_bases, short_hash
+from squeal_core.view.report.known import risk_bases, short_hash, SOURCES
 from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.summary import share_words
 from squeal_core.view.report.words import DASH, duration, number, percent, risk
@@ -129,7 +129,7 @@ def _reasons(data: FleetData) -> Iterator[Markup]:
 def _sources(manifest: Mapping[str, Any]) -> Markup:
     sources = manifest['sources']
     rows: list[tuple[Content, ...]] = []
-    for kind in ('model', 'table', 'emulator', 'calibration'):
+    for kind in SOURCES:
         about = sources.get(kind) or {}
         rows.append((kind, str(about.get('name') or Path(about.get('path') or 'none').name),
                      short_hash(about.get('sha256'))))

@@ -26,6 +26,8 @@ from squeal_core.view.report.runs import end_of, Run, start_of
 from squeal_core.view.report.words import clock, DASH, duration, percent_down
 
 _MOST_LINES = 12
+SOURCES = ('model', 'table', 'emulator', 'calibration', 'signals', 'types')
+"""Files that a result rests on, by their keys in its summary."""
 
 
 def known_section(run: Run) -> list[Markup]:
@@ -73,9 +75,8 @@ def _warnings(run: Run) -> Iterator[Markup]:
                       'models or settings.', class_='warning')
 
 
-def _model(result: ReplayResult) -> tuple[Any, Any]:
-    summary = result.summary
-    return (summary['model'] or {}).get('sha256'), summary['settings'].get('sha256')
+def _model(result: ReplayResult) -> tuple[Any, ...]:
+    return tuple((result.summary.get(kind) or {}).get('sha256') for kind in (*SOURCES, 'settings'))
 
 
 def _length(result: ReplayResult) -> float:
@@ -131,7 +132,7 @@ def _versions(run: Run) -> Markup:
     """Return model, settings and software, each with what tells versions apart."""
     rows: dict[tuple[str, str, str], None] = {}
     for summary in (one.summary for one in run.results):
-        for kind in ('model', 'table', 'emulator', 'calibration'):
+        for kind in SOURCES:
             about = summary.get(kind) or {}
             rows[kind, str(about.get('name') or Path(about.get('path') or 'none').name),
                  str(about.get('sha256') or DASH)] = None
