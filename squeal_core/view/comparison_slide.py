@@ -20,11 +20,10 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.monitor.drive_risk import DriveRisk
 from squeal_core.studies.brake_comparison import BrakeComparison, ComparedMode, mac_of
 from squeal_core.view.saving import FigureTarget
-from squeal_core.view.slide import GREY, Look, point_words, SEVERAL, slide
+from squeal_core.view.slide import GREY, Look, SEVERAL, slide
 
 _MOST = 14  # rows
 _APART = 0.16  # of a row, between the markers of brakes
@@ -32,8 +31,8 @@ _Row = Sequence[ComparedMode | None]
 
 
 def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
-                    path: FigureTarget, *, title: str, point: OperatingPoint, drive: str,
-                    bounds: tuple[float, float], overwrite: bool = True) -> None:
+                    path: FigureTarget, *, title: str, conditions: str,
+                    drive: str, bounds: tuple[float, float], overwrite: bool = True) -> None:
     """
     Draw matched modes row by row, those with the largest growth rates at most.
 
@@ -49,8 +48,8 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
         PNG, SVG or PDF.
     title : str
         Above it; empty: one by the names.
-    point : OperatingPoint
-        Of the first brake.
+    conditions : str
+        Operating point in words.
     drive : str
         Its name.
     bounds : (2,) floats
@@ -61,7 +60,7 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
     """
     names = [brake.name for brake in found.brakes]
     shown = sorted(sorted(rows, key=lambda row: -_growth(row))[:_MOST], key=_frequency)
-    about = f'{point_words(point)}; matched by ' + '; '.join(dict.fromkeys(
+    about = f'{conditions}; matched by ' + '; '.join(dict.fromkeys(
         match.basis for match in found.matches)) + (
             f'; the {_MOST} of {len(rows)} modes that grow most' if len(rows) > _MOST else '')
     title = title or f'Brakes compared: {", ".join(names)}'
@@ -91,7 +90,8 @@ def _scale_growth(axes: Any, unstable: float) -> None:
     axes.set_xscale('symlog', linthresh=linear, linscale=0.9)
     decades = 10.0 ** np.arange(np.ceil(np.log10(2.0 * linear)), 7.0)
     low, high = axes.get_xlim()
-    axes.set_xticks([tick for tick in (*-decades[::-1], 0.0, linear) if low <= tick <= high])
+    ticks = (*-decades[::-1], -linear, 0.0, linear / 2.0, linear)
+    axes.set_xticks([tick for tick in ticks if low <= tick <= high])
     axes.tick_params(axis='x', labelsize=12)
     axes.xaxis.set_major_formatter('{x:g}')
     axes.minorticks_off()

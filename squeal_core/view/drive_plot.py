@@ -14,7 +14,7 @@
 
 """The picture of a drive: speed, pressure, risk and unstable frequencies over time."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 try:
@@ -23,13 +23,19 @@ try:
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
+from squeal_core.common.wording import counted
 from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_core.view.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.view.saving import FigureTarget, save_figure
 
+_HEADROOM = 0.1  # of the frequencies shown, above and below
+_LEAST_HEADROOM = 0.05  # of the highest one: a single mode is not magnified beyond any error
 
-def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], path: FigureTarget, *, title: str,
-               wheel_radius: float, squeal_band_hz: tuple[float, float]) -> None:
+
+def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], events: Sequence[SquealEvent],
+               path: FigureTarget, *, title: str, wheel_radius: float,
+               squeal_band_hz: tuple[float, float], risk_warning: float) -> None:
     """
     Draw a drive to a PNG file; of a long one the extremes in each pixel or so.
 
@@ -37,6 +43,8 @@ def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], path: FigureTarge
     ----------
     rows : callable
         Gives the rows anew at each call, in order of time.
+    events : sequence of SquealEvent
+        Alarms, on the time of the rows.
     path : path
         Where the file is.
     title : str
@@ -45,10 +53,12 @@ def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], path: FigureTarge
         To show rotor speed as vehicle speed [m].
     squeal_band_hz : (2,) floats
         Shaded in the frequency panel.
+    risk_warning : float
+        Risk from which the alarm is up.
 
     """
     envelope = drive_envelope(rows)
-    matplotlib.rcParams['font.size'] = 9
+    matplotlib.rcParams['font.size'] = 11
     figure = Figure(figsize=(11.0, 8.5), layout='constrained')
     speed, pressure, risk, frequency = figure.subplots(
         4, 1, sharex=True, height_ratios=(1, 1, 1, 2.2))
@@ -60,7 +70,8 @@ def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], path: FigureTarge
         right = number % 2 == 1  # mostly the same as the left one: a thin line over a wide one
         pressure.plot(time, pascal / 1e5, color=f'C{number}', linewidth=1.0 if right else 3.0,
                       alpha=1.0 if right else 0.5, linestyle='--' if right else '-', label=brake)
-    _risk_strips(figure, risk, envelope)
+    _risk_strips(figure, risk, envelope, risk_warning)
+    _alarms(risk, list(envelope.brakes), events, risk_warning)
     _frequencies(figure, frequency, envelope, squeal_band_hz)
     frequency.axhspan(*(f / 1e3 for f in squeal_band_hz), color='0.95', zorder=0)
     speed.set(ylabel='vehicle speed\nkm/h', title=title)
@@ -74,7 +85,7 @@ def plot_drive(rows: Callable[[], Iterable[AssessmentRecord]], path: FigureTarge
     save_figure(figure, path, dpi=110)
 
 
-def _risk_strips(figure: Any, axes: Any, envelope: DriveEnvelope) -> None:
+def _risk_strips(figure: Any, axes: Any, envelope: DriveEnvelope, warning: float) -> None:
     """Draw one strip a brake, coloured by its largest risk, grey where none is known."""
     brakes = list(envelope.brakes)
     risk = np.array([own.risk for own in envelope.brakes.values()])
@@ -86,7 +97,21 @@ def _risk_strips(figure: Any, axes: Any, envelope: DriveEnvelope) -> None:
     axes.hlines(np.arange(1, len(brakes)) - 0.5, envelope.edges[0], envelope.edges[-1],
                 color='1.0')
     axes.invert_yaxis()
-    figure.colorbar(strips, ax=axes, pad=0.01, aspect=8)
+    bar = figure.colorbar(strips, ax=axes, pad=0.01, aspect=8, ticks=(0.0, 0.5, 1.0))
+    bar.ax.axhline(warning, color='black', linewidth=2.0)
+
+
+def _alarms(axes: Any, brakes: Sequence[str], events: Sequence[SquealEvent],
+            warning: float) -> None:
+    """Underline alarms in the strips of their brakes; a mark shows short ones, too."""
+    label = (f'alarm, from risk {warning:g}: {counted(len(events), "time")}' if events else
+             f'no alarm (from risk {warning:g})')
+    strips = [brakes.index(one.brake) for one in events]
+    axes.plot([(one.start_s + one.end_s) / 2.0 for one in events], strips, 'v', color='black',
+              markeredgecolor='white', markersize=9, clip_on=False, label=label)
+    for one, strip in zip(events, strips, strict=True):
+        axes.hlines(strip + 0.4, one.start_s, one.end_s, color='black', linewidth=3.0)
+    axes.legend(loc='lower right', bbox_to_anchor=(1.0, 0.95), frameon=False)
 
 
 def _frequencies(figure: Any, axes: Any, envelope: DriveEnvelope,
@@ -95,9 +120,11 @@ def _frequencies(figure: Any, axes: Any, envelope: DriveEnvelope,
     time, frequency, growth = envelope.marks.T
     if not time.size:
         axes.text(0.5, 0.5, 'no unstable mode', transform=axes.transAxes, ha='center')
-        axes.set_ylim(0.0, squeal_band_hz[1] / 1e3)
+        axes.set_ylim(*(f / 1e3 for f in squeal_band_hz))
         return
-    marks = axes.scatter(time, frequency / 1e3, c=growth, s=4, cmap='viridis_r', vmin=0.0,
-                         zorder=2)
-    axes.set_ylim(0.0, 1.1 * frequency.max() / 1e3)
+    marks = axes.scatter(time, frequency / 1e3, c=growth, s=18, cmap='viridis_r', vmin=0.0,
+                         edgecolors='0.3', linewidths=0.3, zorder=2)
+    low, high = frequency.min(), frequency.max()
+    room = max(_HEADROOM * (high - low), _LEAST_HEADROOM * high)
+    axes.set_ylim(max(low - room, 0.0) / 1e3, (high + room) / 1e3)
     figure.colorbar(marks, ax=axes, label='growth rate  1/s', pad=0.01, aspect=25)

@@ -39,7 +39,7 @@ _STYLE = {'font.size': 14, 'axes.titlesize': 15, 'axes.labelsize': 15, 'legend.f
           'figure.titlesize': 18, 'axes.spines.top': False, 'axes.spines.right': False,
           'axes.titlelocation': 'left', 'hatch.linewidth': 0.8, 'axes.axisbelow': True}
 STIFFNESS = ('10⁹ N/m³', 1e9)  # unit of contact stiffness per area in pictures, in N/m^3
-_LINE = 118  # characters of a title's second line
+_LINE, _MOST_LINES = 118, 3  # characters of a line below a title, and how many there are
 
 
 class Look(NamedTuple):
@@ -94,7 +94,8 @@ def slide_figure(title: str, about: str) -> Any:
     # broken after commas and the like: no number loses its unit
     kept = re.sub('(?<![,;.]) ', '\N{NO-BREAK SPACE}', about)
     lines = [line.replace('\N{NO-BREAK SPACE}', ' ')
-             for line in textwrap.wrap(kept, _LINE, break_long_words=False)[:2]]
+             for line in textwrap.wrap(kept, _LINE, break_long_words=False, max_lines=_MOST_LINES,
+                                       placeholder=' …')]
     figure.suptitle('\n'.join([title, *lines]), x=0.01, ha='left', fontsize=16)
     return figure
 
@@ -108,7 +109,7 @@ def point_words(point: OperatingPoint, brake_pressure: float | None = None) -> s
     """Return an operating point in words; brake pressure [Pa] where the model has a caliper."""
     scale = f', damping x {point.damping_scale:g}' if point.damping_scale != 1.0 else ''
     slope = f', slope {point.friction_slope:.3g} s/m' if point.friction_slope else ''
-    return (f'{point.rotor_speed:g} rad/s, friction {point.friction:.3g}{slope}, '
+    return (f'{point.rotor_speed:g} rad/s, friction {point.friction:.3g}{typeset(slope)}, '
             f'{pressure_words(point.contact_pressure, brake_pressure)}, contact stiffness '
             f'{stiffness_words(point.contact_stiffness)}{scale}')
 

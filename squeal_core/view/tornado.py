@@ -21,9 +21,10 @@ from typing import Any
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.studies.design_sensitivity import ParameterEffect, SensitivityStudy
+from squeal_core.studies.point_options import brake_pressure
 from squeal_core.studies.split_doublet import SplitDoublet, SplitGrowth
 from squeal_core.view.saving import FigureTarget
-from squeal_core.view.slide import point_words, slide, stiffness_words, typeset
+from squeal_core.view.slide import point_words, pressure_words, slide, stiffness_words, typeset
 from squeal_core.view.study_labels import parameter_in_words
 
 _MOST_BARS = 16
@@ -69,14 +70,15 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
                           for one in known])
             growth = typeset(f'{target.growth_rate:+.1f}')
             panel.set_title(f'mode {target.identity}, {target.frequency_hz:.0f} Hz\n'
-                            f'growth rate {growth} 1/s\n{_at(target.point)}',
+                            f'growth rate {growth} 1/s\n{_at(study, target.point)}',
                             fontsize=11, loc='center')
             panel.set_xlabel('change of the\ngrowth rate  1/s', fontsize=_SMALL)
         if risky:
             _bars(panels[-1], [(-100.0 * one.risk[0], 100.0 * one.risk[0]) for one in known])
             panels[-1].set_title(f'squeal risk {100.0 * study.braking[0].risk:.0f} %\n'
                                  f'of {study.braking[0].duration:g} s of braking\n'
-                                 f'{_at(study.targets[0].point)}', fontsize=11, loc='center')
+                                 f'{_at(study, study.targets[0].point)}',
+                                 fontsize=11, loc='center')
             panels[-1].set_xlabel('change of the risk\npercentage points', fontsize=_SMALL)
         panels[0].set_yticks(list(places), [parameter_label(one.parameter, *units[one.parameter])
                                             for one in known])
@@ -85,9 +87,9 @@ def plot_tornado(study: SensitivityStudy, effects: Sequence[ParameterEffect],
         figure.legend(handles[:2], labels[:2], loc='outside lower center', ncols=2, frameon=False)
 
 
-def _at(point: OperatingPoint) -> str:
-    return (f'{point.rotor_speed:.3g} rad/s, µ {abs(point.friction):.3f}, '
-            f'p₀ = {point.contact_pressure / 1e5:.3g} bar')
+def _at(study: SensitivityStudy, point: OperatingPoint) -> str:
+    load = pressure_words(point.contact_pressure, brake_pressure(study.variants.model, point))
+    return f'{point.rotor_speed:.3g} rad/s, µ {abs(point.friction):.3f}\n{load}'
 
 
 def _bars(panel: Any, sides: Sequence[tuple[float, float]]) -> None:
@@ -109,7 +111,8 @@ def parameter_label(parameter: str, value: float, unit: str) -> str:
 
 
 def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,
-                    path: FigureTarget, *, title: str = '', overwrite: bool = True) -> None:
+                    path: FigureTarget, *, pressure: float | None = None, title: str = '',
+                    overwrite: bool = True) -> None:
     """
     Draw growth rates over the angle of masses on the disc, those without masses as thin lines.
 
@@ -123,6 +126,8 @@ def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingP
         Where.
     path : path
         Where the file is.
+    pressure : float, optional
+        Of the brake at the point [Pa]; None: it has no caliper.
     title : str
         Above the figure.
     overwrite : bool
@@ -134,7 +139,7 @@ def plot_over_angle(masses: SplitDoublet, growth: SplitGrowth, point: OperatingP
     angles = np.degrees(np.append(growth.angles, masses.period))
     heading = (f'{title}: {masses.count} masses of {1e3 * masses.mass:.3g} g, doublet of '
                f'{masses.diameters} nodal diameters split by {100.0 * masses.split:.2g} %')
-    with slide(path, heading, f'{point_words(point)}; frozen angles',
+    with slide(path, heading, f'{point_words(point, pressure)}; frozen angles',
                overwrite=overwrite) as figure:
         axes = figure.subplots()
         worst = growth.least_stable.over_angle

@@ -41,6 +41,7 @@ from squeal_core.studies.brake_comparison import (
     ComparedMode,
     mac_of,
 )
+from squeal_core.studies.point_options import brake_pressure
 from squeal_core.surrogate.table_file import (
     is_table,
     model_hash,
@@ -60,6 +61,7 @@ from squeal_ros.cli.arguments import (
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, warn
 from squeal_ros.cli.drive_signals import Drive, drive_and_vehicle, signals_of
 from squeal_ros.cli.growth_commands import build_emulator_file
+from squeal_ros.cli.listing import point_in_words
 from squeal_ros.cli.point_checks import check_band, check_point, check_values
 
 _DRIVE_RATE = 2.0  # Hz, of assessments over a drive
@@ -90,12 +92,13 @@ def compare(options: argparse.Namespace) -> int:
     rows = shown_rows(found, options.band, every=options.all)
     if options.plot:
         from squeal_core.view.comparison_slide import plot_comparison
-        plot_comparison(found, rows, risks, options.plot, title=options.title, point=points[0],
-                        drive=options.drive or '', bounds=bounds, overwrite=options.force)
+        plot_comparison(found, rows, risks, options.plot, title=options.title,
+                        conditions=_conditions(given, points), drive=options.drive or '',
+                        bounds=bounds, overwrite=options.force)
     if options.json:
         print(json.dumps(plain(_as_json(found, rows, risks, points, options))))
     else:
-        print('\n'.join(_lines(found, rows, risks, points, options)))
+        print('\n'.join(_lines(found, rows, risks, _points_in_words(given, points), options)))
     return 0
 
 
@@ -115,16 +118,24 @@ def _check(options: argparse.Namespace, bounds: tuple[float, float]) -> None:
 
 def _read(names: Sequence[str]) -> list[Given]:
     """Read models, build variants, and find the model of each table."""
-    short = [Path(name).stem for name in names]
-    labels = [stem if short.count(stem) == 1 else name
-              for stem, name in zip(short, names, strict=True)]
-    if len(set(labels)) < len(labels):  # the same one again
-        labels = [f'{label} ({place})' for place, label in enumerate(labels, 1)]
+    labels = brake_labels(names)
     parts = PartCache(resources.cache_folder())  # what variants have in common
     models = {name: _model(name, parts) for name in names if not is_table(name)}
     return [Given(label, models[name]) if name in models
             else Given(label, _model_of(name, list(models.values())), name)
             for label, name in zip(labels, names, strict=True)]
+
+
+def brake_labels(names: Sequence[str]) -> list[str]:
+    """Return short names, with suffix and as many folders as tell one from the other."""
+    paths = [Path(name) for name in names]
+    labels = [path.stem for path in paths]
+    for depth in range(1, 1 + max(len(path.parts) for path in paths)):
+        labels = [label if labels.count(label) == 1 else '/'.join(path.parts[-depth:])
+                  for label, path in zip(labels, paths, strict=True)]
+    if len(set(labels)) < len(labels):  # the same one again
+        labels = [f'{label} ({place})' for place, label in enumerate(labels, 1)]
+    return labels
 
 
 def _model(name: str, parts: PartCache) -> BrakeModel:
@@ -200,9 +211,8 @@ def _as_json(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[Drive
 
 
 def _lines(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
-           points: Sequence[OperatingPoint], options: argparse.Namespace) -> list[str]:
-    first, point = found.brakes[0], points[0]
-    lines = [f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}']
+           points: Sequence[str], options: argparse.Namespace) -> list[str]:
+    first, lines = found.brakes[0], [*points]
     lines += [f'{other.name}: modes matched with those of {first.name} by {match.basis}'
               for other, match in zip(found.brakes[1:], found.matches, strict=True)]
     lines += [f'{one.name}: critical friction is not known, as a table does not follow modes'
@@ -219,6 +229,23 @@ def _lines(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRi
     lines += [_risk_line(one.name, risk, options.drive)
               for one, risk in zip(found.brakes, risks, strict=False)]
     return lines
+
+
+def _conditions(given: Sequence[Given], points: Sequence[OperatingPoint]) -> str:
+    """Return the operating point for a picture: of the first brake where they differ."""
+    from squeal_core.view.slide import point_words
+    words = [point_words(point, brake_pressure(one.model, point))
+             for one, point in zip(given, points, strict=True)]
+    return words[0] if len(set(words)) == 1 else (
+        f'{given[0].name}: {words[0]}; others at their own friction, pressure and stiffness')
+
+
+def _points_in_words(given: Sequence[Given], points: Sequence[OperatingPoint]) -> list[str]:
+    """Return the operating point, of each brake where it is not the same for all."""
+    words = [point_in_words(one.model, point) for one, point in zip(given, points, strict=True)]
+    if len(set(words)) == 1:
+        return words[:1]
+    return [f'{one.name}: {text}' for one, text in zip(given, words, strict=True)]
 
 
 def _line(name: str, first: ComparedMode | None, mode: ComparedMode | None, mac: float,

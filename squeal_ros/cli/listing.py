@@ -18,7 +18,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import SQUEAL_BAND
+from squeal_core.studies.point_options import brake_pressure
 from squeal_core.studies.sweep_file import UNITS
 from squeal_core.studies.sweep_record import Sweep
 
@@ -50,9 +53,21 @@ def counts_in_words(modes: Sequence[tuple[str, float]]) -> str:
 
 
 def points_in_words(counts: Mapping[str, Any]) -> str:
-    """Say at how many points something is unstable, by kind; of loci and boundaries nothing."""
-    return ', '.join(f'{kind} at {counts[name]}' for kind in ('squeal', 'flutter', 'divergence')
+    """Say at how many points there is an instability, or a boundary of one; of loci nothing."""
+    kinds = {'squeal': 'squeal', 'flutter': 'flutter', 'divergence': 'divergence',
+             'boundary': 'a stability boundary'}
+    return ', '.join(f'{words} at {counts[name]}' for kind, words in kinds.items()
                      if (name := f'points_with_{kind}') in counts)
+
+
+def point_in_words(model: BrakeModel, point: OperatingPoint) -> str:
+    """Say where a brake operates; with the brake pressure where the model has a caliper."""
+    pressure, contact = brake_pressure(model, point), f'{point.contact_pressure / 1e5:.3f} bar'
+    load = (f'contact pressure {contact}' if pressure is None else
+            f'brake pressure {pressure / 1e5:.4g} bar (contact {contact})')
+    return (f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
+            f'{point.friction_slope:.4g} s/m, {load}, contact stiffness '
+            f'{point.contact_stiffness:.4g} N/m^3')
 
 
 def sweep_rows(record: Sweep, numbers: Sequence[int] = ()) -> Iterator[dict[str, Any]]:

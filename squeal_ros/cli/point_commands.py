@@ -38,12 +38,11 @@ from squeal_core.stability.eigenvectors import eigenvalue_conditions, Eigenvalue
 from squeal_core.stability.mechanism import Mechanism, mechanisms, without_rotation
 from squeal_core.stability.mode_tracking import identities
 from squeal_core.stability.sensitivity import parameter_sensitivity
-from squeal_core.studies.point_options import brake_pressure
 from squeal_core.surrogate.table_file import is_table, read_table_header
 from squeal_ros.cli.arguments import check_output, operating_point, positive, shipped
 from squeal_ros.cli.console import plain, report_progress, warn
 from squeal_ros.cli.drive_signals import chosen_drive, signals_of
-from squeal_ros.cli.listing import counts_in_words, rank
+from squeal_ros.cli.listing import counts_in_words, point_in_words, rank
 from squeal_ros.cli.mode_pictures import check_pictures, draw_pictures
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
@@ -124,12 +123,7 @@ def modes(options: argparse.Namespace) -> int:
                        'coupled_with': partners.get(mode.index)}
                       for mode, own in zip(found.modes, worth, strict=True)]})))
         return 0
-    pressure, contact = brake_pressure(model, point), f'{point.contact_pressure / 1e5:.3f} bar'
-    print(f'rotor speed {point.rotor_speed:g} rad/s, friction {point.friction:.4g}, slope '
-          f'{point.friction_slope:.4g} s/m, '
-          + (f'contact pressure {contact}' if pressure is None else
-             f'brake pressure {pressure / 1e5:.4g} bar (contact {contact})')
-          + f', contact stiffness {point.contact_stiffness:.4g} N/m^3')
+    print(point_in_words(model, point))
     words = counts_in_words([(mode.kind, mode.frequency_hz) for mode in found.unstable])
     print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable'
           f'{f": {words}" if words else ""}')
@@ -205,9 +199,10 @@ def demo(options: argparse.Namespace) -> int:
         console.print(events_table(events))
     else:
         console.print(*report.event_lines(), markup=False)
-    plot_drive(files.replayed_rows, files.picture, title=f'{cycle.name}, model {chosen.model}',
-               wheel_radius=vehicle.wheel_radius, squeal_band_hz=(
-                   chosen.squeal_band_low_hz, chosen.squeal_band_high_hz))
+    plot_drive(files.replayed_rows, events, files.picture,
+               title=f'{cycle.name}, model {chosen.model}', wheel_radius=vehicle.wheel_radius,
+               squeal_band_hz=(chosen.squeal_band_low_hz, chosen.squeal_band_high_hz),
+               risk_warning=chosen.risk_warning)
     for what, path in files.described():
         console.print(f'{what}: {path}')
     return 0 if live.ticks_done and report.good else 1

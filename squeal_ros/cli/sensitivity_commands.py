@@ -39,6 +39,7 @@ from squeal_core.monitor.result_files import ReplayResult
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.stability.mode_tracking import identify
 from squeal_core.studies.design_sensitivity import make_study, OPERATING
+from squeal_core.studies.point_options import brake_pressure
 from squeal_core.studies.split_doublet import split_growth, SplitDoublet
 from squeal_core.studies.target_modes import target_modes
 from squeal_core.studies.worst_points import worst_points
@@ -116,11 +117,12 @@ def _split(options: argparse.Namespace) -> int:
     if options.plot:
         from squeal_core.view.tornado import plot_over_angle
         plot_over_angle(masses, growth, found[0].point, options.plot, title=str(options.model),
+                        pressure=brake_pressure(model, found[0].point),
                         overwrite=options.force)
     if options.json:
         print(json.dumps(plain(split_json(masses, growth, point, options))))
     else:
-        print('\n'.join(split_lines(masses, growth, point)))
+        print('\n'.join(split_lines(model, masses, growth, point)))
     return 0
 
 

@@ -27,6 +27,7 @@ from squeal_core.studies.design_sensitivity import (
     SensitivityStudy,
 )
 from squeal_core.studies.target_modes import TargetMode
+from squeal_ros.cli.listing import point_in_words
 
 Units: TypeAlias = dict[str, tuple[float, str]]
 """Value and unit of each parameter."""
@@ -46,7 +47,7 @@ def sensitivity_lines(study: SensitivityStudy, effects: Sequence[ParameterEffect
     """Yield the tables."""
     risks = study.risks()
     for place, target in enumerate(study.targets):
-        yield from _heading(target, risks[place] if risks else math.nan, duration)
+        yield from _heading(study, target, risks[place] if risks else math.nan, duration)
         yield _HEADINGS
         for effect in ranked(effects, place):
             yield _line(effect, place, target, *units[effect.parameter])
@@ -56,11 +57,11 @@ def sensitivity_lines(study: SensitivityStudy, effects: Sequence[ParameterEffect
             yield f'not known: {effect.parameter}: {effect.reason}'
 
 
-def _heading(target: TargetMode, risk: float, duration: float) -> Iterator[str]:
-    point = target.point
+def _heading(study: SensitivityStudy, target: TargetMode, risk: float,
+             duration: float) -> Iterator[str]:
     yield (f'mode {target.identity}, {target.frequency_hz:.0f} Hz, growth rate '
-           f'{target.growth_rate:+.2f} 1/s at {point.rotor_speed:.4g} rad/s, friction '
-           f'{point.friction:.3f}, contact pressure {point.contact_pressure / 1e5:.3g} bar')
+           f'{target.growth_rate:+.2f} 1/s')
+    yield f'at {point_in_words(study.variants.model, target.point)}'
     critical = (f'{target.critical_friction:.4f}' if not math.isnan(target.critical_friction)
                 else 'none, unstable down to 0' if target.growth_rate > 0.0
                 else 'none, stable up to 1')

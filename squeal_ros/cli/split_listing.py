@@ -22,8 +22,10 @@ from typing import Any
 
 import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
+from squeal_core.model.brake_model import BrakeModel
 from squeal_core.studies.led_doublet import led_doublet
 from squeal_core.studies.split_doublet import ModeOverAngle, SplitDoublet, SplitGrowth
+from squeal_ros.cli.listing import point_in_words
 
 _SLOW = 0.25  # of n Omega over the split: exchange of the two modes is some 5 % then
 _UNSPLIT = 1e-3  # Hz: a doublet that masses leave as it is
@@ -69,9 +71,10 @@ def _shown(growth: SplitGrowth) -> list[ModeOverAngle]:
     return sorted(growth.modes[1:], key=lambda mode: -np.nanmax(mode.over_angle))[:_SHOWN]
 
 
-def split_lines(masses: SplitDoublet, growth: SplitGrowth,
+def split_lines(model: BrakeModel, masses: SplitDoublet, growth: SplitGrowth,
                 point: OperatingPoint) -> Iterator[str]:
     """Yield the table."""
+    yield point_in_words(model, point)
     first, second = masses.frequencies_hz
     yield (f'{masses.count} masses of {1e3 * masses.mass:.3g} g every '
            f'{180.0 / masses.diameters:.4g} deg at radius {1e3 * masses.ring.radius:.4g} mm split '
