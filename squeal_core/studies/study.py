@@ -69,6 +69,7 @@ def run_study(spec: StudySpec, run: Run, *, checkpoint: StudyCheckpoint | None =
     An interrupt (Ctrl-C) ends it early; points that are not done have the source 0.
 
     """
+    spec.key  # noqa: B018 - hashed once, for workers too
     variants, boxes = spec.variants(), list(_boxes(spec))
     impossible = _impossible(spec, variants, warn)
     jobs = {i: (spec, variants[i // len(boxes)], boxes[i % len(boxes)])

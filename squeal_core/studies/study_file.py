@@ -98,10 +98,17 @@ def _check_shapes(header: Header, shapes: Any) -> None:
                           f'{short_repr(shapes["values"])}')
 
 
+def row_names(study: Study) -> list[str]:
+    """Return the names in a row: of parameters, `brake.` before that of a figure, and figures."""
+    return [*(f'brake.{name}' if name in study.columns else name for name in study.axes),
+            *study.columns]
+
+
 def rows_of(study: Study) -> Iterator[dict[str, Any]]:
     """Yield the points one by one: parameters and figures by name, None where there is none."""
-    columns = {**study.places(), **study.columns}
-    whole = [name for name in columns if name.startswith(_WHOLE)]
+    columns = dict(zip(row_names(study), [*study.places().values(), *study.columns.values()],
+                       strict=True))
+    whole = [name for name in study.columns if name.startswith(_WHOLE)]
     for start in range(0, study.size, _ROWS):
         part = {name: values[start:start + _ROWS].tolist() for name, values in columns.items()}
         for values in zip(*part.values(), strict=True):
@@ -115,5 +122,5 @@ def _write_csv(study: Study, header: Header, path: Path) -> None:
     with path.open('w', encoding='utf-8', newline='') as file:
         file.write(f'# {json.dumps(header)}\n')
         writer = csv.writer(file, lineterminator='\n')
-        writer.writerow([*study.axes, *study.columns])
+        writer.writerow(row_names(study))
         writer.writerows(row.values() for row in rows_of(study))

@@ -15,9 +15,7 @@
 """The jobs of a study, done in whatever process: parts of brakes, boxes of operating points."""
 
 from contextlib import suppress
-import hashlib
 from itertools import product
-import json
 import math
 
 from squeal_core.brake.operating_point import OperatingPoint
@@ -32,14 +30,13 @@ from squeal_core.studies.study_spec import StudySpec, Values
 from squeal_core.studies.study_tasks import CriticalTask, StudyPlace
 from squeal_core.surrogate.grid_stability import Box
 
-_opened: dict[str, DesignModels] = {}  # of this process: jobs of one study come one by one
+# of this process: jobs of one study come one by one; a worker outlives the files it has read
+_opened: dict[tuple[str, str | None], DesignModels] = {}
 
 
 def _models(spec: StudySpec) -> DesignModels:
     assert isinstance(spec.source, BrakeDesign)
-    key = hashlib.sha256(json.dumps([
-        spec.source.content, dict(spec.source.settings), str(spec.source.folder), spec.cache],
-        default=str).encode()).hexdigest()
+    key = spec.key, spec.cache
     if key not in _opened:
         _opened.clear()
         _opened[key] = DesignModels(spec.source, spec.cache)

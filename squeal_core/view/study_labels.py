@@ -14,6 +14,7 @@
 
 """What the axes of a study say, and what was not swept."""
 
+import textwrap
 from typing import Any
 
 from squeal_core.common.arrays import FloatArray
@@ -30,6 +31,7 @@ _UNITS = {'rotor_speed': ('rotor speed', 'rad/s', 1.0),
           'contact_stiffness': ('contact stiffness', *STIFFNESS),
           'damping_scale': ('damping scale', '', 1.0), 'preload': ('preload', 'kN', 1e3),
           'pressure': ('brake pressure', 'bar', 1e5)}
+_LONGEST_LINE = 16  # characters
 _NAMES = {'young modulus': "Young's modulus", 'poisson ratio': "Poisson's ratio"}
 
 
@@ -55,6 +57,14 @@ def shown_axis(name: str, values: FloatArray) -> tuple[FloatArray, str]:
     """Return values of a parameter in the unit that is shown, and the axis' label."""
     words, unit, factor = parameter_in_words(name)
     return values / factor, f'{words}  {unit}'.rstrip()
+
+
+def wrapped(label: str) -> str:
+    """Return a label broken into lines, as one beside a small panel is."""
+    if len(label) <= _LONGEST_LINE:
+        return label
+    lines = label.replace(': ', ':\n').replace('  ', '\n').splitlines()
+    return '\n'.join(textwrap.fill(line, _LONGEST_LINE) for line in lines)
 
 
 def study_conditions(study: Study) -> str:

@@ -36,7 +36,12 @@ from squeal_core.surrogate.grid_columns import IMPOSSIBLE
 from squeal_core.view.saving import FigureTarget
 from squeal_core.view.slide import COLOURS, LINES, MARKERS, slide
 from squeal_core.view.stability_map import axis_ends, end_at_points, GROWTH_OR_NOT
-from squeal_core.view.study_labels import parameter_in_words, study_axis, study_conditions
+from squeal_core.view.study_labels import (
+    parameter_in_words,
+    study_axis,
+    study_conditions,
+    wrapped,
+)
 
 _LEAST_SPAN = 0.02  # of an axis of frequency, relative: less is no change to look at
 _MOST_LINES = 60  # of one panel
@@ -98,10 +103,12 @@ def _critical(study: Study) -> _Shown:
     name, unit, factor = parameter_in_words(study.about['parameter'])
     values = {side: study.grid(side) / factor for side in ('above', 'below')}
     side = max(values, key=lambda one: int(np.isfinite(values[one]).sum()))
-    found = values[side]
-    ends = ((np.nanmin(found), np.nanmax(found)) if np.isfinite(found).any() else (0.0, 1.0))
-    # a boundary above the point is the worse the lower it lies
-    worst, words = (np.fmin, 'the lowest') if side == 'above' else (np.fmax, 'the highest')
+    found, known = values[side], np.isfinite(values[side])
+    ends = (found[known].min(), found[known].max()) if known.any() else (0.0, 1.0)
+    # the nearest one is the worst to a stable point, the farthest one to an unstable point
+    unstable = 2 * (study.grid('growth_rate')[known] > 0.0).sum() > known.sum()
+    lowest = (side == 'above') != unstable
+    worst, words = (np.fmin, 'the lowest') if lowest else (np.fmax, 'the highest')
     return _Shown(found, f'stability boundary of {name}, {side} the point  {unit}'.rstrip(),
                   Normalize(*ends), colormaps['viridis'], worst, words)
 
@@ -182,9 +189,8 @@ def _matrix(figure: Any, study: Study, shown: _Shown) -> None:
     names, count = list(study.axes), len(study.axes)
     panels = figure.subplots(count, count, squeeze=False)
     share, shades = _share(study), dict[bool, Any]()
-    for row in range(count):
-        for column in range(count):
-            panel = panels[row, column]
+    for row, own in enumerate(panels):
+        for column, panel in enumerate(own):
             if row == column:
                 _marginal(panel, study, row, share.values)
             else:
@@ -204,7 +210,7 @@ def _share(study: Study) -> _Shown:
     if study.about['task'] == 'map':
         bad, label = study.grid('squeal_modes') > 0.0, 'points with squeal  %'
     else:
-        bad, label = study.grid('growth_rate') > 0.0, 'points with a growing mode  %'
+        bad, label = study.grid('growth_rate') > 0.0, 'points with an unstable mode  %'
     known = (source != IMPOSSIBLE) & (source != 0.0)
     return _Shown(np.where(known, 100.0 * bad, np.nan), label, Normalize(0.0, 100.0),
                   colormaps['Blues'], _Mean(), 'the mean')
@@ -223,8 +229,8 @@ class _Mean:
 
 def _marginal(panel: Any, study: Study, axis: int, share: FloatArray) -> None:
     x = study_axis(study, list(study.axes)[axis])[0]
-    others = tuple(i for i in range(share.ndim) if i != axis)
-    panel.plot(x, _Mean.reduce(share, others), color=COLOURS[0], marker='o', markersize=3)
+    rows = np.moveaxis(share, axis, 0).reshape(len(x), -1)
+    panel.plot(x, _Mean.reduce(rows, (1,)), color=COLOURS[0], marker='o', markersize=3)
     panel.set(ylim=(-3.0, 103.0), xlim=axis_ends(x))
     panel.yaxis.tick_right()
     panel.set_yticks([0, 50, 100], ['0', '50', '100 %'])
@@ -236,17 +242,13 @@ def _labels(panel: Any, study: Study, names: Sequence[str], row: int, column: in
     last = len(names) - 1
     panel.tick_params(labelsize=10)
     if row == last:
-        panel.set_xlabel(_wrapped(study_axis(study, names[column])[1]), fontsize=11)
+        panel.set_xlabel(wrapped(study_axis(study, names[column])[1]), fontsize=11)
     else:
         panel.tick_params(labelbottom=False)
     if column == 0:
-        panel.set_ylabel(_wrapped(study_axis(study, names[row])[1]), fontsize=11)
+        panel.set_ylabel(wrapped(study_axis(study, names[row])[1]), fontsize=11)
     if row != column and column != 0:
         panel.tick_params(labelleft=False)
-
-
-def _wrapped(label: str) -> str:
-    return label.replace(': ', ':\n').replace('  ', '\n') if len(label) > 16 else label
 
 
 def _loci(figure: Any, study: Study) -> None:

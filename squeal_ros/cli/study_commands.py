@@ -24,6 +24,7 @@ from pathlib import Path
 import time
 from typing import Any
 
+import numpy as np
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.common.wording import counted
@@ -31,7 +32,7 @@ from squeal_core.common.worker_processes import run_jobs
 from squeal_core.stability.parameter_paths import Law, OPERATING, PARAMETERS
 from squeal_core.studies.study import Run, run_study
 from squeal_core.studies.study_checkpoint import StudyCheckpoint
-from squeal_core.studies.study_file import rows_of, save_study
+from squeal_core.studies.study_file import row_names, rows_of, save_study
 from squeal_core.studies.study_record import Study
 from squeal_core.studies.study_spec import StudySpec
 from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
@@ -141,6 +142,9 @@ def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dic
     squeals = {f'points_with_{kind}': int((found.columns[name] > 0).sum()) for kind, name in (
         ('squeal', 'squeal_modes'), ('flutter', 'flutter_modes'),
         ('divergence', 'divergent_modes')) if name in found.columns}
+    if 'below' in found.columns:
+        squeals['points_with_boundary'] = int(np.count_nonzero(
+            np.isfinite(found.columns['below']) | np.isfinite(found.columns['above'])))
     return {
         'points': found.size, 'done': int(found.done.sum()), 'complete': bool(found.done.all()),
         'axes': {name: [float(v[0]), float(v[-1]), len(v)] for name, v in found.axes.items()},
@@ -168,7 +172,7 @@ def _in_words(summary: dict[str, Any]) -> str:
 
 def study_lines(found: Study) -> Iterator[str]:
     """Yield a table of a study: a line a point."""
-    names = [*found.axes, *found.columns]
+    names = row_names(found)
     widths = [max(11, len(name)) for name in names]
     yield '  '.join(f'{name:>{width}}' for name, width in zip(names, widths, strict=True))
     for row in rows_of(found):

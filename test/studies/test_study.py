@@ -35,9 +35,11 @@ from squeal_core.studies.point_options import PointOptions
 from squeal_core.studies.study import Run, run_study
 from squeal_core.studies.study_checkpoint import StudyCheckpoint
 from squeal_core.studies.study_file import load_study, save_study
+from squeal_core.studies.study_jobs import _models
 from squeal_core.studies.study_record import Study
 from squeal_core.studies.study_spec import StudySpec
 from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
+from squeal_ros.cli.study_commands import study_lines
 from support.brake_descriptions import edited
 from support.sweeps import PAIR
 
@@ -211,6 +213,29 @@ def test_a_critical_dimension_lies_between_brakes_of_opposite_verdict() -> None:
     assert np.isnan(found.columns['above'][0])
     beside = study_of({path: [value - 0.01, value + 0.01]}, point=replace(POINT, friction=0.1))
     assert (run_study(beside, HERE).columns['growth_rate'] > 0.0).tolist() == [True, False]
+
+
+def test_a_worker_reads_a_file_of_modes_again_that_has_changed(tmp_path: Path) -> None:
+    """A worker of a cluster outlives one study, and the files of the brake."""
+    design = BrakeDesign({'pads': {'modes_from': {'file': 'pad.unv'}}}, folder=tmp_path)
+    found = []
+    for text in ('one', 'one', 'two'):
+        (tmp_path / 'pad.unv').write_text(text)
+        found.append(_models(study_of({'friction': [0.1]}, source=design)))
+    assert found[0] is found[1] is not found[2]
+
+
+def test_a_parameter_with_the_name_of_a_figure(tmp_path: Path) -> None:
+    """Both are in rows, files and the table."""
+    axes = {'damping_ratio': [0.001, 0.01], 'friction': [0.5]}
+    found = run_study(study_of(axes), HERE)
+    save_study(found, tmp_path / 'a.csv')
+    _, names, *rows = (tmp_path / 'a.csv').read_text().splitlines()
+    cells = [dict(zip(names.split(','), row.split(','), strict=True)) for row in rows]
+    assert [cell['brake.damping_ratio'] for cell in cells] == ['0.001', '0.01']
+    assert [float(cell['damping_ratio']) for cell in cells] == found.columns[
+        'damping_ratio'].tolist()
+    assert len([*study_lines(found)]) == 3
 
 
 def test_files(tmp_path: Path) -> None:
