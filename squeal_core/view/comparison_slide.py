@@ -27,6 +27,7 @@ from squeal_core.view.slide import GREY, Look, SEVERAL, slide
 
 _MOST = 14  # rows
 _APART = 0.16  # of a row, between the markers of brakes
+_TICKS_APART = 5.0  # of values on a logarithmic scale: the texts of nearer ones overlap
 _Row = Sequence[ComparedMode | None]
 
 
@@ -90,7 +91,8 @@ def _scale_growth(axes: Any, unstable: float) -> None:
     axes.set_xscale('symlog', linthresh=linear, linscale=0.9)
     decades = 10.0 ** np.arange(np.ceil(np.log10(2.0 * linear)), 7.0)
     low, high = axes.get_xlim()
-    ticks = (*-decades[::-1], -linear, 0.0, linear / 2.0, linear)
+    apart = decades[0] >= _TICKS_APART * linear
+    ticks = (*-decades[::-1], *([-linear] if apart else []), 0.0, linear / 2.0, linear)
     axes.set_xticks([tick for tick in ticks if low <= tick <= high])
     axes.tick_params(axis='x', labelsize=12)
     axes.xaxis.set_major_formatter('{x:g}')
@@ -165,7 +167,7 @@ def _risks(axes: Any, names: Sequence[str], risks: Sequence[DriveRisk], drive: s
     axes.set_xticks(range(len(risks)), ['–' if risk.unknown else f'{risk.mean_risk:.2f}'
                                         for risk in risks])
     axes.set(ylim=(0.0, 1.05), xlim=(-0.6, len(names) - 0.4),
-             ylabel='squeal risk while braking', xlabel=f'mean over {drive}\n(line: largest)')
+             ylabel='squeal risk while braking', xlabel=f'mean over\n{drive}\n(line: largest)')
     axes.grid(axis='y', color='0.88')
 
 

@@ -30,6 +30,7 @@ from squeal_core.stability.mode_tracking import Identity  # noqa: E402, I100
 from squeal_core.studies.point_options import brake_pressure  # noqa: E402
 from squeal_core.studies.target_modes import TargetMode  # noqa: E402
 from squeal_core.view import slide, tornado  # noqa: E402
+from squeal_core.view.comparison_slide import _scale_growth  # noqa: E402
 from squeal_core.view.study_labels import wrapped  # noqa: E402
 from squeal_core.view.study_plot import plot_study  # noqa: E402
 from squeal_ros.cli.compare_commands import _conditions, brake_labels, Given  # noqa: E402
@@ -94,6 +95,16 @@ def test_a_comparison_says_the_brake_pressure(kang: BrakeModel) -> None:
     other = kang_point(kang, 7.0)
     assert _conditions(given, [point, other]) == (
         f'a: {words}; others at their own friction, pressure and stiffness')
+
+
+@pytest.mark.parametrize(('unstable', 'texts'), [
+    (38.0, ['−1000', '−100', '0', '20', '40']), (20.0, ['−1000', '−100', '−20', '0', '10', '20']),
+    (-5.0, ['−1000', '−100', '−10', '0', '5', '10'])])
+def test_ticks_of_growth_rates_are_apart(unstable: float, texts: list[str]) -> None:
+    axes = slide.Figure().subplots()
+    axes.plot([-1500.0, 45.0], [0.0, 1.0])
+    _scale_growth(axes, unstable)
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == texts
 
 
 def test_charts_of_what_to_change_say_the_brake_pressure(
