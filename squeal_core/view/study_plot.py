@@ -24,9 +24,7 @@ from typing import Any
 
 try:
     from matplotlib import colormaps, rc_context
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LinearSegmentedColormap, Normalize, PowerNorm
-    from matplotlib.lines import Line2D
+    from matplotlib.colors import Normalize, PowerNorm
 except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
@@ -34,7 +32,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.studies.study_record import Study
 from squeal_core.surrogate.grid_columns import IMPOSSIBLE
 from squeal_core.view.saving import FigureTarget
-from squeal_core.view.slide import COLOURS, LINES, MARKERS, slide
+from squeal_core.view.slide import COLOURS, LINES, slide
 from squeal_core.view.stability_map import axis_ends, end_at_points, GROWTH_OR_NOT
 from squeal_core.view.study_labels import (
     parameter_in_words,
@@ -42,9 +40,9 @@ from squeal_core.view.study_labels import (
     study_conditions,
     wrapped,
 )
+from squeal_core.view.study_loci import draw_loci
 
 _LEAST_SPAN = 0.02  # of an axis of frequency, relative: less is no change to look at
-_MOST_LINES = 60  # of one panel
 
 
 def plot_study(study: Study, path: FigureTarget, *, title: str = '',
@@ -71,7 +69,7 @@ def plot_study(study: Study, path: FigureTarget, *, title: str = '',
     with rc_context({'hatch.color': '0.55', 'axes.formatter.useoffset': False}), slide(
             path, heading, study_conditions(study), overwrite=overwrite) as figure:
         if task == 'locus':
-            _loci(figure, study)
+            draw_loci(figure, study)
         else:
             draw = {1: _line, 2: _map}.get(len(study.axes), _matrix)
             draw(figure, study, _growth(study) if task == 'map' else _critical(study))
@@ -249,52 +247,3 @@ def _labels(panel: Any, study: Study, names: Sequence[str], row: int, column: in
         panel.set_ylabel(wrapped(study_axis(study, names[row])[1]), fontsize=11)
     if row != column and column != 0:
         panel.tick_params(labelleft=False)
-
-
-def _loci(figure: Any, study: Study) -> None:
-    """Frequency and growth rate of each mode over the first parameter, a line for all others."""
-    names = list(study.axes)
-    x, label = study_axis(study, names[0])
-    numbers = study.about['numbers']
-    panels = figure.subplots(len(numbers), 2, squeeze=False, sharex=True)
-    lines = study.size // len(x)
-    shown = np.unique(np.linspace(0, lines - 1, _MOST_LINES).round().astype(int))
-    second = study.axes[names[1]] if len(names) > 1 else np.zeros(1)
-    inner = lines // len(second)
-    few = len(second) <= len(MARKERS)
-    looks = [{'color': colour, 'marker': MARKERS[i % len(MARKERS)], 'markersize': 6.0,
-              'markevery': 1 + len(x) // 15, 'linestyle': LINES[i % len(LINES)]}
-             for i, colour in enumerate(COLOURS if few else colormaps['viridis'](
-                 np.linspace(0.0, 0.9, len(second))))]
-    for row, number in zip(panels, numbers, strict=True):
-        for panel, what, unit in zip(row, ('frequency_hz', 'growth_rate'), (1e3, 1.0),
-                                     strict=True):
-            values = study.columns[f'{what}_{number}'].reshape(len(x), -1) / unit
-            for i in shown.tolist():
-                look = looks[i // inner] | ({} if inner == 1 else {
-                    'linestyle': LINES[i % inner % len(LINES)]})
-                panel.plot(x, values[:, i], linewidth=1.6, **look)
-            panel.grid(color='0.93')
-            panel.set_xlim(*axis_ends(x))
-        row[0].set_ylabel(f'mode {number}\nfrequency  kHz')
-        row[1].set_ylabel('growth rate  1/s')
-        row[1].axhline(0.0, color='0.4', linewidth=0.8)
-    for panel in panels[-1]:
-        panel.set_xlabel(label)
-    if len(names) > 1:
-        values, words = study_axis(study, names[1])
-        rest = ', '.join(study_axis(study, name)[1] for name in names[2:])
-        words += f'\n(line styles: {rest})' if rest else ''
-        if few:
-            figure.legend(
-                handles=[Line2D([], [], linewidth=1.6, label=f'{value:.4g}',
-                                **look | ({'linestyle': '-'} if rest else {}))
-                         for value, look in zip(values.tolist(), looks, strict=False)],
-                title=words, loc='outside lower center', ncols=len(values), frameon=False)
-        else:
-            figure.colorbar(_colour_key(values), ax=panels, pad=0.01, aspect=35, label=words)
-
-
-def _colour_key(values: FloatArray) -> Any:
-    colours = LinearSegmentedColormap.from_list('', colormaps['viridis'](np.linspace(0, 0.9, 256)))
-    return ScalarMappable(Normalize(*axis_ends(values)), colours)

@@ -43,6 +43,7 @@ from squeal_ros.cli.listing import points_in_words
 from squeal_ros.cli.swept_axes import StudySource
 
 MOST_PRINTED = 10_000  # points without a file
+MOST_POINTS = 100_000_000  # 9 GB of figures, and a day of two cores by local expansions
 _MOST_WARNINGS = 3  # of one kind
 _FEW = 20_000  # points of a map of one or two parameters that are all solved in full
 
@@ -58,6 +59,9 @@ def study(options: argparse.Namespace, source: StudySource, axes: dict[str, Floa
           task: MapTask | LocusTask | CriticalTask, law: Law) -> int:
     """Compute a study, save it and say what there is; 1 where an interrupt cut it short."""
     points = math.prod(map(len, axes.values()))
+    if points > MOST_POINTS:
+        raise SquealError(f'--over: {points:.3g} points are too many; give {MOST_POINTS:.0e} at '
+                          'most, in several studies if need be')
     if not options.output and not options.plot and points > MOST_PRINTED:
         raise SquealError(f'{points} points are too many to print; give --output FILE')
     path = getattr(task, 'parameter', OPERATING[0])
@@ -150,7 +154,8 @@ def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dic
         'axes': {name: [float(v[0]), float(v[-1]), len(v)] for name, v in found.axes.items()},
         'full': found.count(FULL), 'expansion': found.count(EXPANSION),
         'impossible_points': found.count(IMPOSSIBLE),
-        **squeals, **shown, 'seconds': round(seconds, 2), 'output': options.output,
+        **squeals, **shown, 'seconds': round(seconds, 2),
+        'output': options.output if found.done.all() else None,
         'plot': options.plot}
 
 

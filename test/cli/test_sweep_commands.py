@@ -109,6 +109,8 @@ def test_a_locus_with_and_without_rotation(tmp_path: Path,
 @pytest.mark.parametrize(('arguments', 'words'), [
     (['map', '--over', 'friction=0.6:0.2:3'], 'runs down; give the lower end first'),
     (['map', '--over', 'friction=0.2:0.2:3'], 'has no width'),
+    (['map', '--over', 'friction=0.1:0.6:100000', '--over', 'rotor_speed=1:2:100000', '-o',
+      'a.csv'], '1e+10 points are too many; give 1e+08 at most'),
     (['map', '--over', 'disc.rotor_thicknes_mm=14:18:3'], 'did you mean disc.rotor_thickness_mm'),
     (['map', '--over', 'disc.rotor_thickness_mm=0.014:0.018:3'], '0.014 m would be 14 mm'),
     (['map', '--over', 'preload=1000:2000:3', '--over', 'pressure=1e5:2e5:3'], 'one load'),

@@ -74,6 +74,23 @@ def test_the_worst_boundary_is_next_to_a_stable_point_and_far_from_an_unstable_o
     np.testing.assert_allclose(first, worst)
 
 
+def test_line_styles_are_explained_where_each_is_of_one_place(figures: list[Any]) -> None:
+    for count, words in ((2, ['1, 10', '1, 20', '2, 10', '2, 20']), (3, [])):
+        axes = {'friction': [0.1, 0.2], 'rotor_speed': [3.0, 5.0], 'damping_scale': [1.0, 2.0],
+                'contact_stiffness': np.linspace(1e10, 2e10, count)}
+        size = 8 * count
+        figure = {f'{name}_1': np.ones(size) for name in ('growth_rate', 'frequency_hz')}
+        plot_study(Study(axes={name: np.array(values) for name, values in axes.items()},
+                         columns={**figure, 'source': np.ones(size)}, about={
+            'task': 'locus', 'numbers': [1], 'brake': '', 'point': {}, 'friction_law': False,
+            'rotation': True}), 'a.png')
+        legends = {legend.get_title().get_text(): [text.get_text() for text in legend.get_texts()]
+                   for legend in figures[-1].legends}
+        styles = 'damping scale, contact stiffness  10⁹ N/m³'
+        assert legends.get(styles, []) == words
+        assert (f'(6 lines each, of {styles}; their styles repeat)' in str(legends)) == (not words)
+
+
 def test_labels_beside_small_panels_are_broken() -> None:
     assert wrapped('friction coefficient') == 'friction\ncoefficient'
     assert wrapped('disc: hat wall outer radius  mm') == 'disc:\nhat wall outer\nradius\nmm'
