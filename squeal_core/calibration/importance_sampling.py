@@ -37,6 +37,7 @@ _DEFENSIVE = 0.1  # fraction of each round that is drawn from the prior
 LEAST_VARIANCE = 0.02  # of a proposal, in each direction, the prior's being 1
 _POWERS = np.geomspace(1.0, 1e-6, 140)  # a tenth apart
 _LEAST_EFFECTIVE = 0.25  # of a round's size: effective size to which the power is raised
+_OF_START = 1.0 / 16.0  # likewise, by draws about a start: less than those of the prior among them
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,8 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
         likelihood = np.append(likelihood, log_likelihood(fresh))
         base = _log_normal(values) - logsumexp(
             [_log_density(one, values) for one in proposals], axis=0)
-        reached = max(reached, _largest_power(base, likelihood, power, _LEAST_EFFECTIVE * draws))
+        wanted = draws * (_LEAST_EFFECTIVE if done or start is None else _OF_START)
+        reached = max(reached, _largest_power(base, likelihood, power, wanted))
         weights = _weights(base, reached, likelihood)
         done.append(SamplingRound(len(values), reached, _effective(weights)))
         progress(done[-1])

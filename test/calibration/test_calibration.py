@@ -65,6 +65,19 @@ def test_a_gaussian_posterior_is_sampled() -> None:
     assert np.linalg.norm(equal @ across[0] - middle[0]) / 8.0 < 0.15
 
 
+def test_a_sample_goes_on_from_where_it_starts() -> None:
+    """Though draws about a start are worth less than the few of the prior among them."""
+    width = np.array([0.05, 0.05, 0.1, 0.1, 1.0, 1.0, 1.0])
+    variance = 1.0 / (1.0 + 1.0 / width**2 / 9.0)  # of the posterior at a power of 1/9
+    side = np.array([1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+    found = sample_posterior(
+        lambda z: -0.5 * np.square((z - 0.5) / width).sum(axis=1), 7, least_variance=0.002,
+        start=(0.5 * (1.0 - variance) + 0.5 * side * np.sqrt(variance), np.diag(variance)))
+    assert found.rounds[0].power > 0.2
+    assert len(found.rounds) <= 4
+    np.testing.assert_allclose(found.mean[:4], 0.5 / (1.0 + width[:4]**2), atol=0.03)
+
+
 def test_brakes_of_one_stop_make_no_interval_narrower(kang: BrakeModel) -> None:
     """Four brakes that were applied together and are alike say what one of them says."""
     brake = BrakeCandidates(*np.zeros((5, 1)), np.array([0.02]), np.array([0.15]))
