@@ -14,12 +14,14 @@
 
 """What says where a brake operates, before there is a model: of one model it is a point."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 import math
 
+import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.errors import SquealError
+from squeal_core.common.errors import OperatingPointError, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.parameter_paths import by_law, Law, moved
 
@@ -98,6 +100,37 @@ def point_with(model: BrakeModel, point: OperatingPoint, values: Mapping[str, fl
     for name in sorted(values, key=lambda name: name in _LAST):
         point = moved(model, point, name, float(values[name]))
     return by_law(model, point, friction_law) if friction_law else point
+
+
+def grid_points(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, Sequence[float]],
+                friction_law: Law) -> tuple[list[OperatingPoint | None], str]:
+    """
+    Return the points of a grid, as `point_with` has each, and why one of them is impossible.
+
+    The last axis runs fastest; an impossible point is None. What several have in common is set
+    once.
+    """
+    names, reason = sorted(axes, key=lambda name: name in _LAST), ''
+
+    def attempt(step: Callable[[OperatingPoint], OperatingPoint],
+                before: OperatingPoint | None) -> OperatingPoint | None:
+        nonlocal reason
+        try:
+            return None if before is None else step(before)
+        except OperatingPointError as error:
+            reason = str(error)
+            return None
+
+    points: list[OperatingPoint | None] = [point]
+    for name in names:
+        steps = [partial(moved, model, parameter=name, value=float(value))
+                 for value in axes[name]]
+        points = [attempt(step, before) for before in points for step in steps]
+    if friction_law:
+        points = [attempt(partial(by_law, model, law=friction_law), each) for each in points]
+    places = np.arange(len(points)).reshape([len(axes[name]) for name in names])
+    return [points[i] for i in places.transpose(
+        [names.index(name) for name in axes]).ravel().tolist()], reason
 
 
 def brake_pressure(model: BrakeModel, point: OperatingPoint) -> float | None:

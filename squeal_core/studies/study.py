@@ -30,10 +30,9 @@ from squeal_core.studies.design import BrakeDesign
 from squeal_core.studies.study_checkpoint import BoxResult, StudyCheckpoint
 from squeal_core.studies.study_jobs import solve_box, solve_part
 from squeal_core.studies.study_record import in_order, Study
-from squeal_core.studies.study_spec import StudySpec, Values
+from squeal_core.studies.study_spec import Box, StudySpec, Values
 from squeal_core.studies.study_tasks import LocusTask
 from squeal_core.surrogate.grid_columns import IMPOSSIBLE
-from squeal_core.surrogate.grid_stability import Box
 
 Run: TypeAlias = Callable[[Callable[..., Any], Mapping[int, tuple[Any, ...]]],
                           Iterator[tuple[int, Any]]]

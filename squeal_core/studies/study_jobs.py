@@ -19,16 +19,15 @@ from itertools import product
 import math
 
 from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.errors import OperatingPointError, SquealError
+from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.mechanism import without_rotation
 from squeal_core.stability.parameter_paths import OPERATING
 from squeal_core.studies.design import BrakeDesign, DesignModels
-from squeal_core.studies.point_options import point_with
+from squeal_core.studies.point_options import grid_points, point_with
 from squeal_core.studies.study_checkpoint import BoxResult
-from squeal_core.studies.study_spec import StudySpec, Values
+from squeal_core.studies.study_spec import Box, StudySpec, Values
 from squeal_core.studies.study_tasks import CriticalTask, StudyPlace
-from squeal_core.surrogate.grid_stability import Box
 
 # of this process: jobs of one study come one by one; a worker outlives the files it has read
 _opened: dict[tuple[str, str | None], DesignModels] = {}
@@ -55,15 +54,15 @@ def solve_box(spec: StudySpec, values: Values, box: Box) -> BoxResult:
         model = _model(spec, values)
     except SquealError as error:
         return BoxResult({}, {}, str(error))
-    names = spec.operation
-    moves = [dict(zip(names, move, strict=True)) for move in product(*(
-        spec.axes[name][low:high].tolist() for name, (low, high) in zip(names, box, strict=True)))]
-    points, reason = _points(spec, model, moves)
+    axes = {name: spec.axes[name][low:high].tolist()
+            for name, (low, high) in zip(spec.operation, box, strict=True)}
+    points, reason = grid_points(model, spec.options.at(model), axes, spec.law)
 
     def rebuilt(i: int, value: float) -> tuple[BrakeModel | None, OperatingPoint | None]:
         with suppress(SquealError):
             there = _model(spec, {**values, path: value})
-            return there, point_with(there, spec.options.at(there), moves[i], spec.law)
+            move = dict(zip(axes, list(product(*axes.values()))[i], strict=True))
+            return there, point_with(there, spec.options.at(there), move, spec.law)
         return None, None
 
     path = spec.task.parameter if isinstance(spec.task, CriticalTask) else OPERATING[0]
@@ -73,20 +72,6 @@ def solve_box(spec: StudySpec, values: Values, box: Box) -> BoxResult:
         rebuilt=rebuilt if along_design else None,
         start=_models(spec).design.number(path) if along_design else math.nan))
     return BoxResult(columns, counts, reason)
-
-
-def _points(spec: StudySpec, model: BrakeModel,
-            moves: list[Values]) -> tuple[list[OperatingPoint | None], str]:
-    """Return the points, and why one of them is impossible."""
-    points: list[OperatingPoint | None] = []
-    base, reason = spec.options.at(model), ''
-    for move in moves:
-        try:
-            points.append(point_with(model, base, move, spec.law))
-        except OperatingPointError as error:
-            points.append(None)
-            reason = str(error)
-    return points, reason
 
 
 def _model(spec: StudySpec, values: Values) -> BrakeModel:

@@ -31,6 +31,8 @@ from squeal_core.studies.study_tasks import CriticalTask, LocusTask, MapTask
 from squeal_core.surrogate.table_file import model_hash
 
 Values: TypeAlias = dict[str, float]
+Box: TypeAlias = tuple[tuple[int, int], ...]
+"""First place and the one after the last, along each axis of a grid."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,5 +106,6 @@ class StudySpec:
             described = [model_hash(source), asdict(caliper) if caliper else None]
         return content_hash({
             'version': __version__, 'source': described, 'options': asdict(self.options),
-            'task': [type(self.task).__name__, asdict(self.task)], 'law': self.law,
+            'task': [type(self.task).__name__, asdict(self.task),
+                     self.task.points_of_a_job], 'law': self.law,
             'rotation': self.rotation, 'axes': list(self.axes)}, dict(self.axes))

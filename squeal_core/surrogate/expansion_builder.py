@@ -38,8 +38,8 @@ _SMALL = 0.01  # of the damping or stiffness that is the spectrum's scale
 _FIXED = ('material_damping', *DASHPOTS.values())  # or fixed to a stiffness, by the damping scale
 
 
-def expand_spectrum(model: BrakeModel, point: OperatingPoint, *,
-                    degree: int = DEGREE) -> SpectralExpansion:
+def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = DEGREE,
+                    around: FloatArray | None = None) -> SpectralExpansion:
     """
     Return the series of the spectrum around a point, from one full solve with all vectors.
 
@@ -51,6 +51,10 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *,
         Operating point.
     degree : int
         Of the series, 3 at least.
+    around : (P, 9) array, optional
+        Coefficients, of the point's damping scale, that the series is for: those that vary among
+        them are its variables, and blocks are chosen for how far they are; None: steps of a tenth
+        of each parameter.
 
     Raises
     ------
@@ -58,10 +62,12 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *,
         Where the eigensolution fails or its vectors do not span the space.
 
     """
-    frame = _Frame.at(model, point)
+    frame = (_Frame.at(model, point) if around is None
+             else _Frame.spanning(model, point, around))
     roots, right = _eigensolution(model, point)
     couplings = _projected(model, point, frame, roots, right)
-    return _series(frame, roots, couplings, _blocks(roots, couplings, frame.steps), degree)
+    gap = None if around is None else _closest(roots, couplings, frame.steps)
+    return _series(frame, roots, couplings, _blocks(roots, couplings, frame.steps, gap), degree)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +80,20 @@ class _Frame:
     steps: Sequence[FloatArray]
 
     @classmethod
+    def spanning(cls, model: BrakeModel, point: OperatingPoint,
+                 around: FloatArray) -> '_Frame':
+        """Return that of the coefficients that vary, steps to the points farthest along each."""
+        rows = _rows(model)
+        rows = rows[np.ptp(around[:, rows], axis=0) > 0.0]
+        centre = np.array(point.coefficients())[rows]
+        offsets = around[:, rows] - centre
+        scales = np.abs(offsets).max(axis=0)
+        farthest = np.union1d(offsets.argmin(axis=0), offsets.argmax(axis=0))
+        return cls(rows, centre, scales, list(offsets[farthest] / scales))
+
+    @classmethod
     def at(cls, model: BrakeModel, point: OperatingPoint) -> '_Frame':
-        rows = np.array([i for i, name in enumerate(Coefficients._fields) if name not in _FIXED
-                         and (array := getattr(model, name)) is not None and np.any(array)],
-                        dtype=np.intp)
+        rows = _rows(model)
         centre = np.array(point.coefficients())[rows]
         steps = [np.array(there.coefficients())[rows] - centre
                  for there in _neighbours(point)]
@@ -85,6 +101,13 @@ class _Frame:
         still = np.flatnonzero(scales == 0.0)
         scales[still] = [_small_change(model, point, rows[i]) for i in still.tolist()]
         return cls(rows, centre, scales, [step / scales for step in steps])
+
+
+def _rows(model: BrakeModel) -> IndexArray:
+    """Return which coefficients at one damping scale multiply anything."""
+    return np.array([i for i, name in enumerate(Coefficients._fields) if name not in _FIXED
+                     and (array := getattr(model, name)) is not None and np.any(array)],
+                    dtype=np.intp)
 
 
 def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
@@ -183,10 +206,26 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: C
     return couplings
 
 
+def _closest(roots: ComplexArray, couplings: ComplexArray,
+             steps: Sequence[FloatArray]) -> FloatArray:
+    """Return how close (M, M) roots come to each other within steps, to first order."""
+    apart = roots[:, None] - roots
+    closest = np.abs(apart)
+    own = np.diagonal(couplings, axis1=1, axis2=2)
+    for step in steps:
+        moved = step @ own
+        change = moved[:, None] - moved
+        size = np.maximum(np.abs(change)**2, np.finfo(float).tiny)
+        along = np.clip(-(apart * change.conj()).real / size, 0.0, 1.0)
+        closest = np.minimum(closest, np.abs(apart + along * change))
+    return closest
+
+
 def _blocks(roots: ComplexArray, couplings: ComplexArray,
-            steps: Sequence[FloatArray]) -> list[IndexArray]:
+            steps: Sequence[FloatArray], gap: FloatArray | None = None) -> list[IndexArray]:
     """Return the roots of each block, small blocks first; of mirror images the upper one."""
-    gap = np.abs(roots[:, None] - roots)
+    if gap is None:
+        gap = np.abs(roots[:, None] - roots)
     np.fill_diagonal(gap, np.inf)
     strength = np.zeros(gap.shape)
     for step in steps:

@@ -12,48 +12,92 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How far the eigenvalues of an expansion are from full solutions."""
+"""How far the eigenvalues of expansions are from those of full solutions, or of lower degrees."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from squeal_core.common.arrays import FloatArray
-from squeal_core.surrogate.spectral_expansion import SpectralExpansion
+from squeal_core.common.arrays import ComplexArray, FloatArray
+from squeal_core.stability.eigensolution import Tolerances
+from squeal_core.surrogate.table_cell import TableTolerances
+
+_FREQUENCY = 2e-5  # largest error of a frequency, relative
+_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
     """
-    How far eigenvalues of an expansion are from those of full solutions.
+    How far eigenvalues are from others.
 
     Parameters
     ----------
     off : float
-        Largest distance, in tolerances.
-    each : (n,) array
-        Error of growth of each eigenvalue [1/s]; -1: not known.
+        Largest distance of a mode that matters, in tolerances.
+    growth : float
+        Largest error of growth of those [1/s].
+    distances : (n,) array
+        Of each eigenvalue [1/s]; 0 where it does not matter.
 
     """
 
     off: float
-    each: FloatArray
+    growth: float
+    distances: FloatArray
 
-    @classmethod
-    def none(cls, expansion: SpectralExpansion) -> 'Deviation':
-        """Return that of no comparison."""
-        return cls(0.0, np.full(int(expansion.sizes.sum()), -1.0))
 
-    def with_(self, other: 'Deviation') -> 'Deviation':
-        """Return the worse of two, root by root."""
-        return Deviation(max(self.off, other.off), np.maximum(self.each, other.each))
+@dataclass(frozen=True, eq=False)
+class Accuracy:
+    """
+    Which eigenvalues have to be known, and how well.
 
-    @property
-    def growth(self) -> float:
-        """Return the largest error of growth [1/s]."""
-        return float(self.each.max(initial=0.0))
+    Parameters
+    ----------
+    tolerances : TableTolerances
+        Errors to keep to.
+    limits : Tolerances
+        What counts as oscillation and growth.
+    band : (2,) floats
+        In which the least stable mode is wanted [Hz].
 
-    def of_each(self, expansion: SpectralExpansion) -> FloatArray:
-        """Return the error of each root, of a block the largest; of all where not known."""
-        starts = np.cumsum(expansion.sizes) - expansion.sizes
-        worst = np.repeat(np.maximum.reduceat(self.each, starts), expansion.sizes)
-        return np.where(worst < 0.0, self.growth, worst)
+    """
+
+    tolerances: TableTolerances
+    limits: Tolerances
+    band: tuple[float, float]
+
+    def matters(self, roots: ComplexArray) -> Any:
+        """Tell of (P, n) which are close to growing, or the least stable in the band."""
+        oscillating = roots.imag > self.limits.oscillation
+        growing = np.where(
+            oscillating, roots.real > self.tolerances.matters,
+            (roots.real > self.tolerances.growth) & (
+                np.abs(roots.imag) <= self.limits.oscillation))
+        low, high = (_TURN * end for end in self.band)
+        growth = np.where(oscillating & (roots.imag >= low) & (roots.imag <= high),
+                          roots.real, -np.inf)
+        least = growth.max(axis=1, keepdims=True, initial=-np.inf)
+        return growing | (np.isfinite(growth) & (growth >= least - self.tolerances.growth))
+
+    def in_tolerances(self, roots: ComplexArray, errors: ComplexArray) -> FloatArray:
+        """Return how large errors of eigenvalues are, in tolerances; 0 where none matters."""
+        allowed = self.tolerances.allowed(roots)
+        turning = np.maximum(allowed, _FREQUENCY * np.abs(roots.imag))
+        off = np.maximum(np.abs(errors.real) / allowed, np.abs(errors.imag) / turning)
+        return np.asarray(np.where(self.matters(roots), off, 0.0))
+
+    def deviation(self, found: ComplexArray, truth: ComplexArray) -> Deviation:
+        """Compare two spectra (n,), (m,): each mode that matters in one with the other."""
+        off, growth, distances = 0.0, 0.0, np.zeros(found.size)
+        for one, other in ((found, truth), (truth, found)):
+            [matter] = self.matters(one[None])
+            if not matter.any() or not other.size:
+                off = np.inf if matter.any() else off
+                continue
+            errors = one - other[np.abs(one[:, None] - other).argmin(axis=1)]
+            off = max(off, float(self.in_tolerances(one[None], errors[None]).max()))
+            if one is found:
+                growth = float(np.abs(errors.real[matter]).max())
+                distances = np.where(matter, np.abs(errors), 0.0)
+        return Deviation(off, growth, distances)

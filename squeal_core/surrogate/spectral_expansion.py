@@ -31,7 +31,8 @@ blocks. What happens inside a block, veering, merging, an exceptional point, is 
 series converges as long as no two blocks meet. All roots are kept, so none can cross unseen.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -76,14 +77,44 @@ class SpectralExpansion:
 
     def eigenvalues(self, coefficients: FloatArray) -> ComplexArray:
         """Return those at coefficients, (..., n) at (..., 9) [1/s]."""
-        terms = self.monomials.at((coefficients[..., self.rows] - self.centre) / self.scales)
+        terms = self.monomials.at(self.steps(coefficients))
         entries = (terms @ self.series.view(float)).view(complex)
         found = []
-        for size in np.unique(self.sizes).tolist():
-            count = int(np.count_nonzero(self.sizes == size))
+        for size, count in self._sizes():
             blocks, entries = np.split(entries, [count * size**2], axis=-1)
             found.append(_of_matrices(blocks.reshape(*blocks.shape[:-1], count, size, size)))
         return np.concatenate(found, axis=-1)
+
+    def steps(self, coefficients: FloatArray) -> FloatArray:
+        """Return z (..., v) of coefficients (..., 9)."""
+        return (coefficients[..., self.rows] - self.centre) / self.scales
+
+    def truncated(self) -> 'SpectralExpansion':
+        """Return the series without its last degree."""
+        lower = Monomials(self.monomials.variables, self.monomials.degree - 1)
+        return replace(self, monomials=lower, series=self.series[:lower.count])
+
+    def differences(self, roots: ComplexArray, others: ComplexArray) -> ComplexArray:
+        """Return (P, n) eigenvalues less the nearest in the same block of others (P, n)."""
+        found, start = [], 0
+        for size, count in self._sizes():
+            mine, theirs = (each[:, start:start + size * count].reshape(-1, count, size)
+                            for each in (roots, others))
+            start += size * count
+            apart = mine[..., :, None] - theirs[..., None, :]
+            nearest = np.abs(apart).argmin(axis=-1)[..., None]
+            found.append(np.take_along_axis(apart, nearest, axis=-1).reshape(len(roots), -1))
+        return np.concatenate(found, axis=-1)
+
+    @property
+    def starts(self) -> IndexArray:
+        """Place of the first eigenvalue of each block."""
+        return np.asarray(np.cumsum(self.sizes) - self.sizes)
+
+    def _sizes(self) -> Iterator[tuple[int, int]]:
+        """Yield each size of blocks, ascending, and how many there are."""
+        sizes, counts = np.unique(self.sizes, return_counts=True)
+        yield from zip(sizes.tolist(), counts.tolist(), strict=True)
 
 
 def _of_matrices(blocks: ComplexArray) -> ComplexArray:
