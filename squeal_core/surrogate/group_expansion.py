@@ -139,6 +139,7 @@ class GroupExpansion:
         checks : mapping
             How far points are off, by place.
         accuracy : Accuracy
+            What counts as growing, and where.
         modes : int
             N of the model.
 
