@@ -16,7 +16,8 @@
 What studies cost: a million operating points, rebuilds of a brake with the cache and without.
 
 Run: python benchmark/studies.py [--boxes N] [--design]. Times are processor time; the million is
-that of a sample of its boxes, evenly taken, unless --boxes 0 asks for all.
+that of a random sample of its boxes, unless --boxes 0 asks for all. Boxes cost different times, and
+evenly taken ones would all be at high speeds.
 """
 
 import argparse
@@ -48,8 +49,8 @@ def million(boxes: int, name: str) -> None:
 
     def run(function, jobs):
         keys = list(jobs)
-        every = max(1, len(keys) // boxes) if boxes else 1
-        chosen.extend(keys[every // 2::every])
+        count = min(boxes, len(keys)) or len(keys)
+        chosen.extend(np.random.default_rng(1).choice(keys, count, replace=False).tolist())
         for key in chosen:
             yield key, function(*jobs[key])
 
