@@ -136,7 +136,8 @@ def sample_posterior(log_likelihood: Callable[[FloatArray], FloatArray], dimensi
 
     """
     proposals: list[Proposal | None] = [start]  # None: the prior
-    values, likelihood, done = np.empty((0, dimensions)), np.empty(0), []
+    values, likelihood = np.empty((0, dimensions)), np.empty(0)
+    done: list[SamplingRound] = []
     reached = 0.0
     while True:
         fresh = _draw(proposals[-1], draws, dimensions, seed + len(proposals))
