@@ -18,8 +18,9 @@ Speed of `squeal replay`: four brakes at 100 Hz that brake two thirds of the tim
 Run: python benchmark/replay.py [--seconds 40] [--against CHECKOUT] [--table TABLE.npz]
 
 Times are those of the command as a process of its own, on a bag and on its first quarter: their
-difference, over the difference in length, leaves out what starting costs. With --against the same
-bags are replayed by another checkout in turns. Memory is the peak of either length.
+difference, over the difference in length, leaves out what starting costs; not so the start of a
+second process that evaluates, which a bag of 112 s has and a shorter one has not. With --against
+the same bags are replayed by another checkout in turns. Memory is the peak of either length.
 """
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
