@@ -40,7 +40,7 @@ import numpy as np
 import scipy
 from squeal_core import BrakeModel
 from squeal_core.monitor.assessment import AssessmentContext, PreparedTick
-from squeal_core.monitor.reading import Reading
+from squeal_core.monitor.inputs.reading import Reading
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 

@@ -31,8 +31,8 @@ import statistics
 from tempfile import TemporaryDirectory
 
 from recordings import copy, squeal, START
-from squeal_ros.recordings.bag_reader import Bag
-from squeal_ros.recordings.bag_writer import BagWriter
+from squeal_ros.recordings.bags.bag_reader import Bag
+from squeal_ros.recordings.bags.bag_writer import BagWriter
 
 DAY = 86_400  # s
 

@@ -30,8 +30,8 @@ import sys
 from tempfile import TemporaryDirectory
 import time
 
-from squeal_ros.recordings.bag_reader import Bag
-from squeal_ros.recordings.bag_writer import BagWriter
+from squeal_ros.recordings.bags.bag_reader import Bag
+from squeal_ros.recordings.bags.bag_writer import BagWriter
 
 START = 1_764_000_000  # s
 PAUSE = 602  # s from one cycle to the next

@@ -39,7 +39,7 @@ import numpy as np
 
 from squeal_core import BrakeModel  # noqa: I100
 from squeal_core.stability.eigensolution import complex_modes
-from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
+from squeal_ros.recordings.bags.bag_writer import BagMessages, BagWriter
 
 BRAKES = ('front_left', 'front_right', 'rear_left', 'rear_right')
 RATE = 100  # Hz

@@ -16,8 +16,8 @@
 What studies cost: a million operating points, rebuilds of a brake with the cache and without.
 
 Run: python benchmark/studies.py [--boxes N] [--design]. Times are processor time; the million is
-that of a random sample of its boxes, unless --boxes 0 asks for all. Boxes cost different times, and
-evenly taken ones would all be at high speeds.
+that of a random sample of its boxes, unless --boxes 0 asks for all. Boxes cost different times,
+and evenly taken ones would all be at high speeds.
 """
 
 import argparse

@@ -42,13 +42,23 @@ PACKAGES = (
     'squeal_core.studies',
     'squeal_core.verification',
     'squeal_core.monitor',
+    'squeal_core.monitor.results',
     'squeal_core.sound',
     'squeal_core.view',
     'squeal_core',
     'squeal_ros.blas',
     'squeal_ros.interrupts',
     'squeal_ros.node',
+    'squeal_ros.recordings.signals',
+    'squeal_ros.recordings.positions',
+    'squeal_ros.recordings.findings',
+    'squeal_ros.recordings.recording',
+    'squeal_ros.recordings.time_range',
+    'squeal_ros.recordings.bags',
+    'squeal_ros.recordings.tables',
     'squeal_ros.recordings',
+    'squeal_ros.recordings.replay',
+    'squeal_ros.recordings.fleet',
     'squeal_ros.cli',
 )
 
@@ -64,17 +74,17 @@ LEAVES = {
     'yaml': ('squeal_core.common.yaml_reader',),
     'h5py': ('squeal_core.modes.readers.hdf5_tables',),
     'pyNastran': ('squeal_core.modes.readers.nastran_op2',),
-    'asammdf': ('squeal_ros.recordings.mdf_file',),
-    'dask': ('squeal_ros.recordings.fleet_engine',),
-    'distributed': ('squeal_ros.recordings.fleet_engine',
-                    'squeal_ros.recordings.fleet_scheduler'),
+    'asammdf': ('squeal_ros.recordings.tables.mdf_file',),
+    'dask': ('squeal_ros.recordings.fleet.fleet_engine',),
+    'distributed': ('squeal_ros.recordings.fleet.fleet_engine',
+                    'squeal_ros.recordings.fleet.fleet_scheduler'),
     'matplotlib': ('squeal_core.view',),
     'mpl_toolkits': ('squeal_core.view',),
     'plotly': ('squeal_core.view',),
     'sklearn': ('squeal_core.calibration.baselines',),
     'rich': ('squeal_core.view',),
     'soundfile': ('squeal_core.sound.other_formats',),
-    'pyarrow': ('squeal_core.monitor.parquet_table',),
+    'pyarrow': ('squeal_core.monitor.results.parquet_table',),
 }
 ALWAYS_THERE = {'numpy', 'scipy'}
 PINNED = ('squeal_ros.node.__main__', 'squeal_ros.node.lifecycle_node', 'squeal_ros.cli.player',
@@ -142,7 +152,7 @@ def package_of(module: str) -> str:
 def test_every_package_is_in_the_order() -> None:
     folders = {f'{path.parent.name}.{path.name}' for root in ('squeal_core', 'squeal_ros')
                for path in (ROOT / root).iterdir() if (path / '__init__.py').exists()}
-    assert folders == {name for name in PACKAGES if '.' in name
+    assert folders == {name for name in PACKAGES if name.count('.') == 1
                        and (ROOT / name.replace('.', '/')).is_dir()}
 
 
@@ -190,7 +200,7 @@ def test_every_leaf_is_one(package: str) -> None:
     name for name in SOURCES if within(name, 'squeal_core')
     and not any(within(name, f'squeal_core.{leaf}')
                 for leaf in ('modes.fe', 'modes.readers', 'calibration.baselines',
-                             'sound.other_formats', 'monitor.parquet_table', 'view'))])
+                             'sound.other_formats', 'monitor.results.parquet_table', 'view'))])
 def test_the_core_needs_numpy_and_scipy_only(module: str) -> None:
     foreign = [i for i in IMPORTS[module] if top(i.target) not in {
         *sys.stdlib_module_names, *ALWAYS_THERE, 'squeal_core'}]

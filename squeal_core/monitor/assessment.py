@@ -26,7 +26,7 @@ from squeal_core.common.frozen_records import frozen_record
 from squeal_core.common.wording import risk_in_words
 from squeal_core.monitor.brake_risk import BrakeRisk
 from squeal_core.monitor.brake_stability import BrakeStability
-from squeal_core.monitor.reading import Reading
+from squeal_core.monitor.inputs.reading import Reading
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.stability.eigensolution import Mode
 

@@ -28,16 +28,17 @@ import math
 
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.assessment import (
-    Assessment,
-    AssessmentContext,
-    PreparedTick,
-    State,
-)
+from squeal_core.monitor.assessment import Assessment, AssessmentContext, PreparedTick, State
 from squeal_core.monitor.brake_settings import BrakeSettings
-from squeal_core.monitor.cross_checks import CrossChecks
-from squeal_core.monitor.input_channel import InputChannel
-from squeal_core.monitor.reading import MissingValue, Reading, Sample, Status, validated_ranges
+from squeal_core.monitor.inputs.cross_checks import CrossChecks
+from squeal_core.monitor.inputs.input_channel import InputChannel
+from squeal_core.monitor.inputs.reading import (
+    MissingValue,
+    Reading,
+    Sample,
+    Status,
+    validated_ranges,
+)
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.tick_turns import is_due

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import math
 from typing import Any, Protocol
 
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.history_columns import HistoryBlock
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.history_columns import HistoryBlock
+from squeal_core.monitor.results.squeal_events import SquealEvent
 
 
 class Predictions(Protocol):

@@ -20,7 +20,7 @@ from typing import Any
 
 from squeal_core.calibration.events import MeasuredEvent
 from squeal_core.common.ranges import Ends
-from squeal_core.monitor.squeal_events import clock_time
+from squeal_core.monitor.results.squeal_events import clock_time
 from squeal_core.sound.brakings import Predictions
 from squeal_core.sound.listening import Listening, MeasuredSquealError
 

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common.wording import counted, risk_in_words
-from squeal_core.monitor.event_places import event_places
+from squeal_core.monitor.results.event_places import event_places
 from squeal_core.sound.brakings import Predictions
 from squeal_core.sound.clock_check import check_clocks, time_in_words
 from squeal_core.sound.listening import Listening, MeasuredSquealError, read_listenings

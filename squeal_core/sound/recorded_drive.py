@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray, repr_with_shapes
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_core.monitor.results.result_files import ReplayResult
 from squeal_core.sound.sound_errors import SoundError
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 

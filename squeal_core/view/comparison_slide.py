@@ -20,7 +20,7 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.monitor.drive_risk import DriveRisk
+from squeal_core.monitor.results.drive_risk import DriveRisk
 from squeal_core.studies.brake_comparison import BrakeComparison, ComparedMode, mac_of
 from squeal_core.view.saving import FigureTarget
 from squeal_core.view.slide import GREY, Look, SEVERAL, slide

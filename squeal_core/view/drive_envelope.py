@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.history import AssessmentRecord
+from squeal_core.monitor.results.history import AssessmentRecord
 
 _FREQUENCY_STEP = 10.0  # Hz; modes of an interval closer than this are one mark
 

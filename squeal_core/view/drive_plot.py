@@ -24,8 +24,8 @@ except ImportError as error:
     raise ImportError("plots need matplotlib: pip install -e '.[view]' in the checkout") from error
 import numpy as np
 from squeal_core.common.wording import counted
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_core.monitor.results.squeal_events import SquealEvent
 from squeal_core.view.drive_envelope import drive_envelope, DriveEnvelope, outline
 from squeal_core.view.saving import FigureTarget, save_figure
 

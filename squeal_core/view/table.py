@@ -30,8 +30,8 @@ except ImportError as error:
     raise ImportError("tables need rich: pip install -e '.[view]' in the checkout") from error
 
 from squeal_core.common.wording import risk_in_words
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_core.monitor.results.squeal_events import SquealEvent
 
 _UNKNOWN = '-'
 

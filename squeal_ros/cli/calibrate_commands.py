@@ -34,7 +34,7 @@ from squeal_core.common.checks import check_number
 from squeal_core.common.errors import SquealError
 from squeal_core.common.version import __version__
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.event_places import event_places
+from squeal_core.monitor.results.event_places import event_places
 from squeal_core.monitor.risk_warnings import NONE
 from squeal_core.monitor.settings import ensemble_prior, MonitorSettings
 from squeal_core.monitor.vehicle_risk import risk_settings

@@ -23,10 +23,10 @@ from squeal_core.common.errors import did_you_mean, SquealError
 from squeal_core.sound.listening import Listening
 from squeal_ros.cli.console import warn
 from squeal_ros.cli.replay_commands import found_recordings, monitor_task
-from squeal_ros.recordings.brake_applications import collect_applications
 from squeal_ros.recordings.recording import RecordingError
 from squeal_ros.recordings.recording_files import check_signals
-from squeal_ros.recordings.replay_batch import BatchRecording, plan_batch, ReplayTask
+from squeal_ros.recordings.replay.brake_applications import collect_applications
+from squeal_ros.recordings.replay.replay_batch import BatchRecording, plan_batch, ReplayTask
 
 
 @dataclass

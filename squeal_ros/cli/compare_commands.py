@@ -29,7 +29,7 @@ from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.drive_risk import drive_risk, DriveRisk
+from squeal_core.monitor.results.drive_risk import drive_risk, DriveRisk
 from squeal_core.monitor.settings import load_settings
 from squeal_core.risk.emulator_file import cached_emulator_path, find_emulator
 from squeal_core.studies.brake_comparison import (

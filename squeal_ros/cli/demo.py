@@ -30,21 +30,21 @@ from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import check_target, make_folder, OutputFiles
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.history import AssessmentRecord, CsvWriter, read_rows
-from squeal_core.monitor.result_files import ResultPaths
+from squeal_core.monitor.results.history import AssessmentRecord, CsvWriter, read_rows
+from squeal_core.monitor.results.result_files import ResultPaths
+from squeal_core.monitor.results.squeal_events import SquealEvent
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_core.monitor.squeal_events import SquealEvent
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_core.view.table import DriveDisplay
 from squeal_ros.cli.drive_signals import ORIGIN
 from squeal_ros.cli.player import BrakePlayer
-from squeal_ros.recordings.agreement import Agreement, agreement
-from squeal_ros.recordings.bag_writer import BagWriter
-from squeal_ros.recordings.evaluation_process import write_replay
+from squeal_ros.recordings.bags.bag_writer import BagWriter
 from squeal_ros.recordings.recording_files import open_recording
-from squeal_ros.recordings.replay import Replay
-from squeal_ros.recordings.replay_outputs import Outputs
-from squeal_ros.recordings.replay_report import ReplayReport
+from squeal_ros.recordings.replay.agreement import Agreement, agreement
+from squeal_ros.recordings.replay.evaluation_process import write_replay
+from squeal_ros.recordings.replay.replay import Replay
+from squeal_ros.recordings.replay.replay_outputs import Outputs
+from squeal_ros.recordings.replay.replay_report import ReplayReport
 
 NAMESPACE = '/squeal_demo'
 MODEL = 'kang2009_damped'  # squeals in some brakings; kang2009 itself is unstable in nearly all

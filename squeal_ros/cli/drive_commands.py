@@ -53,8 +53,8 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _record_offline(signals: BrakeSignals, options: argparse.Namespace) -> int:
-    from squeal_ros.recordings.bag_writer import BagWriter
-    from squeal_ros.recordings.signal_bag import write_signals
+    from squeal_ros.recordings.bags.bag_writer import BagWriter
+    from squeal_ros.recordings.bags.signal_bag import write_signals
 
     with (OutputFiles(overwrite=options.force) as files,
           BagWriter(options.record, files) as bag):
@@ -65,7 +65,7 @@ def _record_offline(signals: BrakeSignals, options: argparse.Namespace) -> int:
 
 def _play(name: str, signals: BrakeSignals, options: argparse.Namespace) -> int:
     from squeal_ros.cli.player import BrakePlayer
-    from squeal_ros.recordings.bag_writer import BagWriter
+    from squeal_ros.recordings.bags.bag_writer import BagWriter
 
     speed_up = 1.0 if options.wall_time else options.speed_up
     with BrakePlayer(signals, namespace=options.namespace) as player:

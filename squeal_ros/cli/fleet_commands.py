@@ -31,11 +31,11 @@ from squeal_ros import interrupts
 from squeal_ros.cli.arguments import MOST_WORKERS, positive
 from squeal_ros.cli.console import plain, ProgressBar, time_left
 from squeal_ros.cli.replay_commands import found_recordings, replay_task, size_of
-from squeal_ros.recordings.fleet import absolute, fleet_summary, FleetRun, recordings_outside
-from squeal_ros.recordings.fleet_engine import FleetEngine
-from squeal_ros.recordings.fleet_vehicles import read_vehicles
+from squeal_ros.recordings.fleet.fleet import absolute, fleet_summary, FleetRun, recordings_outside
+from squeal_ros.recordings.fleet.fleet_engine import FleetEngine
+from squeal_ros.recordings.fleet.fleet_vehicles import read_vehicles
 from squeal_ros.recordings.recording import RecordingError
-from squeal_ros.recordings.replay_batch import ReplayTask
+from squeal_ros.recordings.replay.replay_batch import ReplayTask
 
 _MOST_RETRIES, _MOST_LINES = 100, 40
 

@@ -23,8 +23,8 @@ from pathlib import Path
 
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import make_folder, output_file
-from squeal_core.monitor.fleet_files import FleetFolder
-from squeal_core.monitor.result_files import SUMMARY
+from squeal_core.monitor.results.fleet_files import FleetFolder
+from squeal_core.monitor.results.result_files import SUMMARY
 from squeal_core.view.report.fleet_groups import FleetData, read_fleet, Row
 from squeal_core.view.report.fleet_page import fleet_page
 from squeal_core.view.report.fleet_sections import worst_first

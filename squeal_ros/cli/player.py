@@ -36,8 +36,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import FluidPressure, JointState, Temperature
 from std_msgs.msg import Float64, Header
 
-from squeal_core.monitor.history import AssessmentRecord  # noqa: I100
-from squeal_core.monitor.reading import BELIEVED
+from squeal_core.monitor.inputs.reading import BELIEVED  # noqa: I100
+from squeal_core.monitor.results.history import AssessmentRecord
 from squeal_core.monitor.settings import NODE_NAME
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 from squeal_ros.cli.drive_signals import ORIGIN

@@ -25,18 +25,18 @@ import time
 from squeal_core.common import resources
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import make_folder, named_as, OutputError
-from squeal_core.monitor.result_files import ResultPaths, TableFormat
+from squeal_core.monitor.results.result_files import ResultPaths, TableFormat
 from squeal_core.monitor.settings import load_settings, MonitorSettings, pressure_references
 from squeal_ros import interrupts
 from squeal_ros.cli.arguments import MOST_WORKERS, positive
 from squeal_ros.cli.console import plain, ProgressBar, report_progress, time_left
-from squeal_ros.recordings.batch_progress import BatchProgress
-from squeal_ros.recordings.batch_report import BatchReport
-from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.recording import RecordingError
 from squeal_ros.recordings.recording_files import find_recordings, source_kind
-from squeal_ros.recordings.replay import Replay
-from squeal_ros.recordings.replay_batch import (
+from squeal_ros.recordings.replay.batch_progress import BatchProgress
+from squeal_ros.recordings.replay.batch_report import BatchReport
+from squeal_ros.recordings.replay.evaluation_process import write_replay
+from squeal_ros.recordings.replay.replay import Replay
+from squeal_ros.recordings.replay.replay_batch import (
     BatchRecording,
     check_batch,
     outcome_of,
@@ -45,7 +45,7 @@ from squeal_ros.recordings.replay_batch import (
     ReplayTask,
     run_batch,
 )
-from squeal_ros.recordings.signals_file import read_signals, Signals
+from squeal_ros.recordings.signals.signals_file import read_signals, Signals
 from squeal_ros.recordings.time_range import TimeRange
 
 _MEGABYTE = 1e6
@@ -77,7 +77,8 @@ def found_recordings(options: argparse.Namespace, task: ReplayTask) -> list[Path
 def replay_task(options: argparse.Namespace) -> ReplayTask:
     """Return what the options of `add_monitor_options` say."""
     if options.table != 'csv':
-        import squeal_core.monitor.parquet_table  # noqa: F401 - says now which extra is missing
+        # says now which extra is missing
+        import squeal_core.monitor.results.parquet_table  # noqa: F401
     return replace(monitor_task(options), span=TimeRange.read(options.begin, options.end),
                    overwrite=getattr(options, 'force', False), tables=_TABLES[options.table])
 

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from squeal_core.common.errors import SquealError
 from squeal_core.common.output import output_file
-from squeal_core.monitor.fleet_files import is_fleet
+from squeal_core.monitor.results.fleet_files import is_fleet
 from squeal_core.sound.comparison import compare
 from squeal_core.view.report.page import report_page
 from squeal_core.view.report.runs import load_runs, Run

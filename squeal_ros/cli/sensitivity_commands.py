@@ -35,7 +35,7 @@ from squeal_core.common.errors import did_you_mean, short_repr, SquealError
 from squeal_core.common.wording import listed
 from squeal_core.model.affine_variants import AffineVariants
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.monitor.results.result_files import ReplayResult
 from squeal_core.stability.eigensolution import SQUEAL_BAND
 from squeal_core.stability.mode_tracking import identify
 from squeal_core.studies.design_sensitivity import make_study, OPERATING

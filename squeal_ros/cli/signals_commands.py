@@ -25,9 +25,9 @@ from squeal_core.common.output import OutputFiles
 from squeal_core.common.wording import counted
 from squeal_ros.cli.arguments import check_output
 from squeal_ros.cli.console import plain, report_progress
-from squeal_ros.recordings.contents import Contents
-from squeal_ros.recordings.signal_guesses import Guess, Proposal, propose
-from squeal_ros.recordings.signals_document import listing, signals_document
+from squeal_ros.recordings.signals.contents import Contents
+from squeal_ros.recordings.signals.signal_guesses import Guess, Proposal, propose
+from squeal_ros.recordings.signals.signals_document import listing, signals_document
 from squeal_ros.recordings.survey import contents_of
 
 

@@ -88,7 +88,7 @@ def _runner(options: argparse.Namespace) -> Iterator[Run]:
     if not options.scheduler:
         yield partial(run_jobs, workers=options.workers)
         return
-    from squeal_ros.recordings.fleet_engine import FleetEngine  # asks for Dask
+    from squeal_ros.recordings.fleet.fleet_engine import FleetEngine  # asks for Dask
 
     with FleetEngine(options.scheduler) as engine:
         def run(function: Any, jobs: Any) -> Iterator[tuple[int, Any]]:

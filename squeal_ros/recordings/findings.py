@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.brake_settings import InputSettings
-from squeal_core.monitor.reading import MissingValue, Sample
+from squeal_core.monitor.inputs.reading import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_ros.node.field_hints import hint, in_words

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Protocol
 
 from squeal_core.common.errors import LocatedError
-from squeal_core.monitor.reading import MissingValue, Sample
+from squeal_core.monitor.inputs.reading import MissingValue, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions

@@ -21,12 +21,12 @@ from pathlib import Path
 import re
 
 from squeal_core.common.errors import short_repr
-from squeal_core.monitor.fleet_files import MANIFEST
+from squeal_core.monitor.results.fleet_files import MANIFEST
 from squeal_core.monitor.settings import MonitorSettings
+from squeal_ros.recordings.bags.split_bags import is_one_bag, STORAGE
 from squeal_ros.recordings.recording import Recording, RecordingError
-from squeal_ros.recordings.signals_file import Kind, Signals
-from squeal_ros.recordings.split_bags import is_one_bag, STORAGE
-from squeal_ros.recordings.table_spec import ClockSpec
+from squeal_ros.recordings.signals.signals_file import Kind, Signals
+from squeal_ros.recordings.signals.table_spec import ClockSpec
 
 _TABLES = ('.csv', '.tsv')
 _MEASUREMENTS = ('.mf4', '.mdf')
@@ -66,18 +66,18 @@ def open_recording(path: str | Path, settings: MonitorSettings, *,
     check_signals(path, signals)
     given, signals = signals, signals and signals.of(source_kind(path))
     if kind == 'csv':
-        from squeal_ros.recordings.csv_recording import CsvRecording
+        from squeal_ros.recordings.tables.csv_recording import CsvRecording
 
         assert signals is not None
         return CsvRecording(path, settings, signals)
     if kind == 'mdf':
-        from squeal_ros.recordings.mdf_recording import MdfRecording
+        from squeal_ros.recordings.tables.mdf_recording import MdfRecording
 
         assert signals is not None
         return MdfRecording(path, settings, signals)
-    from squeal_ros.recordings.bag_reader import Bag
-    from squeal_ros.recordings.bag_recording import BagRecording
-    from squeal_ros.recordings.message_definitions import MessageDefinitions
+    from squeal_ros.recordings.bags.bag_reader import Bag
+    from squeal_ros.recordings.bags.bag_recording import BagRecording
+    from squeal_ros.recordings.bags.message_definitions import MessageDefinitions
 
     about = [f'{given.path} names columns alone: inputs are read as the settings say'] if (
         given and not signals) else []

@@ -16,9 +16,9 @@
 
 from pathlib import Path
 
-from squeal_ros.recordings.contents import Contents
 from squeal_ros.recordings.recording import RecordingError
 from squeal_ros.recordings.recording_files import find_recordings, kind_of_path
+from squeal_ros.recordings.signals.contents import Contents
 
 
 def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
@@ -45,13 +45,13 @@ def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
     (path,) = found
     kind = kind_of_path(path)
     if kind == 'csv':
-        from squeal_ros.recordings.csv_contents import csv_contents
+        from squeal_ros.recordings.tables.csv_contents import csv_contents
 
         return csv_contents(path)
     if kind == 'mdf':
-        from squeal_ros.recordings.mdf_contents import mdf_contents
+        from squeal_ros.recordings.tables.mdf_contents import mdf_contents
 
         return mdf_contents(path)
-    from squeal_ros.recordings.bag_contents import bag_contents
+    from squeal_ros.recordings.bags.bag_contents import bag_contents
 
     return bag_contents(path, types)

@@ -21,9 +21,9 @@ from typing import Any
 
 from squeal_core.common import resources
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.result_summary import file_hash, sources_of
+from squeal_core.monitor.results.result_summary import file_hash, sources_of
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_ros.recordings.signals_file import Signals
+from squeal_ros.recordings.signals.signals_file import Signals
 
 
 def task_sources(model: BrakeModel, settings: MonitorSettings, signals: Signals | None,
@@ -48,7 +48,7 @@ def _model(name: str, _: str) -> BrakeModel:
 
 def _definitions_hash(folder: Path) -> str:
     """Return SHA-256 over the definitions of message types in a folder, by their paths in it."""
-    from squeal_ros.recordings.message_definitions import definition_files  # asks for rosbags
+    from squeal_ros.recordings.bags.message_definitions import definition_files  # asks for rosbags
 
     digest = hashlib.sha256()
     for path in sorted(definition_files(folder)):

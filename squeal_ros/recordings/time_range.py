@@ -21,7 +21,7 @@ import math
 from pathlib import Path
 
 from squeal_core.common.errors import short_repr, SquealError
-from squeal_core.monitor.squeal_events import clock_time
+from squeal_core.monitor.results.squeal_events import clock_time
 from squeal_ros.recordings.findings import Finding
 from squeal_ros.recordings.positions import Positions
 from squeal_ros.recordings.recording import Recording, RecordingError, Samples

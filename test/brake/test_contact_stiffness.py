@@ -21,7 +21,7 @@ from pathlib import Path
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.brake.dimensions import StiffnessTable
-from squeal_core.monitor.reading import Sample
+from squeal_core.monitor.inputs.reading import Sample
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import BrakeMonitor
 from squeal_core.stability.eigensolution import complex_modes

@@ -34,7 +34,7 @@ pytest.importorskip('matplotlib', reason='needs matplotlib')
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue  # noqa: E402, I100
 import numpy as np  # noqa: E402
-from squeal_core.monitor.history import AssessmentRecord  # noqa: E402
+from squeal_core.monitor.results.history import AssessmentRecord  # noqa: E402
 from squeal_core.vehicle.vehicle_model import BrakeSignals  # noqa: E402
 from squeal_core.view.table import drive_console, DriveDisplay  # noqa: E402
 from squeal_ros.cli.demo import (  # noqa: E402

@@ -22,13 +22,13 @@ import numpy as np
 import pytest
 from squeal_core.common.resources import config_folder
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.monitor.history import row_of
+from squeal_core.monitor.results.history import row_of
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor
 from squeal_core.vehicle.schedule import Schedule, Stop
 from squeal_core.vehicle.schedule_drive import drive_schedule
 from squeal_core.vehicle.vehicle_model import BrakeSignals, read_vehicle
-from squeal_ros.recordings.bag_reader import Bag
+from squeal_ros.recordings.bags.bag_reader import Bag
 from support.commands import answer, squeal
 
 SCHEDULE = """

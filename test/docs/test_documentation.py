@@ -22,9 +22,9 @@ import tomllib
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 import pytest
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_core.monitor.results.squeal_events import SquealEvent
 from support.rows import each
 
 ROOT = Path(__file__).parents[2]

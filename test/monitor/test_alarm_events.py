@@ -23,7 +23,7 @@ import pytest
 from squeal_core.monitor.alarm_events import AlarmEvents
 from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.brake_risk import BrakeRisk
-from squeal_core.monitor.reading import Reading
+from squeal_core.monitor.inputs.reading import Reading
 from squeal_core.monitor.settings import read_settings
 from squeal_core.risk.risk_records import RiskResult
 

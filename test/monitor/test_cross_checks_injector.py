@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 import pytest
-from squeal_core.monitor.reading import Sample
+from squeal_core.monitor.inputs.reading import Sample
 from support.checked_cars import Car, lie, PRESSURE_LIES, SENSORS, SPEED_LIES
 from support.processes import short_and_long
 from support.vehicle_streams import (

@@ -17,7 +17,7 @@
 import pytest
 from squeal_core.common.errors import ConfigurationError
 from squeal_core.monitor.axles import axle_partners, axle_shares
-from squeal_core.monitor.cross_checks import CrossChecks
+from squeal_core.monitor.inputs.cross_checks import CrossChecks
 from squeal_core.monitor.settings import read_settings
 from support.checked_cars import alternating, lie, SENSORS, told
 from support.vehicle_streams import Fault, FL, FR, NAMES, RL, RR, settings, stop, stream

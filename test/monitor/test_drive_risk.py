@@ -21,8 +21,8 @@ import numpy as np
 import pytest
 from squeal_core import BrakeModel, load_settings, VehicleMonitor
 from squeal_core.common import resources
-from squeal_core.monitor.drive_risk import drive_risk
-from squeal_core.monitor.reading import Sample
+from squeal_core.monitor.inputs.reading import Sample
+from squeal_core.monitor.results.drive_risk import drive_risk
 from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.vehicle.vehicle_model import BrakeSignals
 from support.stability_models import fluttering

@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 import pytest
 from squeal_core.monitor.assessment import Assessment, State
-from squeal_core.monitor.drive_summary import DriveSummary, worst_reason
-from squeal_core.monitor.history import AssessmentRecord, CsvWriter
-from squeal_core.monitor.reading import Reading, Status
+from squeal_core.monitor.inputs.reading import Reading, Status
+from squeal_core.monitor.results.drive_summary import DriveSummary, worst_reason
+from squeal_core.monitor.results.history import AssessmentRecord, CsvWriter
+from squeal_core.monitor.results.squeal_events import squeal_events
 from squeal_core.monitor.settings import MonitorSettings, read_settings
-from squeal_core.monitor.squeal_events import squeal_events
 from squeal_core.view.drive_envelope import drive_envelope
 
 SECOND = 1_000_000_000

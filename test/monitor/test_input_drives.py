@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from squeal_core.common.resources import config_folder
-from squeal_core.monitor.plausibility import BarGuard, RPM
+from squeal_core.monitor.inputs.plausibility import BarGuard, RPM
 from squeal_core.monitor.vehicle_monitor import Sample
 from squeal_core.vehicle.drive_cycle import read_drive_cycle
 from squeal_core.vehicle.vehicle_model import brake_signals, BrakeSignals, read_vehicle

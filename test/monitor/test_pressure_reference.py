@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from squeal_core.monitor.plausibility import AbsoluteGuard, GaugeGuard
+from squeal_core.monitor.inputs.plausibility import AbsoluteGuard, GaugeGuard
 from support.brake_monitors import feed, GOOD, monitor, SECOND, TICK
 from support.guards import judged
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from squeal_core.monitor.stuck_signal import SignalStep, StuckCheck
+from squeal_core.monitor.inputs.stuck_signal import SignalStep, StuckCheck
 from support.brake_monitors import SECOND
 
 

@@ -17,7 +17,7 @@
 import numpy as np
 import pytest
 from squeal_core import BrakeModel, VehicleMonitor
-from squeal_core.monitor.reading import Sample
+from squeal_core.monitor.inputs.reading import Sample
 from squeal_core.monitor.settings import read_settings
 
 MS = 1_000_000  # ns

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 import pytest
-from squeal_core.monitor.plausibility import BarGuard, RPM
+from squeal_core.monitor.inputs.plausibility import BarGuard, RPM
 from support.brake_monitors import feed, GOOD, monitor, SECOND, TICK
 from support.guards import BAR, judged, LEAPS, speeds, TO_RPM
 

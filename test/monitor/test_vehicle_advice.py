@@ -22,7 +22,7 @@ from squeal_core import BrakeModel
 from squeal_core.monitor.advice import PressureAdvice
 from squeal_core.monitor.assessment import Assessment
 from squeal_core.monitor.force_split import SplitAdvice, SplitSteps
-from squeal_core.monitor.reading import Reading
+from squeal_core.monitor.inputs.reading import Reading
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_advice import front_brakes, VehicleAdvice
 from squeal_core.monitor.vehicle_stability import VehicleStability

@@ -39,8 +39,8 @@ from squeal_ros.node.message_types import RosMessages  # noqa: E402
 from squeal_ros.node.messages import NUMBERS  # noqa: E402
 from squeal_ros.node.publishers import why_no_state  # noqa: E402
 from squeal_ros.node.state_message import CODES, FIELDS, serialised_state, TYPE  # noqa: E402
-from squeal_ros.recordings.bag_writer import BagWriter  # noqa: E402
-from squeal_ros.recordings.typestore import JAZZY  # noqa: E402
+from squeal_ros.recordings.bags.bag_writer import BagWriter  # noqa: E402
+from squeal_ros.recordings.bags.typestore import JAZZY  # noqa: E402
 from support.node_runs import needs_squeal_msgs, vehicle  # noqa: E402, I100
 from support.processes import process  # noqa: E402
 from support.vehicle import Vehicle  # noqa: E402

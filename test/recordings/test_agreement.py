@@ -16,8 +16,8 @@
 
 import math
 
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_ros.recordings.agreement import agreement
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_ros.recordings.replay.agreement import agreement
 
 DRIVE = [AssessmentRecord(time_s=float(time), brake=brake, state='steady',
                           rotor_speed_rad_s=40.0 - time, pressure_pa=1e6, friction=0.4,

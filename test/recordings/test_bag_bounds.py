@@ -25,9 +25,9 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 
 from rosbags.rosbag2 import CompressionMode, StoragePlugin  # noqa: E402
 from rosbags.rosbag2.storage_mcap import zstd  # noqa: E402
-from squeal_ros.recordings import bag_bounds  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
-from squeal_ros.recordings.message_definitions import DefinitionError  # noqa: E402
+from squeal_ros.recordings.bags import bag_bounds  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.bags.message_definitions import DefinitionError  # noqa: E402
 from support.bags import HEADER_MSG, reports, storage_file, WHEELS, write_bag  # noqa: E402, I100
 
 MCAP, SQLITE = StoragePlugin.MCAP, StoragePlugin.SQLITE3

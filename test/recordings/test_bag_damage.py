@@ -25,7 +25,7 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 from rosbags.rosbag1 import Writer as Ros1Writer  # noqa: E402
 from rosbags.rosbag2 import CompressionMode, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag, BagError  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     Entry,
     FLOAT,

@@ -25,9 +25,9 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 from rosbags.rosbag2 import CompressionMode, Reader, StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import get_typestore, Stores  # noqa: E402
 from squeal_core.common.errors import SquealError  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
-from squeal_ros.recordings.mcap_chunks import BagStorage  # noqa: E402
-from squeal_ros.recordings.message_definitions import (  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag  # noqa: E402
+from squeal_ros.recordings.bags.mcap_chunks import BagStorage  # noqa: E402
+from squeal_ros.recordings.bags.message_definitions import (  # noqa: E402
     DefinitionError,
     MessageDefinitions,
 )

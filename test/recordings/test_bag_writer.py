@@ -25,8 +25,8 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer  # noqa: E402
 from squeal_core.common.output import OutputError  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
-from squeal_ros.recordings.bag_writer import _qos, BagMessages, BagWriter  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag  # noqa: E402
+from squeal_ros.recordings.bags.bag_writer import _qos, BagMessages, BagWriter  # noqa: E402
 from support.bags import FLOAT, float_messages, SECOND, STORE, write_floats  # noqa: E402, I100
 
 

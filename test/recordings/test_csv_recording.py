@@ -24,9 +24,9 @@ from typing import Any
 import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.monitor.vehicle_monitor import MissingValue
-from squeal_ros.recordings.csv_layout import read_layout
 from squeal_ros.recordings.recording_files import open_recording
-from squeal_ros.recordings.table_spec import TableSpec
+from squeal_ros.recordings.signals.table_spec import TableSpec
+from squeal_ros.recordings.tables.csv_layout import read_layout
 from support.tables import default_settings, document, DYNO, opened, stop, stop_text, values
 
 SI = {'rotor_speed': lambda row: row[1] * 0.10471975511965977,

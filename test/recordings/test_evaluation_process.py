@@ -31,11 +31,11 @@ from squeal_core.common.output import check_target  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import PreparedTick  # noqa: E402
-from squeal_ros.recordings import evaluation_process  # noqa: E402
-from squeal_ros.recordings.bag_reader import BagError  # noqa: E402
-from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
-from squeal_ros.recordings.replay import Replay  # noqa: E402
-from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import BagError  # noqa: E402
+from squeal_ros.recordings.replay import evaluation_process  # noqa: E402
+from squeal_ros.recordings.replay.evaluation_process import write_replay  # noqa: E402
+from squeal_ros.recordings.replay.replay import Replay  # noqa: E402
+from squeal_ros.recordings.replay.replay_outputs import Outputs  # noqa: E402
 from support.bags import braking, replay_of, storage_file, write_bag  # noqa: E402, I100
 from support.processes import process  # noqa: E402
 
@@ -140,10 +140,10 @@ from pathlib import Path
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import read_settings
 from squeal_ros.interrupts import InterruptOnce
-from squeal_ros.recordings.evaluation_process import write_replay
 from squeal_ros.recordings.recording_files import open_recording
-from squeal_ros.recordings.replay import Replay
-from squeal_ros.recordings.replay_outputs import Outputs
+from squeal_ros.recordings.replay.evaluation_process import write_replay
+from squeal_ros.recordings.replay.replay import Replay
+from squeal_ros.recordings.replay.replay_outputs import Outputs
 settings = read_settings({'brakes': ['fl']})
 replay = Replay(open_recording('bag', settings), settings, BrakeModel.load('kang2009'), block=1)
 whole, said = list(replay.blocks()), []

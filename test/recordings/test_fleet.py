@@ -35,11 +35,11 @@ pytest.importorskip('distributed', reason='needs dask')
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_core.common.partial_files import PARTIAL  # noqa: E402
-from squeal_core.monitor.result_summary import file_hash  # noqa: E402
+from squeal_core.monitor.results.result_summary import file_hash  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
-from squeal_ros.recordings.fleet_engine import FleetLost  # noqa: E402
-from squeal_ros.recordings.fleet_task import evaluate_recording, FleetError  # noqa: E402
-from squeal_ros.recordings.fleet_vehicles import read_vehicles, vehicles_of  # noqa: E402
+from squeal_ros.recordings.fleet.fleet_engine import FleetLost  # noqa: E402
+from squeal_ros.recordings.fleet.fleet_task import evaluate_recording, FleetError  # noqa: E402
+from squeal_ros.recordings.fleet.fleet_vehicles import read_vehicles, vehicles_of  # noqa: E402
 from squeal_ros.recordings.recording_files import find_recordings  # noqa: E402
 from support.bags import braking, settings_file, storage_file, write_bag  # noqa: E402, I100
 from support.commands import squeal  # noqa: E402

@@ -30,7 +30,7 @@ import pytest
 pytest.importorskip('distributed', reason='needs dask')
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from squeal_ros.recordings.fleet_engine import FleetEngine, FleetLost  # noqa: E402
+from squeal_ros.recordings.fleet.fleet_engine import FleetEngine, FleetLost  # noqa: E402
 from support.bags import braking, write_bag  # noqa: E402, I100
 from support.commands import squeal  # noqa: E402
 from support.fleets import cluster, free_port, held, Release  # noqa: E402

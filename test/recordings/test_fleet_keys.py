@@ -32,7 +32,7 @@ from squeal_core import BrakeModel  # noqa: E402, I100
 from squeal_ros.cli.fleet_commands import _everywhere  # noqa: E402
 from squeal_ros.cli.main import parser  # noqa: E402
 from squeal_ros.cli.replay_commands import replay_task  # noqa: E402
-from squeal_ros.recordings.fleet_task import content_key  # noqa: E402
+from squeal_ros.recordings.fleet.fleet_task import content_key  # noqa: E402
 from support.bags import braking, write_bag  # noqa: E402, I100
 from support.commands import squeal  # noqa: E402
 from support.fleets import SerialEngine  # noqa: E402
@@ -96,8 +96,9 @@ def given_setting(name: str) -> Callable[[Path], list[str]]:
 def test_contents_of_files_decide_results_and_their_paths_do_not(
         tmp_path: Path, given: Callable[[Path], list[str]], content: str,
         monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('squeal_ros.recordings.replay_batch.VehicleEvaluator', lambda *_: None)
-    monkeypatch.setattr('squeal_core.monitor.result_summary._basis', lambda *_: '')
+    monkeypatch.setattr(
+        'squeal_ros.recordings.replay.replay_batch.VehicleEvaluator', lambda *_: None)
+    monkeypatch.setattr('squeal_core.monitor.results.result_summary._basis', lambda *_: '')
     first, second = tmp_path / 'first', tmp_path / 'second'
     first.write_text(content)
     second.write_text(content)

@@ -26,11 +26,11 @@ asammdf = pytest.importorskip('asammdf', reason='needs asammdf')
 from squeal_core.common.errors import SquealError  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import MissingValue, Sample  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
-from squeal_ros.recordings import mdf_file  # noqa: E402
 from squeal_ros.recordings.recording import Recording  # noqa: E402
 from squeal_ros.recordings.recording_files import open_recording  # noqa: E402
-from squeal_ros.recordings.signal_settings import settings_with_signals  # noqa: E402
-from squeal_ros.recordings.signals_file import read_signals  # noqa: E402
+from squeal_ros.recordings.signals.signal_settings import settings_with_signals  # noqa: E402
+from squeal_ros.recordings.signals.signals_file import read_signals  # noqa: E402
+from squeal_ros.recordings.tables import mdf_file  # noqa: E402
 from support.tables import default_settings, signals_file  # noqa: E402, I100
 
 START = datetime(2026, 11, 26, 10, 0, tzinfo=timezone(timedelta(hours=1)))

@@ -34,19 +34,19 @@ from rosbags.interfaces import (  # noqa: E402
 )
 from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
-from squeal_core.monitor.history import read_rows, row_of  # noqa: E402
+from squeal_core.monitor.results.history import read_rows, row_of  # noqa: E402
+from squeal_core.monitor.results.squeal_events import squeal_events  # noqa: E402
 from squeal_core.monitor.setting_specs import Signal  # noqa: E402
 from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
-from squeal_core.monitor.squeal_events import squeal_events  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
 from squeal_core.surrogate.table_builder import build_table  # noqa: E402
 from squeal_core.surrogate.table_domain import TableDomain  # noqa: E402
 from squeal_core.surrogate.table_file import write_table  # noqa: E402
 from squeal_ros.node.messages import TYPES  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag, BagError  # noqa: E402
-from squeal_ros.recordings.bag_writer import BagMessages, BagWriter  # noqa: E402
-from squeal_ros.recordings.evaluation_process import write_replay  # noqa: E402
-from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag, BagError  # noqa: E402
+from squeal_ros.recordings.bags.bag_writer import BagMessages, BagWriter  # noqa: E402
+from squeal_ros.recordings.replay.evaluation_process import write_replay  # noqa: E402
+from squeal_ros.recordings.replay.replay_outputs import Outputs  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     FLOAT,
     float_messages,

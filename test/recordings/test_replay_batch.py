@@ -29,11 +29,11 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_core.common.partial_files import PARTIAL  # noqa: E402
-from squeal_core.monitor.record_tables import ResultError  # noqa: E402
-from squeal_core.monitor.result_files import find_results, ReplayResult  # noqa: E402
+from squeal_core.monitor.results.record_tables import ResultError  # noqa: E402
+from squeal_core.monitor.results.result_files import find_results, ReplayResult  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
-from squeal_ros.recordings.batch_progress import BatchProgress  # noqa: E402
-from squeal_ros.recordings.replay_batch import plan_batch  # noqa: E402
+from squeal_ros.recordings.replay.batch_progress import BatchProgress  # noqa: E402
+from squeal_ros.recordings.replay.replay_batch import plan_batch  # noqa: E402
 from squeal_ros.recordings.time_range import Moment, TimeRange  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
@@ -140,7 +140,7 @@ def test_why_a_risk_is_known_in_part_and_on_a_full_disk_what_was_asked_for(
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, 'No space left on device')
 
-    monkeypatch.setattr('squeal_ros.recordings.replay_outputs.write_records', full)
+    monkeypatch.setattr('squeal_ros.recordings.replay.replay_outputs.write_records', full)
     for name in ('new', 'new.mcap'):
         out = tmp_path / name
         assert main(['replay', str(tmp_path / 'week' / 'whole'), '-o', str(out),

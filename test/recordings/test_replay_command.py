@@ -26,7 +26,7 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_ros.cli.main import main  # noqa: E402
 from squeal_ros.node.messages import DIAGNOSTICS_TYPE, WARN  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
     Entry,

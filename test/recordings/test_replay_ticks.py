@@ -26,7 +26,7 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment  # noqa: E402
-from squeal_ros.recordings.replay_outputs import Outputs  # noqa: E402
+from squeal_ros.recordings.replay.replay_outputs import Outputs  # noqa: E402
 from support.bags import braking, replay_of, write_bag  # noqa: E402, I100
 
 

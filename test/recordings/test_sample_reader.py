@@ -25,10 +25,10 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_core.monitor.settings import MonitorSettings, read_settings  # noqa: E402
-from squeal_ros.recordings import sample_reader  # noqa: E402
-from squeal_ros.recordings.bag_reader import Bag, Record  # noqa: E402
+from squeal_ros.recordings.bags import sample_reader  # noqa: E402
+from squeal_ros.recordings.bags.bag_reader import Bag, Record  # noqa: E402
+from squeal_ros.recordings.bags.message_layout import LayoutError, MessageLayout  # noqa: E402
 from squeal_ros.recordings.findings import InputFindings  # noqa: E402
-from squeal_ros.recordings.message_layout import LayoutError, MessageLayout  # noqa: E402
 from support.bags import (  # noqa: E402, I100
     braking,
     Entry,

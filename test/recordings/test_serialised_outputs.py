@@ -22,15 +22,15 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from squeal_core.model.brake_model import BrakeModel  # noqa: E402
-from squeal_core.monitor.history import row_of  # noqa: E402
+from squeal_core.monitor.results.history import row_of  # noqa: E402
 from squeal_core.monitor.settings import read_settings  # noqa: E402
 from squeal_core.monitor.vehicle_monitor import Assessment, Sample, VehicleMonitor  # noqa: E402
 from squeal_core.stability.eigensolution import Mode  # noqa: E402
 from squeal_ros.node import messages  # noqa: E402
 from squeal_ros.node.state_message import serialised_state, TYPE  # noqa: E402
-from squeal_ros.recordings.serialised_outputs import serialised_outputs  # noqa: E402
-from squeal_ros.recordings.tick_record import TickRecord  # noqa: E402
-from squeal_ros.recordings.typestore import BagMessages, JAZZY  # noqa: E402
+from squeal_ros.recordings.bags.typestore import BagMessages, JAZZY  # noqa: E402
+from squeal_ros.recordings.replay.serialised_outputs import serialised_outputs  # noqa: E402
+from squeal_ros.recordings.replay.tick_record import TickRecord  # noqa: E402
 
 TIME = 1_700_000_000_123_456_789
 NODE = '/squeal_monitor'

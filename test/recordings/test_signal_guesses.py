@@ -23,11 +23,11 @@ pytest.importorskip('rosbags', reason='needs rosbags')
 import numpy as np  # noqa: E402, I100
 from squeal_core.common.errors import SquealError  # noqa: E402
 from squeal_ros.cli.main import main  # noqa: E402
-from squeal_ros.recordings.contents import Entry  # noqa: E402
 from squeal_ros.recordings.recording_files import open_recording  # noqa: E402
-from squeal_ros.recordings.signal_guesses import propose  # noqa: E402
-from squeal_ros.recordings.signal_settings import settings_with_signals  # noqa: E402
-from squeal_ros.recordings.signals_file import read_signals  # noqa: E402
+from squeal_ros.recordings.signals.contents import Entry  # noqa: E402
+from squeal_ros.recordings.signals.signal_guesses import propose  # noqa: E402
+from squeal_ros.recordings.signals.signal_settings import settings_with_signals  # noqa: E402
+from squeal_ros.recordings.signals.signals_file import read_signals  # noqa: E402
 from support.bags import braking, JOINTS, make, reports, write_bag  # noqa: E402, I100
 from support.bags import Entry as Message  # noqa: E402
 from support.tables import default_settings, stop_text  # noqa: E402

@@ -21,8 +21,8 @@ import pytest
 from squeal_core.common.errors import SquealError
 from squeal_core.common.measured_units import find_unit
 from squeal_core.monitor.settings import MonitorSettings, read_settings
-from squeal_ros.recordings.signal_settings import settings_with_signals
-from squeal_ros.recordings.signals_file import read_signals
+from squeal_ros.recordings.signals.signal_settings import settings_with_signals
+from squeal_ros.recordings.signals.signals_file import read_signals
 from support.tables import document, opened, signals_file, stop_text, values
 
 

@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.history import AssessmentRecord, CsvWriter
-from squeal_core.monitor.history_columns import HistoryBlock, read_blocks
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.history import AssessmentRecord, CsvWriter
+from squeal_core.monitor.results.history_columns import HistoryBlock, read_blocks
+from squeal_core.monitor.results.squeal_events import SquealEvent
 from squeal_core.sound.brakings import groups_of
 from squeal_core.sound.comparison import compare, Comparison
 from squeal_core.sound.listening import MeasuredSquealError

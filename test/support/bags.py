@@ -23,10 +23,10 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.monitor.settings import MonitorSettings
-from squeal_ros.recordings.bag_reader import Bag
-from squeal_ros.recordings.bag_writer import BagMessages, BagWriter
+from squeal_ros.recordings.bags.bag_reader import Bag
+from squeal_ros.recordings.bags.bag_writer import BagMessages, BagWriter
 from squeal_ros.recordings.recording_files import open_recording
-from squeal_ros.recordings.replay import Replay
+from squeal_ros.recordings.replay.replay import Replay
 import yaml
 
 SECOND = 1_000_000_000

@@ -19,7 +19,7 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.monitor.reading import Reading, Sample
+from squeal_core.monitor.inputs.reading import Reading, Sample
 from squeal_core.monitor.setting_specs import Signal
 from squeal_core.monitor.vehicle_monitor import VehicleMonitor
 from support.brake_monitors import MODEL

@@ -23,11 +23,11 @@ from typing import Any
 
 import numpy as np
 from squeal_core.common import resources
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.record_tables import write_records
-from squeal_core.monitor.result_files import ResultPaths
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_core.monitor.results.record_tables import write_records
+from squeal_core.monitor.results.result_files import ResultPaths
+from squeal_core.monitor.results.squeal_events import SquealEvent
 
 BRAKES = ('front_left', 'front_right', 'rear_left', 'rear_right')
 START = 1_700_000_000.0  # s

@@ -16,7 +16,7 @@
 
 from collections.abc import Sequence
 
-from squeal_core.monitor.plausibility import PlausibilityCheck, RpmGuard
+from squeal_core.monitor.inputs.plausibility import PlausibilityCheck, RpmGuard
 from support.brake_monitors import SECOND
 
 BAR, TO_RPM, LEAPS = 'bar', 'rpm', 'leaps'  # in what they say

@@ -21,10 +21,10 @@ from typing import Any
 
 from squeal_core.monitor.settings import MonitorSettings, read_settings
 from squeal_core.monitor.vehicle_monitor import Sample
-from squeal_ros.recordings.csv_recording import CsvRecording
 from squeal_ros.recordings.recording_files import open_recording
-from squeal_ros.recordings.signal_settings import settings_with_signals
-from squeal_ros.recordings.signals_file import read_signals
+from squeal_ros.recordings.signals.signal_settings import settings_with_signals
+from squeal_ros.recordings.signals.signals_file import read_signals
+from squeal_ros.recordings.tables.csv_recording import CsvRecording
 import yaml
 
 # as a dynamometer logs a stop

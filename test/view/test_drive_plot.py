@@ -19,8 +19,8 @@ import math
 from typing import Any
 
 import pytest
-from squeal_core.monitor.history import AssessmentRecord
-from squeal_core.monitor.squeal_events import SquealEvent
+from squeal_core.monitor.results.history import AssessmentRecord
+from squeal_core.monitor.results.squeal_events import SquealEvent
 
 pytest.importorskip('matplotlib', reason='needs matplotlib')
 

@@ -21,9 +21,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from scipy.stats import binomtest
-from squeal_core.monitor.fleet_files import FleetBrake, FleetLabel
-from squeal_core.monitor.history import HistoryError, read_rows
-from squeal_core.monitor.history_columns import read_blocks
+from squeal_core.monitor.results.fleet_files import FleetBrake, FleetLabel
+from squeal_core.monitor.results.history import HistoryError, read_rows
+from squeal_core.monitor.results.history_columns import read_blocks
 from squeal_core.view.report.application_shares import (
     Alarms,
     difference,

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 from squeal_core.calibration.events import MeasuredEvent
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.result_files import ReplayResult
 from squeal_core.sound.comparison import Comparison
 from squeal_core.view.report.application_shares import exceedance
 from squeal_core.view.report.figure import (

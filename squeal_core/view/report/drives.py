@@ -20,7 +20,7 @@ import math
 from typing import NamedTuple, TypeAlias
 
 from squeal_core.common.errors import SquealError
-from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.monitor.results.result_files import ReplayResult
 from squeal_core.view.report.condition_maps import (
     ApplicationPath,
     FrictionBoundary,

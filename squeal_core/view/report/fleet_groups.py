@@ -26,8 +26,13 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from squeal_core.calibration.scores import braking_numbers
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.fleet_files import FleetBrake, FleetFolder, FleetLabel, FleetRecording
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.fleet_files import (
+    FleetBrake,
+    FleetFolder,
+    FleetLabel,
+    FleetRecording,
+)
 from squeal_core.view.report.application_shares import Alarms
 
 PRESSURE_STEP, SPEED_STEP = 5e5, 10.0  # Pa, rad/s: of operating regions

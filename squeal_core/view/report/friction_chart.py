@@ -19,7 +19,7 @@ import math
 from typing import Any
 
 import numpy as np
-from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
 from squeal_core.view.report.condition_maps import (
     ConditionRanges,
     FrictionBoundary,

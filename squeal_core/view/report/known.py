@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal_core.common.wording import counted
-from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.monitor.results.result_files import ReplayResult
 from squeal_core.risk.ensemble import MOSTLY_PRIOR, NOT_CALIBRATED
 from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.runs import end_of, Run, start_of

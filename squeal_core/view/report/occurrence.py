@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from squeal_core.calibration.scores import braking_numbers
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
 from squeal_core.sound.comparison import Comparison
 from squeal_core.sound.matching import MatchedApplication
 from squeal_core.view.report.application_shares import classes, Shares, shares

@@ -24,9 +24,9 @@ from typing import Any, NamedTuple
 from squeal_core.calibration.scores import braking_numbers
 from squeal_core.common.arrays import IndexArray
 from squeal_core.common.errors import SquealError
-from squeal_core.monitor.drive_applications import ApplicationRecord
-from squeal_core.monitor.record_tables import ResultError
-from squeal_core.monitor.result_files import find_results, ReplayResult
+from squeal_core.monitor.results.drive_applications import ApplicationRecord
+from squeal_core.monitor.results.record_tables import ResultError
+from squeal_core.monitor.results.result_files import find_results, ReplayResult
 
 MOST_RUNS = 6
 _OF_REPORT = ('braking_s', 'assessed_s', 'risk_known_s', 'never_known', 'brakes', 'findings',

@@ -20,8 +20,8 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.common.arrays import FloatArray
-from squeal_core.monitor.history_columns import HistoryBlock
-from squeal_core.monitor.result_files import ReplayResult
+from squeal_core.monitor.results.history_columns import HistoryBlock
+from squeal_core.monitor.results.result_files import ReplayResult
 
 COLUMNS = ('rotor_speed_rad_s', 'pressure_pa', 'friction', 'temperature_k', 'squeal_risk',
            'growth_rate_1_s', 'worst_frequency_hz', 'friction_margin')
