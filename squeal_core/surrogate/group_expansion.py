@@ -68,6 +68,8 @@ class LastTerms:
     def far_half(self, coefficients: FloatArray) -> Any:
         """Tell which points lie above the middle of the coefficient that matters most."""
         steps = self._steps(coefficients)
+        if not steps.any():
+            return np.zeros(len(steps), bool)
         halved = [float(self._at(np.where(axis, 0.5, 1.0) * steps).max())
                   if np.any(steps[:, axis]) else np.inf
                   for axis in np.eye(steps.shape[1], dtype=bool)]
@@ -79,9 +81,10 @@ class LastTerms:
         return np.asarray(steps - 0.5 * (steps.min(axis=0) + steps.max(axis=0)))
 
     def _at(self, steps: FloatArray) -> FloatArray:
-        count = len(self.expansion.monomials.terms[-1])
-        last = np.ascontiguousarray(self.expansion.series[-count:, self.entries])
-        terms = self.expansion.monomials.at(steps)[:, -count:] @ last.view(float)
+        monomials = self.expansion.monomials
+        first = monomials.count - len(monomials.terms[-1])
+        last = np.ascontiguousarray(self.expansion.series[first:, self.entries])
+        terms = monomials.at(steps)[:, first:] @ last.view(float)
         return np.asarray(self.factor * np.abs(terms.view(complex)).max(axis=1, initial=0.0))
 
 
@@ -161,5 +164,5 @@ class GroupExpansion:
         one, other = (columns_of(roots, modes, accuracy.limits, accuracy.band)
                       for roots in (self.roots, self.lower))
         for name in _COUNTS:
-            close |= ~((one[name] == other[name]) | np.isnan(one[name] + other[name]))
+            close |= ~np.isclose(one[name], other[name], rtol=0.0, atol=0.0, equal_nan=True)
         return close

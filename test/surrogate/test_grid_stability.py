@@ -76,6 +76,16 @@ def test_what_cannot_be_expanded_together(kang: BrakeModel) -> None:
     assert (np.delete(found['source'], 20) == EXPANSION).mean() > 0.8
 
 
+def test_a_model_that_nothing_acts_on() -> None:
+    """No coefficient is a variable; all points have the eigenvalues of the middle."""
+    model = BrakeModel(angular_frequencies=[1e4, 2e4], damping_ratios=0.002)
+    points = [point(rotor_speed=speed) for speed in np.linspace(1.0, 9.0, 30)]
+    found = GridStability(model, SQUEAL_BAND, TableTolerances.of(model)).solve(points)
+    assert (found['source'] == EXPANSION).all()
+    assert found['growth_rate'] == pytest.approx(-20.0, rel=1e-9)
+    assert set(found['mode']) == {1.0}
+
+
 def test_a_series_has_the_coefficients_that_vary_as_variables(kang: BrakeModel) -> None:
     start = kang.operating_point(rotor_speed=20.0, pressure=7.84e5, friction=0.42)
     group = [replace(start, contact_pressure=pressure * start.contact_pressure)
