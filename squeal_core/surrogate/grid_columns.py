@@ -23,7 +23,8 @@ from squeal_core.stability.eigensolution import Tolerances
 COLUMNS = ('growth_rate', 'frequency_hz', 'damping_ratio', 'mode', 'squeal_modes',
            'flutter_modes', 'divergent_modes', 'error', 'source')
 """Of each point: growth rate [1/s], frequency, damping ratio and number of the least stable mode
-in the band; flutter modes in the band, in all; divergent ones; error bound [1/s]; source."""
+in the band; flutter modes in the band, in all; divergent ones; largest error of growth that full
+solutions have found near the point [1/s]; source."""
 FULL, EXPANSION, IMPOSSIBLE = 1.0, 2.0, 3.0  # sources; 0: not done
 _TURN = 2.0 * np.pi
 
