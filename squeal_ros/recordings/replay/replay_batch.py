@@ -34,9 +34,9 @@ from squeal_ros.recordings.replay.evaluation_process import write_replay
 from squeal_ros.recordings.replay.replay import Replay
 from squeal_ros.recordings.replay.replay_outputs import Outputs, recording_name
 from squeal_ros.recordings.replay.replay_report import ReplayReport
+from squeal_ros.recordings.replay.task_sources import model_as_it_is, task_sources
 from squeal_ros.recordings.signals.signal_settings import settings_with_signals
 from squeal_ros.recordings.signals.signals_file import Kind, KINDS, Signals
-from squeal_ros.recordings.task_sources import model_as_it_is, task_sources
 from squeal_ros.recordings.time_range import OutOfRangeError, RecordingInRange, TimeRange
 
 
