@@ -120,8 +120,9 @@ def _errors(table: ExpansionTable, model: BrakeModel, x: FloatArray) -> int:
     near = allowed = band = 0.0
     for part in np.array_split(x, max(1, len(x) // CHUNK)):
         found, points = table.evaluate(part, limits), table.domain.points(model, part)
+        listed = found.listed()
         for place in np.flatnonzero(found.answered).tolist():
-            ours = found.modes(place)
+            ours = listed[place]
             truth = complex_modes(model, points[place], tolerances=limits)
             theirs = truth.mode_eigenvalues
             away = np.abs(ours.mode_eigenvalues[:, None] - theirs)

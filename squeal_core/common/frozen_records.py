@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Frozen dataclasses of which every tick makes some."""
+"""Fast construction of frozen dataclasses."""
 
 from typing import Any, TypeVar
 

@@ -15,7 +15,7 @@
 """At which ticks something is due that comes once in so long, for several brakes in turn."""
 
 
-def is_due(time: int, period: int, interval: int, place: int, count: int) -> bool:
+def is_due(time: int, period: int, interval: int, place: int = 0, count: int = 1) -> bool:
     """
     Tell whether a tick is the first one in an interval of absolute time.
 
@@ -30,7 +30,7 @@ def is_due(time: int, period: int, interval: int, place: int, count: int) -> boo
     interval : int
         From one time to the next [ns]; 0: never.
     place, count : int
-        Which of so many, whose intervals begin one after the other.
+        Which of so many, whose intervals begin one after the other; by default one alone.
 
     """
     if not interval:

@@ -184,7 +184,7 @@ class VehicleRisk:
                     yield one, None, False
                     continue
                 due = one.brake not in self._sliding or is_due(
-                    one.time, self._period, self._interval, 0, 1)
+                    one.time, self._period, self._interval)
                 self._sliding.add(one.brake)
                 yield one, at, due
 

@@ -287,6 +287,6 @@ def compared_table(name: str, table: ExpansionTable, model: BrakeModel,
             'point')
     modes = [ComparedMode(str(mode.index), math.nan, mode.frequency_hz, mode.growth_rate,
                           mode.damping_ratio, mode.unstable, math.nan)
-             for mode in found.modes(0).modes if mode.kind in ('flutter', 'stable')]
+             for mode in found.listed()[0].modes if mode.kind in ('flutter', 'stable')]
     return ComparedBrake(name, tuple(modes), ModeShapes(np.array(
         [mode.frequency_hz for mode in modes])), boundaries_known=False)

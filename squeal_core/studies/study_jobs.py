@@ -57,11 +57,12 @@ def solve_box(spec: StudySpec, values: Values, box: Box) -> BoxResult:
     axes = {name: spec.axes[name][low:high].tolist()
             for name, (low, high) in zip(spec.operation, box, strict=True)}
     points, reason = grid_points(model, spec.options.at(model), axes, spec.law)
+    moves = list(product(*axes.values()))
 
     def rebuilt(i: int, value: float) -> tuple[BrakeModel | None, OperatingPoint | None]:
         with suppress(SquealError):
             there = _model(spec, {**values, path: value})
-            move = dict(zip(axes, list(product(*axes.values()))[i], strict=True))
+            move = dict(zip(axes, moves[i], strict=True))
             return there, point_with(there, spec.options.at(there), move, spec.law)
         return None, None
 

@@ -86,8 +86,9 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
     found = table.evaluate(x, limits)
     chosen = generator.permutation(np.flatnonzero(found.answered))[:solved]
     places, worst, wrong = table.domain.points(model, x[chosen]), 0.0, 0
+    listed = found.listed()
     for i, place in enumerate(chosen.tolist()):
-        ours, truth = found.modes(place), complex_modes(model, places[i], tolerances=limits)
+        ours, truth = listed[place], complex_modes(model, places[i], tolerances=limits)
         worst = max(worst, deviation(ours, truth, table.tolerances))
         wrong += len(ours.unstable) != len(truth.unstable)
     filled = float((table.grid >= 0).mean())

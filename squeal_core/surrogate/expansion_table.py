@@ -121,16 +121,8 @@ class TableModes:
     def __len__(self) -> int:
         return int(self.cells.size)
 
-    def modes(self, place: int) -> ComplexModes:
-        """Return the complex modes at one of the points, which the table answers."""
-        first, count = self.divergent[place], self.counts[place]
-        roots = self.roots[place, :count]
-        return ComplexModes(
-            roots[:first], roots[first:], roots, self.errors[place, :count], self.tolerances,
-            'table', self.numbers[place, :count], float(self.omitted_below[place]))
-
     def listed(self) -> list[ComplexModes]:
-        """Return the complex modes at all points; their unstable modes, too, cost less so."""
+        """Return the complex modes at all points, none where the table does not answer."""
         growth = self.roots.real
         points, places = (growth > self.tolerances.growth).nonzero()
         order = np.lexsort((-growth[points, places], points))  # the worst first

@@ -201,7 +201,7 @@ class _Groups:
 
     def _checks(self, group: GroupExpansion, places: IndexArray) -> dict[int, float]:
         """Return the points of a group to solve in full, and how far each may be off."""
-        inside = np.flatnonzero(places % _CHECK_EVERY == _CHECK_EVERY // 2).tolist()
+        inside = np.flatnonzero(_measures_error(places)).tolist()
         return {**dict.fromkeys(inside, 1.0), **dict.fromkeys(
             group.most_changed()[:_CHECKS], _MARGIN)}
 
@@ -212,9 +212,14 @@ class _Groups:
         solution.keep(places, group.roots, error, EXPANSION)
         solution.solve_in_full(places[undecided])
         for i, each in checks.items():
-            if places[i] % _CHECK_EVERY == _CHECK_EVERY // 2:
+            if _measures_error(places[i]):
                 solution.counts.checks += 1
                 solution.counts.largest_error = max(solution.counts.largest_error, each.growth)
+
+
+def _measures_error(places: Any) -> Any:
+    """Tell which points are solved in full to measure the error, whatever it is."""
+    return places % _CHECK_EVERY == _CHECK_EVERY // 2
 
 
 def _middle(coefficients: FloatArray) -> int:

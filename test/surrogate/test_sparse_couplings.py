@@ -93,8 +93,9 @@ def farthest_off(model: BrakeModel, highest_friction: float) -> tuple[float, flo
     assert found.answered.mean() > 0.8
     worst = moved = 0.0
     at_rest = complex_modes(model, point(friction=0.0)).mode_eigenvalues
+    listed = found.listed()
     for place in np.flatnonzero(found.answered).tolist():
-        ours, truth = found.modes(place), complex_modes(model, points[place]).mode_eigenvalues
+        ours, truth = listed[place], complex_modes(model, points[place]).mode_eigenvalues
         away = np.abs(ours.mode_eigenvalues - truth[ours.numbers - 1])
         worst = max(worst, float((away / (ours.errors + 1e-6)).max()))
         moved = max(moved, float(np.abs(truth - at_rest).max()))

@@ -37,6 +37,8 @@ from squeal_core.monitor.results.squeal_events import SquealEvent
 FORMAT = 1
 TableFormat: TypeAlias = Literal['csv', 'parquet']
 SUMMARY = 'summary.json'
+SOURCE_FILES = ('model', 'table', 'emulator', 'calibration', 'signals', 'types')
+"""Files that a result rests on, by their keys in its summary."""
 
 
 class ResultPaths(NamedTuple):

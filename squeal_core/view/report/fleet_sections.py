@@ -16,14 +16,13 @@
 """Tables of the page of a fleet: what is known, groups, operating regions, recordings."""
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from squeal_core.common.wording import counted
 from squeal_core.view.report.fleet_charts import known_regions, region_words
 from squeal_core.view.report.fleet_groups import FleetData, Group, Row
-from squeal_core.view.report.known import risk_bases, short_hash, SOURCES
+from squeal_core.view.report.known import risk_bases, short_hash, source_rows
 from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.summary import share_words
 from squeal_core.view.report.words import DASH, duration, number, percent, risk
@@ -128,11 +127,8 @@ def _reasons(data: FleetData) -> Iterator[Markup]:
 
 def _sources(manifest: Mapping[str, Any]) -> Markup:
     sources = manifest['sources']
-    rows: list[tuple[Content, ...]] = []
-    for kind in SOURCES:
-        about = sources.get(kind) or {}
-        rows.append((kind, str(about.get('name') or Path(about.get('path') or 'none').name),
-                     short_hash(about.get('sha256'))))
+    rows: list[tuple[Content, ...]] = [
+        (kind, name, short_hash(digest)) for kind, name, digest in source_rows(sources)]
     settings, software = sources.get('settings') or {}, sources.get('software') or {}
     rows.append(('settings', f'{sources.get("rate_hz")} Hz', short_hash(settings.get('sha256'))))
     rows.append(('software', ', '.join(f'{name} {one}' for name, one in software.items()), DASH))

@@ -19,15 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from squeal_core.common.wording import counted
-from squeal_core.monitor.results.result_files import ReplayResult
+from squeal_core.monitor.results.result_files import ReplayResult, SOURCE_FILES
 from squeal_core.risk.ensemble import MOSTLY_PRIOR, NOT_CALIBRATED
 from squeal_core.view.report.markup import Content, element, Markup, prose, table
 from squeal_core.view.report.runs import end_of, Run, start_of
 from squeal_core.view.report.words import clock, DASH, duration, percent_down
 
 _MOST_LINES = 12
-SOURCES = ('model', 'table', 'emulator', 'calibration', 'signals', 'types')
-"""Files that a result rests on, by their keys in its summary."""
 
 
 def known_section(run: Run) -> list[Markup]:
@@ -76,7 +74,8 @@ def _warnings(run: Run) -> Iterator[Markup]:
 
 
 def _model(result: ReplayResult) -> tuple[Any, ...]:
-    return tuple((result.summary.get(kind) or {}).get('sha256') for kind in (*SOURCES, 'settings'))
+    return tuple((result.summary.get(kind) or {}).get('sha256')
+                 for kind in (*SOURCE_FILES, 'settings'))
 
 
 def _length(result: ReplayResult) -> float:
@@ -132,16 +131,21 @@ def _versions(run: Run) -> Markup:
     """Return model, settings and software, each with what tells versions apart."""
     rows: dict[tuple[str, str, str], None] = {}
     for summary in (one.summary for one in run.results):
-        for kind in SOURCES:
-            about = summary.get(kind) or {}
-            rows[kind, str(about.get('name') or Path(about.get('path') or 'none').name),
-                 str(about.get('sha256') or DASH)] = None
+        rows |= dict.fromkeys(source_rows(summary))
         rows['settings', f'{summary["rate_hz"]:g} Hz',
              str(summary['settings'].get('sha256'))] = None
         rows['software', ', '.join(f'{name} {version}' for name, version
                                    in summary['software'].items()), DASH] = None
     return table(('', 'name', 'SHA-256'), rows, caption='Model, settings and software',
                  numbers_from=9)
+
+
+def source_rows(sources: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield kind, name and SHA-256 of the files that results rest on."""
+    for kind in SOURCE_FILES:
+        about = sources.get(kind) or {}
+        yield (kind, str(about.get('name') or Path(about.get('path') or 'none').name),
+               str(about.get('sha256') or DASH))
 
 
 def short_hash(value: Any) -> Markup:

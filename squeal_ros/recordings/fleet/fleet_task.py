@@ -25,14 +25,13 @@ from typing import Any, NamedTuple
 
 from squeal_core.common.errors import LocatedError, SquealError
 from squeal_core.common.output import OutputError, OutputFiles
-from squeal_core.monitor.results.result_files import ResultPaths
+from squeal_core.monitor.results.result_files import ResultPaths, SOURCE_FILES
 from squeal_core.monitor.results.result_summary import file_hash
 from squeal_ros.recordings.recording_files import kind_of_path
 from squeal_ros.recordings.replay.evaluation_process import write_replay
 from squeal_ros.recordings.replay.replay_batch import ReplayTask
 
 _KEY = 32  # hexadecimal digits of SHA-256 that name a result
-_FILES = ('model', 'table', 'emulator', 'calibration', 'signals', 'types')
 
 
 class FleetError(LocatedError):
@@ -96,7 +95,7 @@ def _task(packed: bytes) -> ReplayTask:
     """Return the task, if this worker has the software and files that the results are keyed by."""
     given: ReplayTask = pickle.loads(packed)
     stated, own = given.sources, replace(given).sources
-    differing = [key for key in ('software', *_FILES) if stated[key] != own[key]]
+    differing = [key for key in ('software', *SOURCE_FILES) if stated[key] != own[key]]
     if differing:
         raise FleetError('a worker', f'has another {", ".join(differing)} than the client '
                          f'({_short(own, differing)} against {_short(stated, differing)})',
@@ -130,5 +129,5 @@ def content_key(task: ReplayTask, path: Path, digest: str) -> str:
         'recording': digest, 'kind': kind_of_path(path), 'settings': settings,
         'namespace': task.namespace, 'span': repr(task.span), 'tables': task.tables,
         'software': own.sources['software'],
-        **{key: (own.sources[key] or {}).get('sha256') for key in _FILES}}
+        **{key: (own.sources[key] or {}).get('sha256') for key in SOURCE_FILES}}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:_KEY]
