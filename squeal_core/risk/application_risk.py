@@ -51,9 +51,9 @@ class ApplicationRisk:
         self._risk = risk
         self._shape = (NODES.size, risk.families.size, risk.ensemble.weights.size)
         self._time, self._slid_at, self._fresh = 0, 0, False
-        self._still = np.stack([-risk.decay, np.zeros_like(risk.decay)])
-        self._rates: RealArray | None = None  # (2, F, M) without scatter and by it at the last
-        self._growth: MemberGrowth | None = None  # tick; None: not known; where the brake slid
+        self._still: RealArray = np.broadcast_to(-risk.decay, self._shape)
+        self._rates: RealArray | None = None  # (7, F, M) at the last tick; None: not known
+        self._growth: MemberGrowth | None = None  # there, where the brake slid
         self._reset()
         self.incomplete = True  # nothing is known of what was before the first tick
 
@@ -88,7 +88,7 @@ class ApplicationRisk:
         if not growth.known.any():
             self.skip(time_ns)
             return None
-        rates = np.stack([growth.rate, growth.scatter])
+        rates = at_nodes(growth.rate, growth.scatter)
         self._step(self._elapsed(time_ns), rates, growth)
         self._rates, self._growth, self._fresh = rates, growth, False
         self._slid_at = time_ns
@@ -171,13 +171,12 @@ class ApplicationRisk:
 
     def _grow(self, rates: RealArray, duration: float, *growths: MemberGrowth | None) -> None:
         """Take times of a duration, each at its rates; without sliding all modes decay."""
-        at = at_nodes(rates[:, 0], rates[:, 1])  # (7, times, F, M)
-        gains, noises = gain_and_noise(at, duration, self._risk.decay)
-        grows = np.any(at > 0.0, axis=2)
+        gains, noises = gain_and_noise(rates, duration, self._risk.decay)
+        grows = np.any(rates > 0.0, axis=2)
         for part, growth in enumerate(growths):
-            self.energy = after(self.energy, gains[:, part], noises[:, part],
+            self.energy = after(self.energy, gains[part], noises[part],
                                 _NO_CAP if growth is None else growth.cap)
             if growth is not None:
                 self.peak = np.maximum(
                     self.peak, self.energy.max(axis=1, keepdims=True, initial=1.0))
-                self.growing = self.growing + duration * grows[:, part]
+                self.growing = self.growing + duration * grows[part]
