@@ -145,8 +145,9 @@ class BrakeMonitor:
                     next(s for s in _STATES.values() if s in states),
                     '; '.join(r.described(name) for name, r in bad.items()))
         found = self._without_sliding(context)
-        if found is None and is_due(time, self._settings.period, *self._confirm_at):
-            return context._replace(confirm=True)
+        period = self._settings.period
+        if found is None and is_due(time - period, period, *self._confirm_at):
+            return context._replace(confirm=True)  # the tick before evaluates risks
         return found or context
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:

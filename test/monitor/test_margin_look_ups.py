@@ -31,6 +31,7 @@ from squeal_core.stability.critical_parameter import critical_value
 from squeal_core.stability.eigensolution import SQUEAL_BAND, Tolerances
 from squeal_core.surrogate.table_builder import build_table
 from squeal_core.surrogate.table_domain import TableDomain
+from support.brake_monitors import feed, GOOD, monitor, TICK
 from support.margin_searches import (
     evaluator,
     flutter,
@@ -85,6 +86,19 @@ def test_outside_the_table() -> None:
     assert math.isnan(found.value)
     assert found.reason == ('no stability boundary from mu = 0.3 to 0.36, stable; outside the '
                             'table beyond it')
+
+
+@pytest.mark.parametrize('rate', [100.0, 40.0])
+def test_margins_are_confirmed_at_ticks_that_evaluate_no_risks(rate: float) -> None:
+    """Both take long; risks are evaluated 20 times a second of absolute time."""
+    watch = monitor(rate=rate, margin_confirm_interval=1.0,
+                    **{f'a.{signal}.max_age': 10.0 for signal in GOOD})
+    feed(watch, TICK, **GOOD)
+    ticks = range(TICK, TICK + 4 * SECOND, round(SECOND / rate))
+    contexts = [watch.prepare(tick, watch.read(tick)) for tick in ticks]
+    confirmed = [one.time for one in contexts if getattr(one, 'confirm', False)]
+    assert np.diff(confirmed).tolist() == 3 * [SECOND]
+    assert not any(tick % (SECOND // 20) == 0 for tick in confirmed)
 
 
 def test_confirmation_by_one_full_solution() -> None:

@@ -86,6 +86,29 @@ def test_split_is_of_the_tick_it_began_at_and_takes_some_seconds(rate: float) ->
     assert reports.of_vehicle()['split_front_share'] == shares[-1][1]
 
 
+@pytest.mark.parametrize(('rate', 'between'), [(100.0, 5), (40.0, 2), (20.0, 1), (10.0, 1)])
+def test_the_search_pauses_where_risks_are_evaluated(rate: float, between: int) -> None:
+    """20 times a second; where they are at each tick, it does not."""
+    stepped = []
+
+    class Searching(Advice):
+
+        def split(self, found: list[Tick]) -> SplitSteps:
+            for _ in range(52):
+                stepped.append(now)
+                yield
+            return SplitAdvice(reason='s')
+
+    advice: Any = Searching()
+    reports = AdviceReports(read_settings({'rate': rate}), advice, lambda *_: None)
+    for now in range(0, 4 * 10**9, round(1e9 / rate)):
+        car: Any = [Tick(name, now) for name in CAR]
+        reports.take(car)
+    risks = {now for now in stepped if now % (10**9 // 20) == 0}
+    assert len(stepped) == 52
+    assert risks == (set() if between > 1 else {*stepped})
+
+
 def test_nothing_is_searched_for_where_margins_are_not_confirmed() -> None:
     _, told = published(20.0, 3, pause=0.0)
     assert all(topic != 'least_risk_front_share' for _, _, topic, _ in told)
