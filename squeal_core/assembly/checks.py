@@ -48,6 +48,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
+        """Return whether the value is on the right side of its limit."""
         return self.value <= self.limit if self.below else self.value >= self.limit
 
     def to_json(self) -> dict[str, Any]:

@@ -56,6 +56,7 @@ class HatDisc:
 
     @property
     def hat_wall_inner_radius(self) -> float:
+        """Return the radius [m] of the inner face of the hat wall."""
         return self.hat_wall_outer_radius - self.hat_wall_thickness
 
 

@@ -48,6 +48,7 @@ class ArrayLayout:
 
     @property
     def nbytes(self) -> int:
+        """Return the size of the array in memory [bytes]."""
         return math.prod(self.shape) * self.dtype.itemsize
 
 

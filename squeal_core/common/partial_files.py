@@ -173,6 +173,7 @@ def _lockable(path: Path) -> bool:
 
 
 def release(output: Output) -> None:
+    """Let go of the lock on an output."""
     with suppress(OSError):
         os.close(output.lock)
 
@@ -193,6 +194,7 @@ def synchronise(path: Path) -> None:
 
 
 def synchronise_one(path: Path) -> None:
+    """Have a file or folder written to the disc."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -55,11 +55,13 @@ class Quantity:
     zero: bool = False
 
     def admits(self, value: float) -> bool:
+        """Tell whether a value can be."""
         if self.closed:
             return self.above <= value <= self.below
         return self.above < value < self.below
 
     def usual(self, value: float) -> bool:
+        """Tell whether a value is a usual one; another may have been given in another unit."""
         if self.plausible is None or (self.zero and value == 0.0):
             return True
         low, high = self.plausible
@@ -82,6 +84,7 @@ class QuantityReader:
                 self.where, f'is {short_repr(self.content)}', 'write a mapping of keys and values')
 
     def path(self, key: str) -> str:
+        """Return the path of a key, for messages."""
         return f'{self.where}.{key}'
 
     def section(self, key: str, *, required: bool = True) -> 'QuantityReader | None':
@@ -94,6 +97,7 @@ class QuantityReader:
         return None
 
     def required_section(self, key: str) -> 'QuantityReader':
+        """Return the reader of a section; raise where there is none."""
         found = self.section(key)
         assert found is not None
         return found

@@ -167,6 +167,7 @@ class AssessmentContext(NamedTuple):
 
     @property
     def conditions(self) -> SlidingConditions:
+        """Return the conditions under which the brake slides."""
         return frozen_record(
             SlidingConditions, rotor_speed=self.inputs['rotor_speed'].value,
             pressure=self.inputs['pressure'].value, friction=self.friction)

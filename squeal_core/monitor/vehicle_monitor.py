@@ -237,6 +237,7 @@ class VehicleInputs:
             self.brakes[brake.name].update_settings(brake, settings)
 
     def receive(self, brake: str, signal: Signal, sample: Sample | MissingValue) -> None:
+        """Take a sample of a brake's input, or that a message held none."""
         self.brakes[brake].receive(signal, sample)
         if not isinstance(sample, MissingValue):
             self.cross_checks.receive(brake, signal, sample)
@@ -249,6 +250,7 @@ class VehicleInputs:
                      for monitor, inputs in zip(monitors, readings, strict=True))
 
     def reset(self) -> None:
+        """Forget all samples."""
         self.cross_checks.reset()
         for monitor in self.brakes.values():
             monitor.reset()

@@ -60,14 +60,17 @@ class Braking:
 
     @property
     def brakes(self) -> tuple[str, ...]:
+        """Return the brakes that were applied."""
         return tuple(dict.fromkeys(one.brake for one in self.applications))
 
     @property
     def start(self) -> float:
+        """Return when the first of them was applied [s]."""
         return min(one.start_s for one in self.applications)
 
     @property
     def end(self) -> float:
+        """Return when the last of them was released [s]."""
         return max(one.end_s for one in self.applications)
 
     @property

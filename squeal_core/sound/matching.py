@@ -67,6 +67,7 @@ class MatchedApplication:
 
     @property
     def measured(self) -> bool:
+        """Return whether squeal was measured in it."""
         return bool(self.events)
 
     @property

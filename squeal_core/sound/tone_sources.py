@@ -70,6 +70,7 @@ class Timing(NamedTuple):
     step: float
 
     def duration(self, tone: Tone) -> float:
+        """Return how long a tone lasts [s]."""
         return (tone.last - tone.first + 1) * self.step
 
 

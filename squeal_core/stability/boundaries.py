@@ -106,6 +106,7 @@ class Boundaries:
 
     @property
     def widths(self) -> FloatArray:
+        """Return the widths of the brackets."""
         return np.abs(self.ends[:, 1] - self.ends[:, 0])
 
     @property

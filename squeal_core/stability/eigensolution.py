@@ -102,6 +102,7 @@ class Mode(NamedTuple):
 
     @property
     def frequency_hz(self) -> float:
+        """Return |Im| of the eigenvalue over 2 pi [Hz]."""
         return abs(self.eigenvalue.imag) / math.tau
 
     @property
@@ -118,6 +119,7 @@ class Mode(NamedTuple):
 
     @property
     def unstable(self) -> bool:
+        """Return whether the mode grows."""
         return self.kind in ('flutter', 'divergence')
 
 

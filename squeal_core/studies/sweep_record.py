@@ -66,10 +66,12 @@ class Sweep:
 
     @property
     def complete(self) -> bool:
+        """Return whether every point was solved."""
         return bool(self.done.all())
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Return the numbers of values along the axes."""
         return tuple(len(values) for values in self.axes.values())
 
     @property

@@ -26,6 +26,7 @@ __all__ = ['note', 'plain', 'ProgressBar', 'report_progress', 'time_left', 'warn
 
 
 def report_progress(text: str) -> None:
+    """Say what is being done where a person reads it."""
     if sys.stderr.isatty():
         print(f'{text} ...', file=sys.stderr)
 

@@ -65,22 +65,27 @@ class DemoFiles:
 
     @property
     def inputs(self) -> Path:
+        """Return the bag of what the vehicle published."""
         return self.folder / 'inputs.mcap'
 
     @property
     def outputs(self) -> Path:
+        """Return the bag that the replay writes."""
         return self.folder / 'outputs.mcap'
 
     @property
     def table(self) -> Path:
+        """Return the table of ticks beside it."""
         return self.outputs.with_suffix('.csv')
 
     @property
     def live_table(self) -> Path:
+        """Return the table of what the node published."""
         return self.folder / 'live.csv'
 
     @property
     def picture(self) -> Path:
+        """Return the plot of the drive."""
         return self.folder / 'drive.png'
 
     def described(self) -> Iterator[tuple[str, Path]]:

@@ -109,10 +109,12 @@ class ConfiguredMonitor:
         self.monitor.reset()
 
     def destroy(self) -> None:
+        """Take topics and subscriptions out of the node."""
         self.inputs.destroy()
         self.outputs.destroy()
 
     def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings of the same brakes and topics from the next tick on."""
         self.router = Router.of(settings, self.router.problems)
         self.monitor.update_settings(settings)
         self._warn()

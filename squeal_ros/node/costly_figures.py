@@ -38,6 +38,7 @@ class CostlyFigures:
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings from the next tick on."""
         statuses = len(settings.brakes) + 1
         ticks = max(settings.rate / settings.diagnostics_rate, 1.0)
         self._at_once = math.ceil(len(messages.COSTLY) * statuses / ticks)

@@ -87,6 +87,7 @@ class Reporter:
                         'emulator mismatches': Growth()}
 
     def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings from the next report on."""
         self._settings = settings
         self._costly.update_settings(settings)
 

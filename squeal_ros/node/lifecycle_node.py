@@ -84,6 +84,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
 
     @property
     def settings(self) -> MonitorSettings:
+        """Return the settings by the parameters as they are now."""
         return self._parameters_of_ours.settings
 
     def report(self, error: Exception) -> None:
@@ -111,6 +112,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             self.trigger_shutdown()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Load model and tables and create the topics."""
         try:
             self._configured = ConfiguredMonitor(
                 self, self.settings, self.health, self.report)
@@ -123,6 +125,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin to assess, with nothing known of what came before."""
         try:
             assert self._configured is not None
             self._configured.begin()
@@ -142,14 +145,17 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End alarms, say that nothing is known, and stop."""
         self._leave_active()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let go of model and topics."""
         self._release()
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let go of model and topics, from any state; alarms end before."""
         if state.label == 'active':
             self._leave_active()
         self._release()

@@ -60,6 +60,7 @@ class ModeShapes:
         return 'published' if self._model.surface else 'no shapes in this model: build it again'
 
     def update_settings(self, settings: MonitorSettings) -> None:
+        """Take other settings from the next picture on."""
         self._settings = settings
 
     def update(self, assessments: Sequence[Assessment], steady: int) -> None:

@@ -32,6 +32,7 @@ class Series:
         self._last: deque[int] = deque(maxlen=_KEPT)
 
     def add(self, nanoseconds: int) -> None:
+        """Add a duration [ns]."""
         self._last.append(nanoseconds)
 
     def values(self, name: str) -> dict[str, object]:
@@ -77,6 +78,7 @@ class Health:
         self.work.add(work)
 
     def values(self) -> dict[str, object]:
+        """Return the figures for the diagnostics by name."""
         return {'ticks_done': self.ticks_done, 'ticks_lost': self.ticks_lost,
                 'deadline_misses': self.deadline_misses, 'clock_jumps': self.clock_jumps,
                 'clock_stops': self.clock_stops, 'errors': self.errors,
@@ -105,6 +107,7 @@ class Rate:
         self.per_second = math.nan
 
     def update(self, count: int, steady: int) -> float:
+        """Return the rate [Hz] by a count at a steady time [ns]; NaN in the first second."""
         if self._since is None:
             self._since = count, steady
         elif steady - self._since[1] >= 1_000_000_000:
@@ -121,6 +124,7 @@ class Growth:
         self._at: int | None = None
 
     def recent(self, count: int, steady: int) -> bool:
+        """Tell whether a count grew of late, at a steady time [ns]."""
         if count != self._count:
             self._count, self._at = count, steady
         return self._at is not None and steady - self._at < RECENT

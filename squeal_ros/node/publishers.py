@@ -91,6 +91,7 @@ class OutputTopics:
                 qos_overriding_options=QoSOverridingOptions(POLICIES))
 
     def publish(self, assessments: Iterable[Assessment]) -> None:
+        """Publish what is known of each brake at a tick."""
         for assessment in assessments:
             for name, message in messages.brake_messages(self._library, assessment):
                 self._publishers[assessment.brake, name].publish(message)
@@ -104,12 +105,15 @@ class OutputTopics:
         self._publishers[brake, name].publish(message)
 
     def publish_markers(self, brake: str, markers: Any) -> None:
+        """Publish the picture of a brake's mode shape."""
         self._publishers[brake, 'mode_shape'].publish(markers)
 
     def publish_diagnostics(self, message: Any) -> None:
+        """Publish on /diagnostics."""
         self._publishers['', _DIAGNOSTICS].publish(message)
 
     def publish_events(self, message: Any) -> None:
+        """Publish alarms that began or ended."""
         self._publishers['', messages.EVENTS].publish(message)
 
     def destroy(self) -> None:

@@ -124,6 +124,7 @@ class InputTopics:
             raise
 
     def destroy(self) -> None:
+        """Unsubscribe from all topics."""
         for topic in self._topics.values():
             if topic.subscription is not None:
                 self._node.destroy_subscription(topic.subscription)
@@ -164,10 +165,12 @@ class InputTopics:
 
     @property
     def undecodable(self) -> int:
+        """Return how many messages of all topics could not be decoded."""
         return sum(topic.undecodable for topic in self._topics.values())
 
     @property
     def dropped(self) -> int:
+        """Return how many messages did not come, by the numbers of their publishers."""
         return sum(topic.dropped for topic in self._topics.values())
 
     def publishers(self, topic: str) -> str:

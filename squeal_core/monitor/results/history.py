@@ -102,6 +102,7 @@ class CsvWriter:
         self._writer.writerow(_COLUMNS)
 
     def write(self, row: AssessmentRecord) -> None:
+        """Write the row of a brake at a tick."""
         (time, brake, state, *numbers, frequencies, growth_rates, reason, temperature, error,
          incomplete, worst, modes) = row
         texts = f'{brake}{state}{reason}'

@@ -76,6 +76,7 @@ class Run:
 
     @cached_property
     def squealing(self) -> list[ApplicationRecord]:
+        """Return the brake applications with an alarm."""
         return [one for one in self.known if one.alarm]
 
     @cached_property
@@ -134,10 +135,12 @@ def _number(value: float) -> float:
 
 
 def start_of(result: ReplayResult) -> float:
+    """Return when the recording of a result begins [s]."""
     return float(result.summary['recording']['start_s'] or 0.0)
 
 
 def end_of(result: ReplayResult) -> float:
+    """Return when it ends [s]."""
     return float(result.summary['recording']['end_s'] or 0.0)
 
 

@@ -59,22 +59,27 @@ class BagRecording:
 
     @property
     def path(self) -> Path:
+        """Return the path of the bag, file or folder."""
         return self._bag.path
 
     @property
     def kind(self) -> str:
+        """Return the kind of bag."""
         return self._bag.kind
 
     @property
     def notes(self) -> list[str]:
+        """Return what is to be known of the bag, as far as it was read."""
         return [*self._about, *self._bag.notes]
 
     @property
     def findings(self) -> list[Finding]:
+        """Return what of the bag does not fit the settings, as far as it was read."""
         return self._found.listed(self._bag.types, self._bag.undecodable)
 
     @property
     def messages(self) -> int:
+        """Return how many messages hold inputs."""
         return sum(self._bag.types[topic].total() for topic in self._found.wanted
                    if topic in self._bag.types)
 

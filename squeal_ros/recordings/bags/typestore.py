@@ -36,10 +36,13 @@ class BagMessages:
     """Message classes as rosbags provides them."""
 
     def type(self, name: str) -> Any:  # noqa: A003
+        """Return the class of `package/msg/Name`."""
         return JAZZY.types[name]
 
     def floats(self, values: Sequence[float]) -> Any:
+        """Return the array that rosbags writes."""
         return np.array(values, dtype=np.float64)
 
     def byte(self, value: int) -> Any:
+        """Return the number that rosbags writes."""
         return value

@@ -85,6 +85,7 @@ class Outputs:
 
     @property
     def summary(self) -> DriveSummary:
+        """Return the counts over the ticks written so far."""
         return self.recorder.summary
 
     def check(self, inputs: Sequence[str | Path] = ()) -> None:
