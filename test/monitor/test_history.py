@@ -25,6 +25,7 @@ import numpy as np
 import pytest
 from squeal_core.monitor.assessment import Assessment, State
 from squeal_core.monitor.inputs.reading import Reading, Status
+from squeal_core.monitor.results.drive_applications import ApplicationDetector
 from squeal_core.monitor.results.drive_summary import DriveSummary, worst_reason
 from squeal_core.monitor.results.history import AssessmentRecord, CsvWriter
 from squeal_core.monitor.results.squeal_events import squeal_events
@@ -162,6 +163,19 @@ def test_silence_is_counted() -> None:
     for tick in (10, 11, 42):
         counted.add([replace(STEADY, time=tick * SECOND // 10)])
     assert counted.silence == pytest.approx(3.0)
+
+
+def test_ticks_of_which_nothing_is_known_count_where_the_brake_slides_on_after_them() -> None:
+    detector = ApplicationDetector(settings())
+    for tick in range(31):
+        sliding = None if 10 <= tick < 15 else tick < 30
+        detector.add(row(0.1 * tick, 0.2 if sliding else NAN), sliding, alarm=False)
+    for tick in range(31, 50):  # these are of no application: it never slides again
+        detector.add(row(0.1 * tick, 0.2 if tick < 40 else NAN),
+                     True if tick < 40 else None, alarm=False)
+    found = detector.applications
+    assert [one.known_share for one in found] == [25 / 30, 1.0]
+    assert [round(one.end_s, 6) for one in found] == [2.9, 3.9]
 
 
 def drive(ticks: int) -> Iterator[AssessmentRecord]:

@@ -125,6 +125,7 @@ def test_a_stop_is_that_of_the_vehicle_model() -> None:
     again = brake_signals(DriveCycle('x', signals.time, np.maximum(signals.vehicle_speed, 0.0)),
                           VEHICLE, friction)
     pressed = signals.pressure[:, 0] > 0.9 * signals.pressure.max()
+    np.testing.assert_allclose(signals.rotor_speed[pressed], again.rotor_speed[pressed])
     np.testing.assert_allclose(signals.pressure[pressed], again.pressure[pressed], rtol=0.03)
     np.testing.assert_allclose(signals.temperature[pressed], again.temperature[pressed], atol=0.5)
 
