@@ -102,7 +102,7 @@ class Mode(NamedTuple):
 
     @property
     def frequency_hz(self) -> float:
-        """Return |Im| of the eigenvalue over 2 pi [Hz]."""
+        """Return the frequency [Hz], by the imaginary part of the eigenvalue."""
         return abs(self.eigenvalue.imag) / math.tau
 
     @property
