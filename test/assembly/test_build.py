@@ -129,6 +129,24 @@ def test_support_holds_the_pads(plain: BrakeModel, tmp_path: Path) -> None:
     assert np.array_equal(loaded.support_stiffness, model.support_stiffness)
 
 
+def test_a_support_is_at_the_backs_of_the_pads(tmp_path: Path) -> None:
+    """Where a pad that rolls moves along the disc as much as at its lining, the other way."""
+    stiffness = 2e9
+    model = build_model(read_brake(describe(tmp_path, pads={**PAD, 'support': {
+        'tangential_stiffness_n_m3': stiffness}})), **COARSE)
+    at_lining, at_back = model.negative_slope, model.support_stiffness
+    assert at_lining is not None
+    assert at_back is not None
+    for pad in ('pad 1', 'pad 2'):
+        slide, roll = (model.names.index(f'{pad} {name}') for name in (
+            'slide tangential', 'roll'))
+        size = stiffness * at_lining[slide, slide]
+        for here, sign in ((slide, 1.0), (roll, -1.0)):
+            assert at_back[slide, here] == pytest.approx(
+                sign * stiffness * at_lining[slide, here], abs=1e-4 * size)
+        assert abs(at_back[slide, roll]) > 0.01 * size
+
+
 def test_damping_where_it_belongs(plain: BrakeModel, tmp_path: Path) -> None:
     """By component and frequency, in the contact layer, in a shim behind each pad."""
     pads = {'frequency_hz': [4000, 10000], 'damping_ratio': [0.002, 0.008]}

@@ -62,6 +62,7 @@ def test_slope_at_scales_with_the_measured_friction(law: FrictionLaw, speed: flo
     own = law.coefficient(speed)
     assert law.slope_at(speed, own) == pytest.approx(law.slope(speed), rel=1e-14)
     assert law.slope_at(speed, 1.3 * own) == pytest.approx(1.3 * law.slope(speed), rel=1e-14)
+    assert own * float(law.relative_slope(speed)) == pytest.approx(law.slope(speed), rel=1e-14)
 
 
 @given(st.floats(0.0, 50.0), st.floats(1e-3, 5.0))

@@ -118,6 +118,16 @@ def test_labels_by_construction(arrays: dict[str, FloatArray], label: Label) -> 
     assert label in labels(**arrays)
 
 
+@pytest.mark.parametrize(('slope', 'label'), [(1.0, 'negative slope'), (0.4, 'contact damping')])
+def test_of_two_that_are_needed_the_label_is_the_one_that_adds_more(
+        slope: float, label: Label) -> None:
+    """25 or 10 1/s by the slope, 12.5 by the dashpots; the structure takes 30 or 17 away."""
+    damping = (30.0 if slope == 1.0 else 17.0) / W1
+    assert list(labels(damping_ratios=damping, negative_slope=slope * SLIDING,
+                       friction_couple=-1e-3 * np.eye(2), contact_retardation_time=5e-5)) == [
+        label]
+
+
 def test_none_of_the_parts_alone_makes_those_flutter() -> None:
     """The couple below merging, rotation and one-sided damping are all stable on their own."""
     for arrays in ({'friction_couple': BELOW}, {'gyroscopic': SPIN},

@@ -25,8 +25,15 @@ from squeal_core import BrakeModel
 from squeal_core.brake.operating_point import SlidingConditions
 from squeal_core.monitor.settings import read_settings
 from squeal_core.monitor.vehicle_stability import VehicleStability
+from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.surrogate.cell_arrays import stack_cells
-from squeal_core.surrogate.table_cell import BlockInvariants, fit_terms, TableCell
+from squeal_core.surrogate.table_cell import (
+    BlockInvariants,
+    fit_terms,
+    not_known,
+    TableCell,
+    TableTolerances,
+)
 
 CALLS, MODULES = 12, 4  # at most
 
@@ -84,3 +91,14 @@ def test_blocks_among_more_blocks(sizes: Sequence[int]) -> None:
             assert np.count_nonzero(~np.isnan(all_[place])) == eigenvalues.size
         np.testing.assert_array_equal(stack.mirrored[place, eigenvalues], cell.mirrored)
     assert np.isnan(together[0][-1]).all()  # of no cell
+
+
+@pytest.mark.parametrize(('growth', 'error', 'is_known'), [
+    (-6.0, 3.0, False),  # it may be at -3 1/s, above what omitted modes stay below
+    (-9.0, 3.0, True), (-3.0, 0.09, True)])
+def test_a_mode_has_to_be_known_where_it_may_matter(
+        growth: float, error: float, is_known: bool) -> None:
+    found = not_known(np.array([growth + 1e4j]), np.array([error]), np.array([False]), -5.0,
+                      TableTolerances(growth=0.1, decay=0.02), Tolerances(
+                          oscillation=1.0, growth=0.01))
+    assert found.tolist() == [not is_known]

@@ -14,13 +14,14 @@
 
 """The tables that are shipped: each belongs to its model, and answers as it promises."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from squeal_core import BrakeModel
 from squeal_core.common.resources import config_folder
-from squeal_core.stability.eigensolution import complex_modes, Tolerances
+from squeal_core.stability.eigensolution import complex_modes, SQUEAL_BAND, Tolerances
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_file import find_table, read_table
@@ -90,3 +91,14 @@ def test_another_folder_of_tables_or_none(
     found = find_table(kang)
     assert found is not None
     assert found[0] == tmp_path / 'one.npz'
+
+
+def test_a_point_is_not_answered_where_an_omitted_mode_may_be_the_worst_of_the_band(
+        model: BrakeModel, table: ExpansionTable) -> None:
+    """As where all modes that are omitted may grow faster than any that is kept."""
+    domain, limits = table.domain, Tolerances.of(model)
+    x = domain.low + domain.width * np.random.default_rng(12).random((50, 3))
+    unsure = replace(table, cells=[replace(cell, omitted_below=1e6) for cell in table.cells])
+    assert table.evaluate(x, limits, SQUEAL_BAND).answered.any()
+    assert unsure.evaluate(x, limits).answered.any()
+    assert not unsure.evaluate(x, limits, SQUEAL_BAND).answered.any()
