@@ -252,3 +252,11 @@ def test_areas_without_scikit_learn() -> None:
     found = scores.score(np.array([0.2, 0.8, 0.6]), np.array([False, True, True]), 0.5)
     assert (found.roc_area, found.precision_area) == (1.0, 1.0)
     assert found.brier == pytest.approx(0.08)
+
+
+def test_applications_within_a_longer_one_are_of_its_braking() -> None:
+    """Also one that begins after another one within it has ended."""
+    rows = [('a', 0.0, 10.0), ('a', 1.0, 2.0), ('a', 3.0, 4.0), ('a', 11.0, 12.0),
+            ('b', 11.5, 12.0)]
+    assert scores.braking_numbers(rows).tolist() == [0, 0, 0, 1, 2]
+    assert scores.braking_numbers(rows[::-1]).tolist() == [2, 1, 0, 0, 0]

@@ -242,3 +242,12 @@ def test_recordings_that_cannot_be_told_apart(tmp_path: Path) -> None:
     table.with_suffix('.json').write_text('{"sound": 1}')
     with pytest.raises(MeasuredSquealError, match='does not say how measured.csv came to be'):
         compare(drives[:1], table)
+
+
+def test_squeal_that_outlasts_its_application_a_little_is_of_it(tmp_path: Path) -> None:
+    """By half a second, as clocks differ and rooms echo; the application ends at 13 s."""
+    drive = Replayed([application('front_left', 10.0, True)])
+    for time, outcome in (('13.4', 'hit'), ('13.6', 'false alarm')):
+        found = compared(drive, tmp_path, f'{time},2000,front_left')
+        assert outcomes(found) == [('front_left', 10.0, outcome)]
+        assert len(found.matches.unmatched) == (outcome != 'hit')

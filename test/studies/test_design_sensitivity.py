@@ -142,6 +142,18 @@ def test_change_of_the_risk() -> None:
     assert 0.0 < study.risks()[0] < 1.0
 
 
+def test_a_more_damped_member_is_a_nominal_one_of_a_more_damped_brake() -> None:
+    """Also in what noise brings, for its floor is held by more."""
+    nominal = prior_ensemble(EnsemblePrior(count=32, damping=0.0))
+    twice = replace(nominal, ln_damping=np.full(32, np.log(2.0)))
+    damped = replace(PAIR, damping_ratios=0.004)
+    member, brake, less = (
+        SteadyBraking(model, of_pair(model), ensemble, 0.01, BAND).risk for model, ensemble in (
+            (PAIR, twice), (damped, nominal), (PAIR, nominal)))
+    assert 0.1 < member < 0.95 * less < 0.9
+    assert member == pytest.approx(brake, rel=1e-9)  # the same numbers but for rounding
+
+
 def test_values_that_cannot_be_are_named(study: SensitivityStudy) -> None:
     """An efficiency above one: the rest goes on."""
     effect = study.effect('caliper.efficiency')
@@ -174,6 +186,17 @@ def test_worst_points_of_a_drive(kang: BrakeModel) -> None:
     found = worst_points(kang, speed, pressure, np.array([0.3, 0.6, 0.3, 0.9, 0.9]), 1)
     assert (found[0].rotor_speed, found[0].friction) == (5.0, 0.6)
     assert found[0].share == pytest.approx(1 / 3)
+
+
+def test_worst_points_of_a_drive_that_goes_backwards_too(kang: BrakeModel) -> None:
+    """Speeds both ways have no mean: the brake is its own mirror image, so both grow alike."""
+    speed, same = np.array([5.0, -5.0, 5.0]), np.ones(3)
+    found = worst_points(kang, speed, 8e5 * same, 0.6 * same, 1)
+    alone = worst_points(kang, speed[:1], 8e5 * same[:1], 0.6 * same[:1], 1)
+    assert abs(found[0].rotor_speed) == 5.0
+    assert found[0].share in (pytest.approx(1 / 3), pytest.approx(2 / 3))
+    # two merged roots move by sqrt(eps) of their coupling, ~1e3 1/s
+    assert found[0].growth_rate == pytest.approx(alone[0].growth_rate, abs=1e-4)
 
 
 def test_masses_split_a_doublet(kang: BrakeModel) -> None:

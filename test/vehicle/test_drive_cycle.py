@@ -194,7 +194,7 @@ def test_arrays_are_checked_too(time: list[float], speed: list[float], match: st
 
 @pytest.mark.parametrize(('rows', 'words'), [
     ('0,0\n60,130', 'speed_m_s reaches 130 m/s; usual is up to 100 m/s: check it (130 km/h'),
-    ('0,0\n1,20', 'changes by 20 m/s^2')])
+    ('0,0\n1,20', 'changes by 20 m/s^2'), ('0,20\n1,0', 'changes by 20 m/s^2')])
 def test_traces_in_other_units_are_doubted(tmp_path: Path, rows: str, words: str) -> None:
     path = tmp_path / 'c.csv'
     path.write_text(f'time_s,speed_m_s\n{rows}\n')
