@@ -22,6 +22,7 @@ import pytest
 pytest.importorskip('rosbags', reason='needs rosbags')
 import numpy as np  # noqa: E402, I100
 from squeal_core.monitor.settings import read_settings  # noqa: E402
+from squeal_ros.recordings.positions import Positions  # noqa: E402
 from squeal_ros.recordings.recording import RecordingError  # noqa: E402
 from squeal_ros.recordings.recording_files import find_recordings, open_recording  # noqa: E402
 from support.bags import (  # noqa: E402, I100
@@ -100,6 +101,15 @@ def test_positions_of_fixes(tmp_path: Path) -> None:
     at = recording.positions.at
     assert (at(START + SECOND), at(START + 3 * SECOND // 2)) == ((49.0, 9.0), (49.5, 9.0))
     assert all(map(math.isnan, (*at(START - 1), *at(START + 60 * SECOND))))
+
+
+@pytest.mark.parametrize('east', [179.9, -179.9])
+def test_positions_do_not_go_round_the_earth_at_the_date_line(east: float) -> None:
+    positions = Positions()
+    for second, longitude in ((1, east), (2, -east), (3, -0.5 * east - math.copysign(90.0, east))):
+        positions.take(second * SECOND, 60.0, longitude)
+    assert positions.at(3 * SECOND // 2) == (60.0, east)
+    assert positions.at(5 * SECOND // 2)[1] == pytest.approx(-math.copysign(179.925, east))
 
 
 @pytest.mark.parametrize('pattern', ['out', 'nothing*.mcap', 'missing.mcap', 'a\0b', 'x' * 5000])

@@ -143,6 +143,16 @@ def test_arrays_of_four_are_wheels_in_the_usual_order_and_said_to_be_guessed() -
     assert [guess.notes[-1] for guess in three['brake'][:2]] == ['one of 3 elements'] * 2
 
 
+@pytest.mark.parametrize(('unit', 'one_bar'), [('bar', 1.0), ('kPa', 100.0), ('Pa', 1e5)])
+def test_a_pressure_that_never_falls_below_that_of_the_air_is_absolute(
+        unit: str, one_bar: float) -> None:
+    for low, absolute in ((1.0, True), (0.0, False), (1.5, False)):
+        found = propose([entry('n_FL', '1/min'), entry('mu_FL', '', 0.3, 0.5),
+                         entry('p_FL', unit, low * one_bar, 60.0 * one_bar)])
+        guess = {one.signal: one for one in found.brakes['front_left']}['pressure']
+        assert guess.absolute == absolute
+
+
 def test_a_bag_and_back(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     joints = [Message(one.topic, one.type, one.time, make(
         JOINTS, header=one.message.header, name=['steering', 'front_left_wheel'],

@@ -181,3 +181,17 @@ def test_brakes_that_are_applied_at_once_are_one_braking(tmp_path: Path) -> None
     for one in fleet.regions.values():
         assert one.known / 4 <= one.brakings <= one.known
     assert min(one.brakings / one.known for one in fleet.regions.values() if one.known) == 0.5
+
+
+def test_a_region_is_of_both_directions(tmp_path: Path) -> None:
+    """As is the brake: from 75 rad/s forwards and backwards, at one pressure."""
+    SyntheticDrive(15.0, brakes=('fl',), name='a').write(tmp_path / 'a')
+    one, = load_runs([tmp_path])[0].known
+    back = one._replace(rotor_speed_rad_s=-one.rotor_speed_rad_s, start_s=one.start_s + 60.0,
+                        end_s=one.end_s + 60.0)
+    rows: dict[str, Any] = {'applications': [(FleetLabel('a', 'car'), each) for each in (
+        one, back)], 'recordings': [], 'brakes': []}
+    (region, group), = read_fleet(cast(Any, SimpleNamespace(
+        rows=rows.__getitem__))).regions.items()
+    assert region.speed == 7
+    assert (group.applications, group.brakings) == (2, 2)
