@@ -173,7 +173,7 @@ def _lockable(path: Path) -> bool:
 
 
 def release(output: Output) -> None:
-    """Let go of the lock on an output."""
+    """Release the lock on an output."""
     with suppress(OSError):
         os.close(output.lock)
 
@@ -194,7 +194,7 @@ def synchronise(path: Path) -> None:
 
 
 def synchronise_one(path: Path) -> None:
-    """Have a file or folder written to the disc."""
+    """Flush a file or folder to disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -55,13 +55,13 @@ class Quantity:
     zero: bool = False
 
     def admits(self, value: float) -> bool:
-        """Tell whether a value can be."""
+        """Tell whether a value is within the limits."""
         if self.closed:
             return self.above <= value <= self.below
         return self.above < value < self.below
 
     def usual(self, value: float) -> bool:
-        """Tell whether a value is a usual one; another may have been given in another unit."""
+        """Tell whether a value is plausible; if not, its unit may be wrong."""
         if self.plausible is None or (self.zero and value == 0.0):
             return True
         low, high = self.plausible
@@ -97,7 +97,7 @@ class QuantityReader:
         return None
 
     def required_section(self, key: str) -> 'QuantityReader':
-        """Return the reader of a section; raise where there is none."""
+        """Return the reader of a section; raises if it is missing."""
         found = self.section(key)
         assert found is not None
         return found

@@ -107,6 +107,11 @@ class MonitorSettings:
         """Time between assessments [ns]."""
         return round(1e9 / self.rate)
 
+    @property
+    def risk_interval(self) -> int:
+        """Time between evaluations of the risk [ns]."""
+        return round(1e9 / self.risk_rate)
+
 
 def band_of(settings: MonitorSettings) -> tuple[float, float]:
     """Return the ends of the squeal band [Hz]."""

@@ -147,7 +147,7 @@ class BrakeMonitor:
         found = self._without_sliding(context)
         period = self._settings.period
         if found is None and is_due(time - period, period, *self._confirm_at):
-            return context._replace(confirm=True)  # the tick before evaluates risks
+            return context._replace(confirm=True)  # a tick after one that evaluates risks
         return found or context
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
@@ -237,7 +237,7 @@ class VehicleInputs:
             self.brakes[brake.name].update_settings(brake, settings)
 
     def receive(self, brake: str, signal: Signal, sample: Sample | MissingValue) -> None:
-        """Take a sample of a brake's input, or that a message held none."""
+        """Take a sample of a brake's input, or a missing value."""
         self.brakes[brake].receive(signal, sample)
         if not isinstance(sample, MissingValue):
             self.cross_checks.receive(brake, signal, sample)

@@ -88,7 +88,7 @@ class VehicleRisk:
 
     def update_settings(self, settings: MonitorSettings) -> None:
         """Take other settings; brake applications stay, unless the band is another one."""
-        self._period, self._interval = settings.period, round(1e9 / settings.risk_rate)
+        self._period, self._interval = settings.period, settings.risk_interval
         self._audit_every, self._settings = round(settings.audit_interval), risk_settings(settings)
         loaded = self._loaded
         if loaded is not None and loaded.settings.band_hz != self._settings.band_hz:

@@ -65,12 +65,12 @@ class Braking:
 
     @property
     def start(self) -> float:
-        """Return when the first of them was applied [s]."""
+        """Return the start of the first application [s]."""
         return min(one.start_s for one in self.applications)
 
     @property
     def end(self) -> float:
-        """Return when the last of them was released [s]."""
+        """Return the end of the last application [s]."""
         return max(one.end_s for one in self.applications)
 
     @property

@@ -67,7 +67,7 @@ class MatchedApplication:
 
     @property
     def measured(self) -> bool:
-        """Return whether squeal was measured in it."""
+        """Return whether squeal was measured during the application."""
         return bool(self.events)
 
     @property

@@ -70,7 +70,7 @@ class Timing(NamedTuple):
     step: float
 
     def duration(self, tone: Tone) -> float:
-        """Return how long a tone lasts [s]."""
+        """Return the duration of a tone [s]."""
         return (tone.last - tone.first + 1) * self.step
 
 

@@ -102,7 +102,7 @@ class Mode(NamedTuple):
 
     @property
     def frequency_hz(self) -> float:
-        """Return the frequency [Hz], by the imaginary part of the eigenvalue."""
+        """Return the frequency [Hz]: magnitude of Im(lambda) over 2 pi."""
         return abs(self.eigenvalue.imag) / math.tau
 
     @property
@@ -119,7 +119,7 @@ class Mode(NamedTuple):
 
     @property
     def unstable(self) -> bool:
-        """Return whether the mode grows."""
+        """Return whether the mode is unstable."""
         return self.kind in ('flutter', 'divergence')
 
 

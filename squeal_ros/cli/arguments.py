@@ -77,13 +77,13 @@ def check_output(option: str, path: str | Path | None, suffixes: Sequence[str] =
 
 
 def check_workers(count: int) -> None:
-    """Raise SquealError for a number of workers that cannot be."""
+    """Raise SquealError for an invalid number of workers."""
     if not 0 <= count <= MOST_WORKERS:
         raise SquealError(f'--workers: is {count}; give 0 (this process) to {MOST_WORKERS}')
 
 
 def positive(name: str, value: float) -> float:
-    """Return a value that is positive and finite; raise SquealError for another."""
+    """Return a value, or raise SquealError if it is not positive and finite."""
     if not (math.isfinite(value) and value > 0.0):
         raise SquealError(f'{name}: is {value}; give a positive number')
     return value

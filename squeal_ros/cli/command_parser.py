@@ -54,12 +54,12 @@ class CommandParser(argparse.ArgumentParser):
 
 
 def add_range(p: argparse._ActionsContainer, option: str, what: str | None) -> None:
-    """Add an option of two numbers, lowest and highest."""
+    """Add an option that takes the two ends of a range."""
     p.add_argument(option, type=float, nargs=2, metavar=('LOW', 'HIGH'), help=what)
 
 
 def mode_numbers(text: str) -> list[int]:
-    """Return the numbers of modes in a list like 3,7."""
+    """Parse a list of mode numbers such as 3,7."""
     try:
         return [int(number) for number in text.split(',')]
     except ValueError:
@@ -68,13 +68,13 @@ def mode_numbers(text: str) -> list[int]:
 
 
 def add_without_rotation(p: argparse.ArgumentParser) -> None:
-    """Add the option that leaves out what rotation brings."""
+    """Add the option that leaves out the rotation effects."""
     p.add_argument('--without-rotation', action='store_true',
                    help='leave out the gyroscopic, radial and slope terms')
 
 
 def add_sweep(p: argparse.ArgumentParser, default: str) -> None:
-    """Add a model and what is varied over which values."""
+    """Add the model and the parameters of a sweep."""
     p.add_argument('model', metavar='MODEL|BRAKE.yaml',
                    help='path of a model file, a shipped name, or a brake description')
     add_point(p, needs_speed=False)
@@ -112,7 +112,7 @@ def add_point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
 
 
 def add_slope(p: argparse.ArgumentParser) -> None:
-    """Add the options of the friction slope, of which one excludes the other."""
+    """Add the mutually exclusive options of the friction slope."""
     slope = p.add_mutually_exclusive_group()
     slope.add_argument('--friction-slope', type=float, metavar='S/M',
                        help='d mu / d v (default 0 with --friction)')
@@ -121,13 +121,13 @@ def add_slope(p: argparse.ArgumentParser) -> None:
 
 
 def add_damping_scale(p: argparse.ArgumentParser) -> None:
-    """Add the option of a factor on a model's damping."""
+    """Add the option of the damping scale."""
     p.add_argument('--damping-scale', type=float, default=1.0, metavar='FACTOR',
                    help="on the model's damping of components, supports and contact (default 1)")
 
 
 def add_force(p: argparse.ArgumentParser) -> None:
-    """Add the option that allows outputs to be replaced."""
+    """Add the option to replace existing outputs."""
     p.add_argument('--force', action='store_true', help='replace existing outputs')
 
 

@@ -26,7 +26,7 @@ __all__ = ['note', 'plain', 'ProgressBar', 'report_progress', 'time_left', 'warn
 
 
 def report_progress(text: str) -> None:
-    """Say what is being done where a person reads it."""
+    """Print what is being done, if stderr is a terminal."""
     if sys.stderr.isatty():
         print(f'{text} ...', file=sys.stderr)
 

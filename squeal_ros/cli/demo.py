@@ -65,27 +65,27 @@ class DemoFiles:
 
     @property
     def inputs(self) -> Path:
-        """Return the bag of what the vehicle published."""
+        """Return the path of the input bag."""
         return self.folder / 'inputs.mcap'
 
     @property
     def outputs(self) -> Path:
-        """Return the bag that the replay writes."""
+        """Return the path of the output bag of the replay."""
         return self.folder / 'outputs.mcap'
 
     @property
     def table(self) -> Path:
-        """Return the table of ticks beside it."""
+        """Return the path of the CSV table of the replay."""
         return self.outputs.with_suffix('.csv')
 
     @property
     def live_table(self) -> Path:
-        """Return the table of what the node published."""
+        """Return the path of the CSV table of the live node."""
         return self.folder / 'live.csv'
 
     @property
     def picture(self) -> Path:
-        """Return the plot of the drive."""
+        """Return the path of the plot of the drive."""
         return self.folder / 'drive.png'
 
     def described(self) -> Iterator[tuple[str, Path]]:

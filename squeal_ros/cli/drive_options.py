@@ -38,7 +38,7 @@ def add_options(p: argparse.ArgumentParser) -> None:
 
 
 def add_cycle(p: argparse.ArgumentParser) -> None:
-    """Add the argument that names a drive or gives its file."""
+    """Add the drive cycle: a shipped name or a file."""
     p.add_argument('cycle', nargs='?', default='us06', metavar='DRIVE',
                    help='CSV of time_s and speed_m_s or speed_km_h, YAML of a schedule, or a '
                    'shipped name (default us06)')

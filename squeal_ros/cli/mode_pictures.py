@@ -35,7 +35,7 @@ _THRESHOLD = 0.5  # %, of the damping ratio
 
 
 def add_picture_options(p: argparse.ArgumentParser) -> None:
-    """Add the options of pictures of modes."""
+    """Add the options for plots of modes."""
     p.add_argument('--plot', metavar='FILE', help=f'a picture, {", ".join(PICTURES)}; of a shape '
                    '.html too, which turns')
     p.add_argument('--picture', choices=_KINDS, default='shape',

@@ -33,8 +33,7 @@ class AdviceReports:
     Computes advice on each brake once in a period of the diagnostics, at ticks of absolute time.
 
     The split is searched for once in `margin_confirm_interval`, when all brakes slide, over some
-    seconds: a step or a few at a tick, but at those at which risks are evaluated: they take
-    longest without it.
+    seconds: a step or a few at each tick that evaluates no risks, as those that do take longest.
 
     Parameters
     ----------
@@ -56,8 +55,9 @@ class AdviceReports:
         self._period, self._interval = settings.period, round(1e9 / settings.diagnostics_rate)
         self._at_once = math.ceil(
             _STEPS * len(settings.brakes) * 1e-9 * settings.period / _SEARCH)
-        risk_interval = round(1e9 / settings.risk_rate)
-        self._risk_interval = risk_interval if risk_interval > settings.period else 0
+        # 0 where every tick evaluates risks: the search does not wait then
+        self._risk_interval = (
+            settings.risk_interval if settings.risk_interval > settings.period else 0)
         self._pause = round(1e9 * settings.margin_confirm_interval)
         self._steps: SplitSteps | None = None
         self._began: int | None = None  # the last search [ns]
@@ -81,11 +81,11 @@ class AdviceReports:
                 self._advise(one)
         if due[-1] and self._steps is None and self._may_search(found):
             self._steps = self._advice.split(found)
-        if not is_due(found[0].time, self._period, self._risk_interval, 0, 1):
+        if not is_due(found[0].time, self._period, self._risk_interval):
             self._search()
 
     def _search(self) -> None:
-        """Go on with the search for the split."""
+        """Continue the search for the split."""
         for _ in range(self._at_once):
             if self._steps is None:
                 break

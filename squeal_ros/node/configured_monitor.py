@@ -109,7 +109,7 @@ class ConfiguredMonitor:
         self.monitor.reset()
 
     def destroy(self) -> None:
-        """Take topics and subscriptions out of the node."""
+        """Destroy publishers and subscriptions."""
         self.inputs.destroy()
         self.outputs.destroy()
 

@@ -70,7 +70,7 @@ class DeferredCallbackGroup(MutuallyExclusiveCallbackGroup):  # type: ignore[mis
     open = False  # noqa: A003
 
     def can_execute(self, entity: Any) -> bool:
-        """Tell rclpy whether an entity is served now: only while the group is open."""
+        """Tell rclpy whether an entity may be executed: only while the group is open."""
         return self.open and bool(super().can_execute(entity))
 
 

@@ -185,7 +185,7 @@ class Source:
     sight: _Sight = field(default_factory=_Sight, compare=False)
 
     def sample(self, message: Any, received: int, number: int, connection: int) -> Sample:
-        """Return the sample in a message that was received at a time [ns]."""
+        """Return the sample in a message received at a time [ns]."""
         return self.sample_of(self.path.read(message), stamp_of(message, received), received,
                               number, connection)
 

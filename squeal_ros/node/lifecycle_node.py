@@ -84,7 +84,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
 
     @property
     def settings(self) -> MonitorSettings:
-        """Return the settings by the parameters as they are now."""
+        """Return the settings of the present parameters."""
         return self._parameters_of_ours.settings
 
     def report(self, error: Exception) -> None:
@@ -125,7 +125,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Begin to assess, with nothing known of what came before."""
+        """Start assessments, without any earlier samples."""
         try:
             assert self._configured is not None
             self._configured.begin()
@@ -145,17 +145,17 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End alarms, say that nothing is known, and stop."""
+        """End alarms, publish that nothing is known, and stop."""
         self._leave_active()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let go of model and topics."""
+        """Release model and topics."""
         self._release()
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let go of model and topics, from any state; alarms end before."""
+        """Release model and topics from any state; end alarms first."""
         if state.label == 'active':
             self._leave_active()
         self._release()

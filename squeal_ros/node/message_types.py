@@ -40,11 +40,11 @@ class RosMessages:
         return fields
 
     def floats(self, values: Sequence[float]) -> Any:
-        """Return an array, which rclpy takes without looking at each value."""
+        """Return an array, which rclpy does not check value by value."""
         return array('d', values)
 
     def byte(self, value: int) -> Any:
-        """Return one byte, as rclpy wants it."""
+        """Return one byte, as rclpy requires."""
         return bytes([value])
 
 

@@ -107,7 +107,7 @@ class Rate:
         self.per_second = math.nan
 
     def update(self, count: int, steady: int) -> float:
-        """Return the rate [Hz] by a count at a steady time [ns]; NaN in the first second."""
+        """Return the rate [Hz] from a count at a steady time [ns]; NaN in the first second."""
         if self._since is None:
             self._since = count, steady
         elif steady - self._since[1] >= 1_000_000_000:
@@ -124,7 +124,7 @@ class Growth:
         self._at: int | None = None
 
     def recent(self, count: int, steady: int) -> bool:
-        """Tell whether a count grew of late, at a steady time [ns]."""
+        """Tell whether a count grew recently, at a steady time [ns]."""
         if count != self._count:
             self._count, self._at = count, steady
         return self._at is not None and steady - self._at < RECENT

@@ -91,7 +91,7 @@ class OutputTopics:
                 qos_overriding_options=QoSOverridingOptions(POLICIES))
 
     def publish(self, assessments: Iterable[Assessment]) -> None:
-        """Publish what is known of each brake at a tick."""
+        """Publish the assessments of all brakes at a tick."""
         for assessment in assessments:
             for name, message in messages.brake_messages(self._library, assessment):
                 self._publishers[assessment.brake, name].publish(message)
@@ -105,7 +105,7 @@ class OutputTopics:
         self._publishers[brake, name].publish(message)
 
     def publish_markers(self, brake: str, markers: Any) -> None:
-        """Publish the picture of a brake's mode shape."""
+        """Publish the markers of a brake's mode shape."""
         self._publishers[brake, 'mode_shape'].publish(markers)
 
     def publish_diagnostics(self, message: Any) -> None:
@@ -113,7 +113,7 @@ class OutputTopics:
         self._publishers['', _DIAGNOSTICS].publish(message)
 
     def publish_events(self, message: Any) -> None:
-        """Publish alarms that began or ended."""
+        """Publish the events of alarms."""
         self._publishers['', messages.EVENTS].publish(message)
 
     def destroy(self) -> None:

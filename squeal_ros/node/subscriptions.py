@@ -165,12 +165,12 @@ class InputTopics:
 
     @property
     def undecodable(self) -> int:
-        """Return how many messages of all topics could not be decoded."""
+        """Return the number of messages that could not be decoded."""
         return sum(topic.undecodable for topic in self._topics.values())
 
     @property
     def dropped(self) -> int:
-        """Return how many messages did not come, by the numbers of their publishers."""
+        """Return the number of lost messages, by the sequence numbers of their publishers."""
         return sum(topic.dropped for topic in self._topics.values())
 
     def publishers(self, topic: str) -> str:

@@ -128,7 +128,7 @@ class StandstillWatch:
         self._moved = steady
 
     def standstill(self, now: int, steady: int) -> int:
-        """Return for how long a clock has shown the same time [ns], by a steady one."""
+        """Return for how long a clock has stood still [ns], by a steady clock."""
         if now != self._seen:
             # a first look at a simulated clock that has not started is no movement
             if self._seen is not None or now != 0:

@@ -92,7 +92,7 @@ class Ticker:
         self._arm()
 
     def stop(self) -> None:
-        """End; no tick comes after it."""
+        """Stop the ticks."""
         if self._jumps is not None:
             self._jumps.unregister()
             self._node.destroy_timer(self._timer)

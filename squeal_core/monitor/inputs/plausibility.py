@@ -94,7 +94,7 @@ class BarGuard:
         self._told = False
 
     def check(self, stamp: int, value: float) -> str:
-        """Return what speaks against a sample; empty: nothing."""
+        """Return why a sample is implausible; empty if it is plausible."""
         inside = _LEAST_BAR <= value < self._below
         if not _LEAST_GAUGE_BAR <= value < self._below:
             self._told = False
@@ -117,7 +117,7 @@ class GaugeGuard:
         self._returns = 0
 
     def check(self, stamp: int, value: float) -> str:
-        """Return what speaks against a sample; empty: nothing."""
+        """Return why a sample is implausible; empty if it is plausible."""
         low, high = _AIR
         rests = self._rest.lasts(stamp, low <= value <= high)
         if value < _RELEASED:
@@ -141,7 +141,7 @@ class AbsoluteGuard:
         self._told = False
 
     def check(self, stamp: int, value: float) -> str:
-        """Return what speaks against a sample; empty: nothing."""
+        """Return why a sample is implausible; empty if it is plausible."""
         if self._pressure.lasts(stamp, value > _NO_VACUUM):
             self._told = False
         self._told |= self._vacuum.lasts(stamp, value < _VACUUM)
@@ -229,7 +229,7 @@ class RpmGuard:
         self._rpm_until: int | None = None  # None: until it leaps back
 
     def check(self, stamp: int, value: float) -> str:
-        """Return what speaks against a sample; empty: nothing."""
+        """Return why a sample is implausible; empty if it is plausible."""
         if abs(value) * RPM > self._maximum:
             return ''
         beyond = abs(value) > self._maximum

@@ -53,7 +53,7 @@ class ResultPaths(NamedTuple):
 
     @classmethod
     def in_folder(cls, folder: Path) -> 'ResultPaths':
-        """Return those of a recording's own folder."""
+        """Return the paths in a recording's own folder."""
         return cls(*(folder / name for name in (
             'outputs.mcap', 'table.csv', 'table.parquet', 'events.csv', 'applications.csv',
             SUMMARY)))

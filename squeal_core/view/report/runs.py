@@ -135,12 +135,12 @@ def _number(value: float) -> float:
 
 
 def start_of(result: ReplayResult) -> float:
-    """Return when the recording of a result begins [s]."""
+    """Return the start time of the recording of a result [s]."""
     return float(result.summary['recording']['start_s'] or 0.0)
 
 
 def end_of(result: ReplayResult) -> float:
-    """Return when it ends [s]."""
+    """Return its end time [s]."""
     return float(result.summary['recording']['end_s'] or 0.0)
 
 

@@ -24,7 +24,7 @@ DASH = '–'
 
 
 def number(value: float, digits: str = '.1f') -> str:
-    """Return a number in digits, or a dash where it is not known."""
+    """Return a formatted number, or a dash if it is not finite."""
     return format(value, digits) if math.isfinite(value) else DASH
 
 
@@ -34,7 +34,7 @@ def risk(value: float) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent, or a dash where it is not known."""
+    """Return a share in per cent, or a dash if it is not finite."""
     return f'{100.0 * share:.1f} %' if math.isfinite(share) else DASH
 
 

@@ -69,7 +69,7 @@ class BagRecording:
 
     @property
     def notes(self) -> list[str]:
-        """Return what is to be known of the bag, as far as it was read."""
+        """Return notes on the bag, as far as it was read."""
         return [*self._about, *self._bag.notes]
 
     @property
@@ -79,7 +79,7 @@ class BagRecording:
 
     @property
     def messages(self) -> int:
-        """Return how many messages hold inputs."""
+        """Return the number of messages on the input topics."""
         return sum(self._bag.types[topic].total() for topic in self._found.wanted
                    if topic in self._bag.types)
 

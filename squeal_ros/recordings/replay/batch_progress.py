@@ -42,7 +42,7 @@ class BatchProgress:
 
     @property
     def stopping(self) -> bool:
-        """Return whether the rest is to be left out."""
+        """Return whether a stop was requested."""
         return bool(self._stop.value)
 
     def set_part(self, place: int, part: float) -> None:
