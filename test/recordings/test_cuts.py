@@ -16,8 +16,9 @@
 A replay of any cut of a drive gives the live numbers, bit for bit, whatever ran before.
 
 Stability is a function of the samples, hence equal from the second assessment on (the first may
-see less of them). Risk is one of the brake application, too: equal from the first release on, and
-marked as incomplete before.
+see less of them). So is the instability probability, from the second evaluation of the risk on:
+the first is at the first tick, and held. Risk is a function of the brake application, too: equal
+from the first release on, and marked as incomplete before.
 """
 
 from collections.abc import Iterator, Mapping
@@ -42,6 +43,7 @@ from support.linear_growth import LinearGrowth
 
 PERIOD = 50_000_000  # ns
 BEGIN, COUNT = 2000 * PERIOD, 120
+RISK_EVERY = 2  # ticks
 BRAKES = ('fl', 'fr', 'rl', 'rr')
 SIGNALS: tuple[Signal, ...] = ('rotor_speed', 'pressure', 'friction')
 FLOAT = 'std_msgs/msg/Float64'
@@ -78,7 +80,7 @@ def settings(table: str) -> MonitorSettings:
                        f'{brake}.{signal}.type': FLOAT, f'{brake}.{signal}.field': 'data'}
     return read_settings({'brakes': list(BRAKES), 'rate': 20.0, 'table': table,
                           'margin_confirm_interval': 1.0, 'squeal_band_low_hz': 500.0,
-                          'ensemble_size': 16.0, 'risk_rate': 10.0, **inputs})
+                          'ensemble_size': 16.0, 'risk_rate': 20.0 / RISK_EVERY, **inputs})
 
 
 def drive(seed: int) -> Drive:
@@ -100,6 +102,7 @@ class Numbers(NamedTuple):
 
     state: str
     stability: str
+    instability: str
     risk: str
     incomplete: bool
 
@@ -111,6 +114,7 @@ def numbers(found: Assessment) -> Numbers:
         found.state,
         repr((found.brake, found.state, found.growth_rate, found.worst_frequency_hz,
               found.friction_margin, found.modes, margin)),
+        repr(found.instability_probability),
         repr((found.reason, found.risk, found.instability_probability, found.build_up,
               found.time_to_squeal, found.build_ups, risk and vars(risk.result),
               risk and risk.result.family_build_up.tolist())),
@@ -136,12 +140,14 @@ def cuts(events: Drive, count: int, seed: int) -> Iterator[Drive]:
 
 
 def check(whole: Mapping[int, list[Numbers]], cut: Mapping[int, list[Numbers]]) -> None:
-    ticks = sorted(cut)[1:]
+    first, *ticks = sorted(cut)
+    evaluated = first + RISK_EVERY  # at the latest
     assert len(ticks) > 3
     released: set[int] = set()
     for tick in ticks:
         for place, (ours, theirs) in enumerate(zip(cut[tick], whole[tick], strict=True)):
             assert ours.stability == theirs.stability
+            assert tick < evaluated or ours.instability == theirs.instability
             if ours.state == 'released':
                 released.add(place)
             if place in released:
