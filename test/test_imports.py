@@ -41,6 +41,11 @@ PACKAGES = (
     'squeal_core.calibration',
     'squeal_core.studies',
     'squeal_core.verification',
+    'squeal_core.monitor.axles',
+    'squeal_core.monitor.setting_specs',
+    'squeal_core.monitor.brake_settings',
+    'squeal_core.monitor.settings',
+    'squeal_core.monitor.inputs',
     'squeal_core.monitor',
     'squeal_core.monitor.results',
     'squeal_core.sound',
@@ -110,8 +115,20 @@ def _imports(node: ast.AST, *, at_load: bool) -> Iterator[Import]:
             assert child.level == 0, 'write whole module names'
             yield from (Import(_module(str(child.module), alias.name), at_load)
                         for alias in child.names)
+        elif isinstance(child, ast.Call):
+            yield from _named(child, at_load=at_load)
         lazy = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
         yield from _imports(child, at_load=at_load and not lazy)
+
+
+def _named(call: ast.Call, *, at_load: bool) -> Iterator[Import]:
+    """Yield what `import_module` or `__import__` is told to import, where it is a name."""
+    function = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(
+        call.func, 'id', '')
+    if function in ('import_module', '__import__') and call.args:
+        match call.args[0]:
+            case ast.Constant(value=str(target)):
+                yield Import(target, at_load)
 
 
 def _module(package: str, name: str) -> str:
@@ -232,6 +249,8 @@ def test_what_the_core_pulls_in(action: str) -> None:
     ('class A:\n import yaml', 'yaml', True),
     ('def f():\n def g():\n  import yaml', 'yaml', False),
     ('class A:\n async def f(self):\n  from yaml import load', 'yaml', False),
+    ('importlib.import_module("squeal_core.risk")', 'squeal_core.risk', True),
+    ('def f():\n return __import__("yaml")', 'yaml', False),
     ('from squeal_core.common import errors', 'squeal_core.common.errors', True),
     ('from squeal_core import BrakeModel', 'squeal_core', True),
     ('from squeal_core.brake.dimensions import Brake', 'squeal_core.brake.dimensions', True)])
