@@ -16,7 +16,6 @@
 
 import multiprocessing
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -28,7 +27,7 @@ from support.processes import process
 
 TWICE = """
 from squeal_core.common.worker_processes import run_jobs
-from test_worker_processes import stay
+from support.processes import stay
 list(run_jobs(stay, {0: (), 1: ()}, 2))
 """
 
@@ -37,11 +36,6 @@ def root(value: float) -> tuple[float, int]:
     if value < 0.0:
         raise ValueError(f'{value} is negative')
     return value**0.5, os.getpid()
-
-
-def stay() -> None:
-    print('here', flush=True)
-    signal.pause()
 
 
 def end() -> None:
@@ -73,7 +67,7 @@ def test_workers_at_work_end_with_the_iterator() -> None:
 
 def test_workers_at_work_end_when_their_parent_is_killed() -> None:
     with process(['-c', TWICE], {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
-                 stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parent) as parent:
+                 stdout=subprocess.PIPE, text=True) as parent:
         assert [parent.stdout.readline() for _ in range(2)] == ['here\n', 'here\n']
         parent.kill()
         assert not parent.stdout.read()  # nobody has it open any more
