@@ -47,6 +47,7 @@ from squeal_core.model.sliding_laws import sliding_laws
 from squeal_core.risk.ensemble import EnsemblePrior
 from squeal_core.risk.risk_records import GrowthSource
 from squeal_core.simulation import contact_points, first_events, OperatingHistory
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 from support.heard_brakes import (  # noqa: E402
@@ -102,7 +103,7 @@ def simulated(model: BrakeModel, applications: list[BrakeApplication], values: F
 def noted(truth: Truth, rng: np.random.Generator) -> Truth:
     """Return the truth with wrong labels, of events at random pitches."""
     heard = truth.squealed ^ (rng.random(truth.squealed.size) < WRONG)
-    random = np.exp(rng.uniform(math.log(1250.0), math.log(16_000.0), heard.size))
+    random = np.exp(rng.uniform(*np.log(SQUEAL_BAND), heard.size))
     return truth._replace(squealed=heard, frequency_hz=np.where(
         truth.squealed, truth.frequency_hz, random))
 

@@ -20,6 +20,7 @@ import re
 
 from squeal_core.common.checks import check_number
 from squeal_core.common.errors import SquealError
+from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 REFERENCE_PRESSURE = 20e-6  # Pa
 REFERENCE_ACCELERATION = 1e-6  # m/s^2, of ISO 1683
@@ -120,7 +121,7 @@ class ListeningSettings:
 
     """
 
-    band: tuple[float, float] = (1250.0, 16000.0)
+    band: tuple[float, float] = SQUEAL_BAND
     prominence: float = 15.0
     threshold: float = math.nan
     shortest: float = 0.1
