@@ -14,7 +14,6 @@
 
 """What a recorded bag holds: topics, and the numbers in their messages."""
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 import math
 from pathlib import Path
@@ -88,7 +87,6 @@ class _Topic:
         self.statistics = Statistics()
         self.messages = 0
         self._fields: dict[str, Statistics] = {}
-        self._counted: Counter[str] = Counter()
 
     def is_due(self, size: int) -> bool:
         """Tell whether the next message is to be decoded."""
