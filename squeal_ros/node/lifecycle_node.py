@@ -69,7 +69,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         refuse_in_words(self)
         guard_services(self, self.report)
         self._parameters_of_ours = NodeParameters(
-            self, lambda: self._configured is not None, self._retune)
+            self, lambda: self._configured is not None, self._update_settings)
         self._ticker = Ticker(self, *(report_exceptions(call, self.report) for call in (
             self._gather, self._tick, self._clock_stopped)), alone=alone)
 
@@ -170,7 +170,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
     def _start_ticker(self) -> None:
         self._ticker.start(self.settings.period, round(self.settings.clock_timeout * 1e9))
 
-    def _retune(self, settings: MonitorSettings) -> None:
+    def _update_settings(self, settings: MonitorSettings) -> None:
         """Take changed parameters: what is fixed while configured is not among them."""
         if self._configured is None:
             return

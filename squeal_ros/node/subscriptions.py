@@ -38,7 +38,7 @@ POLICIES = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILIT
 _UNNAMED = '_UNKNOWN_'  # in the names of a node that was discovered only in part
 _NO_NUMBER = 2**64 - 1  # RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED
 _LOOK_PERIOD = 1_000_000_000  # ns
-_DEPTH = 20  # 2 kHz from one beat to the next; more than that only makes a busy node later
+_DEPTH = 20  # 2 kHz from one wake-up to the next; more than that only makes a busy node later
 
 
 class _Moment(NamedTuple):

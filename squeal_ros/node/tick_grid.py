@@ -74,7 +74,7 @@ class TickGrid:
         return _ceil((passed * parts // self.period + 1) * self.period, parts) - passed
 
     def due(self, now: int) -> bool:
-        """Tell whether `beat` would give a tick; at a time of zero, which is none, it does not."""
+        """Tell whether `next_tick` would return a tick; never at a time of zero, which is none."""
         if now == 0:
             return False
         tick = now // self.period

@@ -34,7 +34,7 @@ from rclpy.node import Node
 from squeal_ros.node.tick_grid import StandstillWatch, Tick, TickGrid
 
 _LOOKS = 4  # at a simulated clock within its timeout
-_LONGEST = 10_000_000  # ns between two beats: in so short a time no queue of messages fills
+_LONGEST = 10_000_000  # ns between two wake-ups: in so short a time no queue of messages fills
 _KEPT = 50_000_000  # ns for which services wait at most
 
 
@@ -42,13 +42,13 @@ class Ticker:
     """
     Calls `on_tick` with each tick that is due, and `on_stop` while ROS time stands still.
 
-    Every tick is a beat; so are moments in between where ticks are rare.
+    It wakes up at every tick, and in between where ticks are rare.
 
     Parameters
     ----------
     node : rclpy.node.Node
     gather : callable
-        Takes the messages that came: called at every beat before all else, and before simulated
+        Takes the messages that came: called at every wake-up before all else, and before simulated
         time changes, so that each finds the time at which it came.
     on_tick : callable
         Given a `Tick`.
@@ -74,8 +74,8 @@ class Ticker:
         self._timeout, self._begun = clock_timeout, False
         self._grid = TickGrid(period, self._now(), time.monotonic_ns())
         self._watch = StandstillWatch(time.monotonic_ns())
-        self._guard = self._node.create_guard_condition(self._beat)
-        self._timer = self._node.create_timer(1.0, self._beat, clock=self._steady)
+        self._guard = self._node.create_guard_condition(self._wake)
+        self._timer = self._node.create_timer(1.0, self._wake, clock=self._steady)
         self._jumps = self._node.get_clock().create_jump_callback(
             JumpThreshold(min_forward=Duration(nanoseconds=1),
                           min_backward=Duration(nanoseconds=-1)),
@@ -109,7 +109,7 @@ class Ticker:
         if self._grid.due(self._now()):
             self._guard.trigger()
 
-    def _beat(self) -> None:
+    def _wake(self) -> None:
         if self._timer is None:
             return
         end = time.monotonic_ns() + _KEPT
@@ -125,7 +125,7 @@ class Ticker:
                 self._arm()
 
     def _sleeps(self, end: int) -> bool:
-        """Sleep until the next beat and keep the thread, or return at once and leave it."""
+        """Sleep until the next wake-up and keep the thread, or return at once and leave it."""
         if not (self._alone and self._timer is not None and self._node.context.ok()):
             return False
         if self._simulated:  # of which only the executor hears
@@ -150,7 +150,7 @@ class Ticker:
             self._on_tick(tick)
 
     def _arm(self) -> None:
-        """Wait for the next beat; with simulated time, for the next look at it."""
+        """Wait for the next wake-up; with simulated time, for the next look at it."""
         if self._simulated:
             self._timer.timer_period_ns = min(self._timeout // _LOOKS, _LONGEST)
             self._go_on()

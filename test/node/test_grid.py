@@ -93,11 +93,11 @@ def test_ticks_that_came_meanwhile_are_made_up(simulated: bool) -> None:
     assert found.next_tick(start + period, period, simulated=simulated)
     made = []
     for now in range(start + 100 * MS, start + 120 * MS, 2 * MS):
-        while (beat := found.next_tick(now, now - start, simulated=simulated)) is not None:
-            made.append(beat)
-    assert [beat.time - start for beat in made] == [n * period for n in range(2, 12)]
-    assert [beat.late for beat in made] == [n * period for n in range(8, -1, -1)] + [0]
-    assert {beat.lost for beat in made} == {0}
+        while (tick := found.next_tick(now, now - start, simulated=simulated)) is not None:
+            made.append(tick)
+    assert [tick.time - start for tick in made] == [n * period for n in range(2, 12)]
+    assert [tick.late for tick in made] == [n * period for n in range(8, -1, -1)] + [0]
+    assert {tick.lost for tick in made} == {0}
     assert found.next_tick(start + 119 * MS, 119 * MS, simulated=simulated) is None
 
 
@@ -136,14 +136,14 @@ def test_a_step_back_goes_on_from_there() -> None:
         10 * SECOND + PERIOD, 0, 0)
 
 
-@pytest.mark.parametrize(('simulated', 'steady', 'beat'), [
+@pytest.mark.parametrize(('simulated', 'steady', 'tick'), [
     (False, SECOND, ('forward', 0)), (True, SECOND, ('forward', 0)),
     (False, 3600 * SECOND, ('', 36000 - 1))])
 def test_a_step_forward_is_no_lost_hour_but_a_blocked_node_is(
-        simulated: bool, steady: int, beat: tuple[str, int]) -> None:
+        simulated: bool, steady: int, tick: tuple[str, int]) -> None:
     found = grid().next_tick(4600 * SECOND, steady, simulated=simulated)
     assert found is not None
-    assert (found.jump, found.lost) == beat
+    assert (found.jump, found.lost) == tick
 
 
 @given(st.lists(st.integers(-3 * SECOND, 3 * SECOND) | st.integers(0, SECOND // 4), max_size=60),
@@ -154,13 +154,13 @@ def test_ticks_go_forward_unless_they_say_so(
     now, last, found = 1000 * SECOND, 1000 * SECOND, TickGrid(period, 1000 * SECOND, 0)
     for steady, step in enumerate(steps):
         now += step
-        beat = found.next_tick(now, steady, simulated=simulated)
-        if beat:
-            assert beat.time % period == 0
-            assert 0 <= beat.late == now - beat.time <= max(period, SECOND // 10)
-            assert (beat.time > last) != (beat.jump == 'back')
-            assert beat.jump or beat.time - last == (beat.lost + 1) * period
-            last = beat.time
+        tick = found.next_tick(now, steady, simulated=simulated)
+        if tick:
+            assert tick.time % period == 0
+            assert 0 <= tick.late == now - tick.time <= max(period, SECOND // 10)
+            assert (tick.time > last) != (tick.jump == 'back')
+            assert tick.jump or tick.time - last == (tick.lost + 1) * period
+            last = tick.time
 
 
 def test_standstill_is_measured_from_the_last_movement() -> None:
