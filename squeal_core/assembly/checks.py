@@ -29,7 +29,7 @@ from squeal_core.modes.modal_basis import ModalBasis, Quadrature
 from squeal_core.stability.eigensolution import complex_modes, ComplexModes, Mode, SQUEAL_BAND
 from squeal_core.stability.eigenvectors import mode_vectors
 
-SPEEDS = (5.0, 20.0)  # rad/s, at which roots are looked at
+SPEEDS = (5.0, 20.0)  # rad/s, at which eigenvalues are looked at
 _LEAST_MAC = 0.9  # under it interpolated shapes are other shapes
 _FRICTION = 0.42
 _PRELOAD = 2000.0  # N

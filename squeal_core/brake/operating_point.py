@@ -108,6 +108,10 @@ class OperatingPoint:
     OperatingPointError
         For a value that is not finite, a speed of zero, a negative pressure, stiffness or scale.
 
+    References
+    ----------
+    K09 eqs (38), (A.3)-(A.7): see `BrakeModel`.
+
     Examples
     --------
     >>> from squeal_core import OperatingPoint

@@ -203,7 +203,8 @@ class BrakeModel:
         """
         Mask (N,) of coordinates that no stiffness acts on, as K09's pads sliding in plane.
 
-        Their columns of K vanish at every operating point, so each gives an exact root at zero.
+        Their columns of K vanish at every operating point, so each gives an eigenvalue of
+        exactly zero.
         """
         free = self.angular_frequencies == 0.0
         for name in ('contact_stiffness', 'friction_couple', 'follower', 'support_stiffness'):

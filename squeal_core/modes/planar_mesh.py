@@ -20,10 +20,10 @@ irregular nodes of each plane to a polar grid, along whose rows they can be diff
 over which integrals are sums. `PlanarModes` does so as the paper prints it (eqs 39-42), or as it
 should be; docs/explanation/planar_mesh.md shows the difference.
 
-    scattered_nodes   irregular nodes of one plane -> any points of it
-    planar_layers     the stack of planes, and what lies between two of them
-    planar_grid       polar grids, rules of quadrature
-    planar_mesh       all together: a `ModalBasis`. Import from here.
+    rbf_interpolation       irregular nodes of one plane -> any points of it
+    layered_interpolation   the stack of planes, and points between two of them
+    planar_grid             polar grids, rules of quadrature
+    planar_mesh             all together: a `ModalBasis`. Import from here.
 """
 
 from collections.abc import Iterator

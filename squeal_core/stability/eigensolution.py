@@ -82,7 +82,7 @@ class Tolerances:
 
 class Mode(NamedTuple):
     """
-    One mode of the coupled system: the root with Im >= 0 of its pair.
+    One mode of the coupled system: the eigenvalue with Im >= 0 of its pair.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Mode(NamedTuple):
         lambda [1/s].
     kind : str
         'flutter' and 'stable' modes oscillate (an overdamped mode is 'stable' too);
-        'divergence' grows without oscillating; 'rigid' is a root at zero.
+        'divergence' grows without oscillating; 'rigid' is an eigenvalue at zero.
 
     """
 
@@ -126,24 +126,24 @@ class Mode(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class ComplexModes:
     """
-    All roots at an operating point, and the modes they make.
+    All eigenvalues at an operating point, and the modes they make.
 
     Parameters
     ----------
     nonoscillatory : array
-        Roots that do not oscillate [1/s], least stable first.
+        Eigenvalues that do not oscillate [1/s], least stable first.
     oscillatory : array
-        Those with Im > 0, by frequency; their conjugates are roots too.
+        Those with Im > 0, by frequency; their conjugates are eigenvalues too.
     mode_eigenvalues : (N,) array
-        One root of each mode, in order of index: the one with Im >= 0. Of two roots that do not
-        oscillate the less stable one speaks for the mode.
+        One eigenvalue of each mode, in order of index: the one with Im >= 0. Of two that do not
+        oscillate the less stable one represents the mode.
     errors : (N,) array
-        What the root of each mode may be off by [1/s], beyond rounding.
+        What the eigenvalue of each mode may be off by [1/s], beyond rounding.
     tolerances : Tolerances
     source : str
         'full' for an eigensolution, 'table' for a look-up in a table.
     mode_numbers : (n,) index array, optional
-        Mode number of each root where only some of the modes are listed; None: 1 to N.
+        Mode number of each eigenvalue where only some of the modes are listed; None: 1 to N.
     omitted_below : float
         Growth rate that every oscillating mode not listed stays below [1/s]; -inf: all are listed.
 
@@ -162,13 +162,13 @@ class ComplexModes:
 
     @property
     def numbers(self) -> IndexArray:
-        """Mode number of each root, in order of frequency among all N modes."""
+        """Mode number of each eigenvalue, in order of frequency among all N modes."""
         return np.arange(1, self.mode_eigenvalues.size + 1) if self.mode_numbers is None else (
             self.mode_numbers)
 
     @cached_property
     def eigenvalues(self) -> ComplexArray:
-        """All 2N roots [1/s]: those that do not oscillate, then pairs by frequency."""
+        """All 2N eigenvalues [1/s]: those that do not oscillate, then pairs by frequency."""
         pairs = np.column_stack([self.oscillatory, self.oscillatory.conj()]).ravel()
         return readonly(np.concatenate([self.nonoscillatory, pairs]), complex)
 
@@ -228,9 +228,9 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 
     Notes
     -----
-    Coordinates without stiffness are taken out of the state first. Each would add a root at zero
-    that is defective together with its velocity's, and that rounding turns into a small complex
-    pair; without it the root is known exactly.
+    Coordinates without stiffness are taken out of the state first. Each would add an eigenvalue at
+    zero that is defective together with its velocity's, and that rounding turns into a small
+    complex pair; without it the eigenvalue is known exactly.
 
     References
     ----------
@@ -252,22 +252,22 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 
 
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
-    """Return all 2N roots [1/s], in no particular order; K09 eq. (36), a = a0 exp(lambda t)."""
+    """Return all 2N eigenvalues [1/s], in any order; K09 eq. (36), a = a0 exp(lambda t)."""
     found = moving_eigenvalues(model, point)
     return np.concatenate([np.zeros(2 * model.size - found.size, complex), found])
 
 
 def moving_eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
-    """Return the roots without those at zero, one of each coordinate that has no stiffness."""
+    """Return the eigenvalues but the zeros, one of each coordinate that has no stiffness."""
     state = state_matrix(model, model.damping(point), model.stiffness(point))
     return np.asarray(np.linalg.eigvals(state), complex)
 
 
 def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:
     """
-    Sort roots into modes: each pair of complex roots, and each two real ones, are a mode.
+    Sort eigenvalues into modes: each complex pair, and each two real ones, are a mode.
 
-    Roots with Im < 0 may be missing: of a pair the other one counts.
+    Eigenvalues with Im < 0 may be missing: of a pair the other one counts.
     """
     growth, frequency = roots.real, roots.imag
     nonoscillatory = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
@@ -288,7 +288,7 @@ def _frozen(fresh: Any) -> Any:
 
 
 def kind_of(root: complex, tolerances: Tolerances) -> Kind:
-    """Return what kind of mode a root makes."""
+    """Return what kind of mode an eigenvalue makes."""
     grows = root.real > tolerances.growth
     if abs(root.imag) > tolerances.oscillation:
         return 'flutter' if grows else 'stable'

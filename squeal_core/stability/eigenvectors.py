@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The vectors of single roots, and what they say of a root's worth."""
+"""Vectors and conditions of single eigenvalues."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ _STEPS = 3  # of inverse iteration
 
 @dataclass(frozen=True)
 class ModeVectors:
-    """Right and left vectors (N,) of one root: Q(lambda) x = 0, y^H Q(lambda) = 0."""
+    """Right and left vectors (N,) of one eigenvalue: Q(lambda) x = 0, y^H Q(lambda) = 0."""
 
     eigenvalue: complex
     right: ComplexArray
@@ -40,7 +40,7 @@ class ModeVectors:
 
 
 def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) -> ModeVectors:
-    """Return the vectors of a simple root by inverse iteration on Q = lambda^2 + lambda D + K."""
+    """Return a simple eigenvalue's vectors, by inverse iteration on lambda^2 + lambda D + K."""
     d, k = model.damping(point), model.stiffness(point)
     right, left, pencil = _vectors(eigenvalue, d, k, _STEPS)
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
@@ -48,19 +48,19 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
 
 def slope_between(root: complex, right: ComplexArray, left: ComplexArray,
                   damping: FloatArray) -> complex:
-    """Return y^H Q'(lambda) x, Q' = 2 lambda + D: zero where the root is no simple one."""
+    """Return y^H Q'(lambda) x, Q' = 2 lambda + D: zero where the eigenvalue is no simple one."""
     return complex(left.conj() @ (2.0 * root * right + damping @ right))
 
 
 def _vectors(root: complex, d: FloatArray, k: FloatArray,
              steps: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return right and left vectors, and Q at the root."""
+    """Return right and left vectors, and Q at the eigenvalue."""
     pencil = np.asarray(root**2 * np.eye(len(k)) + root * d + k, complex)
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
         factors = lu_factor(pencil, check_finite=False)
     pivots = np.einsum('ii->i', factors[0])
-    exact = pivots == 0.0  # a root to the last bit; of one mode alone the pencil is all zero
+    exact = pivots == 0.0  # exact to the last bit; of one mode alone the pencil is all zero
     pivots[exact] = np.finfo(float).eps * (_size(root, d, k) or 1.0)
     start = np.ones(len(pencil), complex)
     right, left = (_inverse_iteration(factors, start, trans, steps) for trans in (0, 2))
@@ -76,7 +76,7 @@ def _inverse_iteration(factors: Any, vector: ComplexArray, trans: int,
 
 
 def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
-    """Relative change of the matrices that would make the root exact (Tisseur 2000)."""
+    """Relative change of the matrices that would make the eigenvalue exact (Tisseur 2000)."""
     return float(np.linalg.norm(residual) / (_size(root, d, k) or 1.0))
 
 
@@ -88,18 +88,18 @@ def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
 @dataclass(frozen=True)
 class EigenvalueCondition:
     """
-    How far a root can be relied on.
+    How far an eigenvalue can be relied on.
 
     Parameters
     ----------
     backward_error : float
-        Relative change of the matrices that would make the root exact.
+        Relative change of the matrices that would make the eigenvalue exact.
     condition : float
-        Relative change of the root over that of the matrices, at most (Tisseur 2000): 1 at best,
-        without bound towards a merging. Infinite for a root at zero.
+        Relative change of the eigenvalue over that of the matrices, at most (Tisseur 2000): 1 at
+        best, without bound towards a merging. Infinite for an eigenvalue at zero.
     error : float
-        Bound of the rounding error of the root, to first order [1/s]: the product of both and
-        |lambda|.
+        Bound of the rounding error of the eigenvalue, to first order [1/s]: the product of both
+        and |lambda|.
 
     """
 
@@ -111,21 +111,23 @@ class EigenvalueCondition:
 def eigenvalue_conditions(model: BrakeModel, point: OperatingPoint,
                           modes: Sequence[Mode]) -> tuple[EigenvalueCondition, ...]:
     """
-    Return what the modes' roots are worth, from their vectors; some ms a mode.
+    Return the conditions of the modes' eigenvalues, from their vectors; some ms a mode.
 
     Notes
     -----
-    For right and left vectors x and y of norm 1 the condition of a simple root is
+    For right and left vectors x and y of norm 1 the condition of a simple eigenvalue is
     (|lambda|^2 + |lambda| |D| + |K|) / (|lambda| |y^H (2 lambda + D) x|), here in Frobenius norms.
     F. Tisseur, Backward error and condition of polynomial eigenvalue problems, Linear Algebra
     Appl. 309 (2000), theorems 1 and 5.
 
     """
     d, k = model.damping(point), model.stiffness(point)
-    return tuple(_trust(mode, mode_vectors(model, point, mode.eigenvalue), d, k) for mode in modes)
+    return tuple(_condition(mode, mode_vectors(model, point, mode.eigenvalue), d, k)
+                 for mode in modes)
 
 
-def _trust(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray) -> EigenvalueCondition:
+def _condition(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray
+               ) -> EigenvalueCondition:
     root = mode.eigenvalue
     turn = abs(slope_between(root, vectors.right, vectors.left, d))
     size = _size(root, d, k)

@@ -40,7 +40,7 @@ _State: TypeAlias = tuple[FloatArray, FloatArray]
 @dataclass(frozen=True, kw_only=True)
 class ExceptionalPoint:
     """
-    Where in a parameter's complex plane two roots are one.
+    Where in a parameter's complex plane two eigenvalues are one.
 
     Parameters
     ----------
@@ -54,9 +54,9 @@ class ExceptionalPoint:
     distance : float
         |value - start|, the margin; in the parameter's unit.
     eigenvalue : complex
-        The double root [1/s].
+        The double eigenvalue [1/s].
     gap : float
-        Distance of the two roots left at `value`, by a solve [1/s].
+        Distance of the two eigenvalues left at `value`, by a solve [1/s].
     converged : bool
     reason : str
         The result in words.
@@ -104,10 +104,10 @@ def nearest_exceptional_point(model: BrakeModel, point: OperatingPoint,
     Notes
     -----
     Two modes that damping keeps apart pass each other without merging at any real value of the
-    parameter; they do merge at a complex one. With roots l1 and l2 the discriminant
+    parameter; they do merge at a complex one. With eigenvalues l1 and l2 the discriminant
     d = ((l1 - l2) / 2)^2 is an analytic function of the parameter, also where they merge and the
-    roots are not; its zero is found by Newton's method and the secant, by solves at complex
-    values. |value - start| is the distance up to which the roots are power series of the
+    eigenvalues are not; its zero is found by Newton's method and the secant, by solves at complex
+    values. |value - start| is the distance up to which the eigenvalues are power series of the
     parameter. Of two undamped modes w1 and w2 with a friction couple +-b it is
     ||w1^2 - w2^2| / (2 k_c b) - mu|.
 
@@ -183,7 +183,7 @@ def _merge(state: _State, parameter: str, start: float, modes: tuple[Mode, Mode]
 
 
 def _pair(roots: ComplexArray, mean: complex, half: complex) -> tuple[complex, complex]:
-    """Mean and discriminant of the two roots nearest to what they are expected to be."""
+    """Mean and discriminant of the two eigenvalues nearest to what they are expected to be."""
     near = roots[np.argsort(np.abs(roots - mean))[:6]]
     options = [(0.5 * (a + b), (0.5 * (a - b))**2) for a, b in combinations(near, 2)]
     found = min(options, key=lambda o: abs(o[0] - mean)**2 + abs(o[1] - half))

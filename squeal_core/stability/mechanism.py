@@ -139,8 +139,8 @@ def contributions(model: BrakeModel, point: OperatingPoint,
 
     Notes
     -----
-    The root is homogeneous of the first degree in D and of half a degree in K: with D scaled by s
-    and K by s^2 it is scaled by s. By Euler's theorem it is the sum of D_j dlambda/dD_j and
+    The eigenvalue is homogeneous of the first degree in D and of half a degree in K: with D scaled
+    by s and K by s^2 it is scaled by s. By Euler's theorem it is the sum of D_j dlambda/dD_j and
     2 K_j dlambda/dK_j over the terms of D and K, that is of
 
         -lambda y^H D_j x / (y^H (2 lambda + D) x)   and   -2 y^H K_j x / (y^H (2 lambda + D) x).
@@ -149,7 +149,7 @@ def contributions(model: BrakeModel, point: OperatingPoint,
     that term, a stiffness term with twice that. Of one mode alone the damping adds -D/2 and the
     stiffness nothing. In a pair that coupled by friction the friction couple adds a positive
     amount, and the stiffness that keeps the two frequencies apart takes away: both grow without
-    bound towards the merging, their sum does not. A root at zero gets zeros.
+    bound towards the merging, their sum does not. An eigenvalue at zero gets zeros.
 
     """
     root, x, y = vectors.eigenvalue, vectors.right, vectors.left.conj()
@@ -169,7 +169,7 @@ def powers(model: BrakeModel, point: OperatingPoint, vectors: ModeVectors) -> di
     The imaginary part of x^H Q(lambda) x = 0 with |x| = 1 and lambda = s + i w is
     s (2 w + Im x^H D x) = -w Re x^H D x - Im x^H K x: symmetric damping and unsymmetric stiffness
     do work, stiffness and gyroscopic terms none. What these do to a mode by changing its shape
-    shows in `contributions` alone. Empty for a root that does not oscillate.
+    shows in `contributions` alone. Empty for an eigenvalue that does not oscillate.
 
     """
     root, x = vectors.eigenvalue, vectors.right

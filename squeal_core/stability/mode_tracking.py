@@ -56,7 +56,7 @@ class Identity:
 @dataclass(frozen=True)
 class Spectrum:
     """
-    All roots at a point, and the vectors of the n modes that oscillate, by frequency.
+    All eigenvalues at a point, and the vectors of the n modes that oscillate, by frequency.
 
     Columns of `right` (M, n) and rows of `left` (n, M) are those of the first-order form, scaled
     so that left @ right = 1.
@@ -72,8 +72,9 @@ class Tracked:
     """
     The modes at a point in order of index, and the identity of each.
 
-    Modes that do not oscillate share one root at zero without friction, or nearly so, and are
-    numbered by growth rate; once one came from or went to the oscillating ones they share theirs.
+    Modes that do not oscillate share one eigenvalue at zero without friction, or nearly so, and
+    are numbered by growth rate; once one came from or went to the oscillating ones they share
+    theirs.
     """
 
     modes: tuple[Mode, ...]

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How a root moves with the coefficients of the affine family, and with the parameters."""
+"""How an eigenvalue moves with the coefficients of the affine family, and with the parameters."""
 
 from squeal_core.brake.operating_point import Coefficients, DAMPING, OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
@@ -31,7 +31,7 @@ def root_sensitivity(model: BrakeModel, point: OperatingPoint,
     point : OperatingPoint
         Operating point.
     eigenvalue : complex
-        A simple root of the model at the point [1/s].
+        A simple eigenvalue of the model at the point [1/s].
 
     Returns
     -------
@@ -41,7 +41,7 @@ def root_sensitivity(model: BrakeModel, point: OperatingPoint,
     Notes
     -----
     d lambda / d c = -y^H (lambda dD/dc + dK/dc) x / (y^H (2 lambda + D) x) with right and left
-    vectors x and y (Lancaster 1964). Near a merging of two roots it grows without bound.
+    vectors x and y (Lancaster 1964). Near a merging of two eigenvalues it grows without bound.
 
     """
     vectors = mode_vectors(model, point, eigenvalue)
@@ -68,7 +68,7 @@ def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
     point : OperatingPoint
         Operating point.
     eigenvalue : complex
-        A simple root of the model at the point [1/s].
+        A simple eigenvalue of the model at the point [1/s].
 
     Returns
     -------

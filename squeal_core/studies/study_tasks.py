@@ -106,7 +106,7 @@ class MapTask:
 @dataclass(frozen=True, kw_only=True)
 class LocusTask:
     """
-    Roots of modes by their numbers at mu = 0.
+    Eigenvalues of modes by their numbers at mu = 0.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Sweep:
     points : (M, 5) array
         Operating points, columns as `parameter_paths.PARAMETERS`.
     eigenvalues : (M, N) complex array
-        In order of index: the root with Im >= 0 of each mode [1/s].
+        In order of index: the eigenvalue with Im >= 0 of each mode [1/s].
     kinds : (M, N) array of str
     identities : (M, N) array of str
         As '25' or '25/26'; in a sweep that was not tracked the index.
@@ -101,7 +101,7 @@ class Sweep:
 
     def of(self, number: int) -> ComplexArray:
         """
-        Return the root (M,) of the mode that carries a number; NaN where it was not found.
+        Return the eigenvalue (M,) of the mode that carries a number; NaN where it was not found.
 
         Of modes that merged each number gets one, the lowest number the least stable; see
         `merged`.

@@ -118,7 +118,7 @@ def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
 
 
 def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArray, ComplexArray]:
-    """Return all roots (M,) and their right vectors (M, M)."""
+    """Return all eigenvalues (M,) and their right vectors (M, M)."""
     found = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
     return found.eigenvalues, found.eigenvectors
 
@@ -156,7 +156,7 @@ def _neighbours(point: OperatingPoint) -> list[OperatingPoint]:
 
 
 class _Pairs(NamedTuple):
-    """Roots with Im >= 0, those that are their images, and the image of each."""
+    """Eigenvalues with Im >= 0, those that are their images, and the image of each."""
 
     upper: IndexArray
     lower: IndexArray
@@ -164,7 +164,7 @@ class _Pairs(NamedTuple):
 
     @classmethod
     def of(cls, roots: ComplexArray) -> '_Pairs':
-        """Find them among roots that numpy's eig gives: it has the two of a pair side by side."""
+        """Find them among eigenvalues of numpy's eig, which has the two of a pair side by side."""
         upper = np.flatnonzero(roots.imag >= 0.0)
         lower = upper + (roots[upper].imag > 0.0)
         image = np.empty(roots.size, np.intp)
@@ -208,7 +208,7 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: C
 
 def _closest(roots: ComplexArray, couplings: ComplexArray,
              steps: Sequence[FloatArray]) -> FloatArray:
-    """Return how close (M, M) roots come to each other within steps, to first order."""
+    """Return how close (M, M) eigenvalues come to each other within steps, to first order."""
     apart = roots[:, None] - roots
     closest = np.abs(apart)
     own = np.diagonal(couplings, axis1=1, axis2=2)
@@ -223,7 +223,7 @@ def _closest(roots: ComplexArray, couplings: ComplexArray,
 
 def _blocks(roots: ComplexArray, couplings: ComplexArray,
             steps: Sequence[FloatArray], gap: FloatArray | None = None) -> list[IndexArray]:
-    """Return the roots of each block, small blocks first; of mirror images the upper one."""
+    """Return the eigenvalues of each block, small blocks first; of mirror images the upper one."""
     if gap is None:
         gap = np.abs(roots[:, None] - roots)
     np.fill_diagonal(gap, np.inf)
@@ -231,7 +231,7 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray,
     for step in steps:
         change = np.tensordot(step, couplings, axes=1)
         strength = np.maximum(strength, np.abs(change * change.T))
-    close = strength >= (_COUPLING * gap) ** 2  # two equal roots too, however weakly coupled
+    close = strength >= (_COUPLING * gap) ** 2  # two equal eigenvalues too, however weakly coupled
     _, label = connected_components(close, directed=False)
     groups = [np.flatnonzero(label == i) for i in range(label.max(initial=-1) + 1)]
     size = np.abs(roots).max(initial=0.0)

@@ -247,7 +247,7 @@ class ExpansionTable:
         Return cells (P,), eigenvalues (P, K), their errors, frequencies of omitted modes (P, L).
 
         NaN at points without a cell, and beyond the number of a cell. The polynomials are
-        evaluated point by point, so that a point has the same bits in any company.
+        evaluated point by point, so that its bits do not depend on the other points.
         """
         stack, cells = self._stack, self.locate(x)
         factors = np.ones((len(x), 4))

@@ -35,7 +35,7 @@ class _LowerOrderTerms(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class RiccatiRecursion:
-    """The recursion over degrees; columns are the kept roots, block by block."""
+    """The recursion over degrees; columns are the kept eigenvalues, block by block."""
 
     roots: ComplexArray
     couplings: ComplexArray

@@ -20,15 +20,15 @@ Nearby A + dA, dA = sum_i dc_i A_i affine in the coefficients c, so W dA V = sum
 scaled steps z_i = dc_i / s_i. Modes that could come near each other within a step are put in one
 block. The damping scale stays: spring and dashpot of the contact layer share a coefficient. The
 invariant subspace that continues a block's vectors is V (U + X), X without components
-in the block, and the block's roots are those of the small matrix B,
+in the block, and the block's eigenvalues are those of the small matrix B,
 
     B = diag(lambda_C) + [E (U + X)]_C,        X (B) - diag(lambda) X = off-block part of E (U + X)
 
 (the Riccati equation of the invariant subspace; Kato, Perturbation Theory for Linear Operators,
 ch. II; Stewart and Sun, Matrix Perturbation Theory, ch. V). X and B are power series in z, found
-degree by degree: every division is by a difference lambda_c - lambda_r of roots of different
+degree by degree: every division is by a difference lambda_c - lambda_r of eigenvalues of different
 blocks. What happens inside a block, veering, merging, an exceptional point, is in B exactly; the
-series converges as long as no two blocks meet. All roots are kept, so none can cross unseen.
+series converges as long as no two blocks meet. All eigenvalues are kept, so none can cross unseen.
 """
 
 from collections.abc import Iterator
@@ -63,7 +63,7 @@ class SpectralExpansion:
     series : (terms, entries) complex array
         Of the blocks' entries, block by block, each row by row.
     mirrored : (n,) bool array
-        Roots whose conjugates are roots too and are not among the n.
+        Eigenvalues whose conjugates are eigenvalues too and are not among the n.
 
     """
 

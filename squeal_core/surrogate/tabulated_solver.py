@@ -84,7 +84,7 @@ class TabulatedSolver:
         """
         Return the complex modes at several points, or why a point has none.
 
-        The same bit for bit in any company; those of a cell cost little more than one.
+        The same bit for bit whatever else is solved; those of a cell cost little more than one.
 
         Parameters
         ----------

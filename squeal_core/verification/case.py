@@ -126,5 +126,5 @@ def gap(first: Mode, second: Mode) -> float:
 
 
 def merged(first: Mode, second: Mode) -> bool:
-    """Return whether two roots differ more in growth than in frequency: past their merging."""
+    """Tell whether two eigenvalues differ more in growth than in frequency: past merging."""
     return ((first.eigenvalue - second.eigenvalue)**2).real > 0.0

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Pictures and tables from plain results; the only room that knows matplotlib and rich."""
+"""Figures and tables from plain results; the only package that imports matplotlib and plotly."""

@@ -217,7 +217,7 @@ def _in_brief(why: Mechanism | None, partner: str | None) -> str:
 
 
 def _mode_json(mode: Mode, identity: str, worth: EigenvalueCondition) -> dict[str, Any]:
-    """Return a mode as `--json` prints it: what it is, and how far its root can be trusted."""
+    """Return a mode as `--json` prints it, with the condition of its eigenvalue."""
     return {'index': mode.index, 'identity': identity, 'kind': mode.kind,
             'frequency_hz': mode.frequency_hz, 'growth_rate': mode.growth_rate,
             'damping_ratio': mode.damping_ratio, 'backward_error': worth.backward_error,

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Finite element modes of disc and pads; the only room that knows scikit-fem."""
+"""Finite element modes of disc and pads; the only package that imports scikit-fem."""
