@@ -87,7 +87,7 @@ class Mode(NamedTuple):
     Parameters
     ----------
     index : int
-        Place in order of frequency, 1 to N, non-oscillating modes first; K09's numbering.
+        Place in order of frequency, 1 to N, non-oscillating modes first.
     eigenvalue : complex
         lambda [1/s].
     kind : str

@@ -34,7 +34,7 @@ def add_options(p: argparse.ArgumentParser) -> None:
     p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml',
                    help='of a cycle or schedule (default midsize)')
     p.add_argument('--modes', type=mode_numbers, default=[], metavar='13,14',
-                   help="the modes that are meant (K09's numbering); default: the least stable")
+                   help='mode numbers, by frequency at mu = 0; default: the least stable')
     p.add_argument('--count', type=int, default=1, metavar='N',
                    help='of least stable modes, where none is given (default 1)')
     p.add_argument('--only', nargs='+', default=[], metavar='PATH', help='parameters whose path '
