@@ -191,8 +191,8 @@ def _locus(p: argparse.ArgumentParser) -> None:
     p.set_defaults(run=_analysis('locus'))
     add_sweep(p, 'default: friction=0:0.8:81')
     p.add_argument('--modes', type=mode_numbers, default=[], metavar='25,26',
-                   help='whose loci to plot: mode numbers, by frequency at mu = 0; default: growth '
-                   'rates of all')
+                   help='whose loci to plot: mode numbers, by frequency at mu = 0; default: '
+                   'growth rates of all')
     p.add_argument('--picture', choices=('lines', 'bubbles'), default='lines',
                    help='of --plot: lines (default), or the frequencies of all modes, unstable '
                    'ones as bubbles by damping ratio, coloured by mechanism')
@@ -217,8 +217,8 @@ def _critical(p: argparse.ArgumentParser) -> None:
     p.add_argument('--bounds', type=float, nargs=2, metavar=('LOW', 'HIGH'),
                    help='default: friction 0 to 1, else up to twice what it is')
     p.add_argument('--modes', type=mode_numbers, default=[], metavar='13,14',
-                   help='mode numbers, by frequency at mu = 0; default, and always along a number of '
-                   'the brake description: any in the band')
+                   help='mode numbers, by frequency at mu = 0; default, and always along a '
+                   'number of the brake description: any in the band')
     p.add_argument('--band', type=float, nargs=2, default=SQUEAL_BAND, metavar=('LOW', 'HIGH'),
                    help='Hz, default {:g} {:g}'.format(*SQUEAL_BAND))
     add_without_rotation(p)
