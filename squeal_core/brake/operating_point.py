@@ -14,13 +14,14 @@
 
 """The operating point, and the scalars with which it multiplies the model's matrices."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from squeal_core.common.arrays import FloatArray, readonly
+from squeal_core.common.arrays import FloatArray, IndexArray, readonly, repr_with_shapes
 from squeal_core.common.errors import OperatingPointError
 
 
@@ -159,7 +160,7 @@ class OperatingPoints:
     """
     Steady sliding under load at P points; each field as in `OperatingPoint`, (P,).
 
-    Speeds not zero, pressures and contact stiffnesses above zero.
+    Speeds not zero, pressures and contact stiffnesses above zero; not checked.
     """
 
     rotor_speed: FloatArray
@@ -168,6 +169,8 @@ class OperatingPoints:
     contact_stiffness: FloatArray
     friction_slope: FloatArray
     damping_scale: FloatArray
+
+    __repr__ = repr_with_shapes
 
     @classmethod
     def of(cls, *, rotor_speed: ArrayLike, friction: ArrayLike, contact_pressure: ArrayLike,
@@ -179,12 +182,26 @@ class OperatingPoints:
             damping_scale)))
         return cls(*(readonly(array) for array in arrays))
 
+    @classmethod
+    def stacked(cls, points: Sequence[OperatingPoint]) -> 'OperatingPoints':
+        """Return the arrays of single points."""
+        return cls(**{item.name: readonly([getattr(point, item.name) for point in points])
+                      for item in fields(cls)})
+
+    def take(self, places: IndexArray) -> 'OperatingPoints':
+        """Return those at some places."""
+        return OperatingPoints(**{item.name: getattr(self, item.name)[places]
+                                  for item in fields(self)})
+
     def __len__(self) -> int:
         return int(self.rotor_speed.size)
 
     def __getitem__(self, place: int) -> OperatingPoint:
         return OperatingPoint(**{item.name: float(getattr(self, item.name)[place])
                                  for item in fields(self)})
+
+    def __iter__(self) -> Iterator[OperatingPoint]:
+        return map(self.__getitem__, range(len(self)))
 
     def coefficients(self) -> FloatArray:
         """Return (9, P), as `OperatingPoint.coefficients`."""

@@ -29,7 +29,7 @@ Nonlinear transients of brakes: contact that opens, exact friction direction, no
     simulation_files  WAV, events, levels
 """
 
-from squeal_core.simulation.contact import NonlinearContact, SlidingState
+from squeal_core.simulation.contact import NonlinearContact
 from squeal_core.simulation.contact_points import contact_points
 from squeal_core.simulation.first_events import first_events
 from squeal_core.simulation.history import OperatingHistory
@@ -39,5 +39,4 @@ from squeal_core.simulation.transient import Transient
 from squeal_core.simulation.transient_block import TransientBlock
 
 __all__ = ['contact_points', 'first_events', 'ModalLevels', 'NonlinearContact', 'OperatingHistory',
-           'SimulatedEvent', 'simulate', 'SimulationResult', 'SlidingState', 'Transient',
-           'TransientBlock']
+           'SimulatedEvent', 'simulate', 'SimulationResult', 'Transient', 'TransientBlock']

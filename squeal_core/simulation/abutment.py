@@ -18,9 +18,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from squeal_core.brake.operating_point import OperatingPoints
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.simulation.contact import SlidingState
 
 _SPRING = 200.0  # rad/s
 _CALM = 500.0  # 1/s of dashpot and relaxation where nothing diverges
@@ -57,9 +57,9 @@ class Abutment:
         return cls(free, 0.0 if slope is None else
                    float(np.linalg.norm(slope[np.ix_(free, free)], 2)))
 
-    def damping(self, state: SlidingState) -> FloatArray:
+    def damping(self, points: OperatingPoints) -> FloatArray:
         """Return c = w [1/s] at the operating points of B brakes, (B,)."""
-        divergence = np.maximum(-state.contact_pressure * state.friction_slope, 0.0) * self.slope
+        divergence = np.maximum(-points.contact_pressure * points.friction_slope, 0.0) * self.slope
         return np.asarray(2.0 * divergence + _CALM)
 
     def force(self, a: FloatArray, rate: FloatArray, relaxed: FloatArray,

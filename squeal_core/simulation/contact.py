@@ -23,56 +23,16 @@ approach of the surfaces and tau k_c a dashpot beside the springs; friction on t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from squeal_core.brake.operating_point import OperatingPoint
-from squeal_core.common.arrays import FloatArray, IndexArray, repr_with_shapes
+from squeal_core.brake.operating_point import OperatingPoints
+from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.operators import ContactFace
 
 SLOWEST_SLIDING = 0.02  # m/s, below which friction is viscous, so that its direction stays smooth
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SlidingState:
-    """
-    Where each of B brakes operates at one time.
-
-    Parameters
-    ----------
-    rotor_speed : (B,) array
-        Omega [rad/s], negative backwards.
-    contact_pressure : (B,) array
-        p0 [Pa].
-    friction, friction_slope : (B,) arrays
-        mu [-], positive, and d mu / d v [s/m] at steady sliding.
-    contact_stiffness : (B,) array
-        k_c [N/m^3].
-
-    """
-
-    rotor_speed: FloatArray
-    contact_pressure: FloatArray
-    friction: FloatArray
-    friction_slope: FloatArray
-    contact_stiffness: FloatArray
-
-    __repr__ = repr_with_shapes
-
-    @classmethod
-    def of(cls, points: Sequence[OperatingPoint]) -> 'SlidingState':
-        """Return the state of brakes at operating points."""
-        values = {item.name: np.array([getattr(point, item.name) for point in points])
-                  for item in fields(cls)}
-        return cls(**{**values, 'friction': np.abs(values['friction'])})
-
-    def of_brakes(self, brakes: IndexArray) -> 'SlidingState':
-        """Return the state of some of the brakes."""
-        return SlidingState(**{item.name: getattr(self, item.name)[brakes]
-                               for item in fields(self)})
 
 
 class ContactForces(NamedTuple):
@@ -106,15 +66,15 @@ class NonlinearContact:
     One point, 1 m^2 at r = 0.1 m; a pad (first mode) that lifts off by 1 mm bears nothing:
 
     >>> import numpy as np
-    >>> from squeal_core import OperatingPoint
+    >>> from squeal_core.brake.operating_point import OperatingPoints
     >>> from squeal_core.model.operators import ContactFace
-    >>> from squeal_core.simulation.contact import NonlinearContact, SlidingState
+    >>> from squeal_core.simulation.contact import NonlinearContact
     >>> face = ContactFace(normal=np.array([[-1.0], [1.0]]), tangential=np.zeros((2, 1)),
     ...                    radial=np.zeros((2, 1)), spin=np.zeros((2, 1)),
     ...                    radius=np.array([0.1]), weight=np.array([1.0]))
-    >>> state = SlidingState.of([OperatingPoint(rotor_speed=5.0, friction=0.4,
-    ...                                         contact_pressure=1e6, contact_stiffness=1e10)])
-    >>> contact = NonlinearContact([face]).at(state, closed_stiffness=1e10)
+    >>> points = OperatingPoints.of(rotor_speed=5.0, friction=0.4, contact_pressure=1e6,
+    ...                             contact_stiffness=1e10)
+    >>> contact = NonlinearContact([face]).at(points, closed_stiffness=1e10)
     >>> contact.normal_stress(np.array([[1e-3], [0.0]]), np.zeros((2, 1)))
     array([[0.]])
     >>> contact.normal_stress(np.array([[0.0], [1e-5]]), np.zeros((2, 1)))
@@ -146,37 +106,38 @@ class NonlinearContact:
         """Largest eigenvalue of the points' in-plane sums int t^T t + r^T r dA [m^2/kg]."""
         return float(np.linalg.norm(self.drag @ self.in_plane, 2))
 
-    def at(self, state: SlidingState, *, closed_stiffness: float,
+    def at(self, points: OperatingPoints, *, closed_stiffness: float,
            damping_ratio: FloatArray | float = 1.0) -> 'LoadedContact':
         """
-        Return the contact of B brakes that operate at a state.
+        Return the contact of B brakes.
 
         Parameters
         ----------
-        state : SlidingState
-            Where they operate.
+        points : OperatingPoints
+            One for each brake; damping scales do not count.
         closed_stiffness : float
             k_c [N/m^3] of the closed contact whose springs and dashpots the caller has already.
         damping_ratio : float or (B,) array
             Factor on the dashpots, on those that the caller has, too.
 
         """
-        return LoadedContact(self, state, closed_stiffness, damping_ratio)
+        return LoadedContact(self, points, closed_stiffness, damping_ratio)
 
 
 class LoadedContact:
     """Contact of B brakes at one operating point each; `NonlinearContact.at` returns it."""
 
-    def __init__(self, contact: NonlinearContact, state: SlidingState,
+    def __init__(self, contact: NonlinearContact, points: OperatingPoints,
                  closed_stiffness: float, damping_ratio: FloatArray | float = 1.0) -> None:
-        self._c, self._state, self._closed = contact, state, closed_stiffness
+        self._c, self._points, self._closed = contact, points, closed_stiffness
         self._retardation = damping_ratio * contact.retardation_time
-        self._preload = state.contact_pressure
-        self._slip = state.rotor_speed * contact.radius
-        self._steady = np.sign(state.rotor_speed) * state.friction * state.contact_pressure
-        self._sloped = bool(np.any(state.friction_slope))
-        self._as_closed = bool(np.all(state.contact_stiffness == closed_stiffness))
-        self._none = np.zeros((len(contact.pull), len(state.friction)))
+        self._preload = points.contact_pressure
+        self._slip = points.rotor_speed * contact.radius
+        self._friction_size = np.abs(points.friction)
+        self._steady = points.friction * points.contact_pressure
+        self._sloped = bool(np.any(points.friction_slope))
+        self._as_closed = bool(np.all(points.contact_stiffness == closed_stiffness))
+        self._none = np.zeros((len(contact.pull), len(points)))
 
     def normal_stress(self, a: FloatArray, rate: FloatArray) -> FloatArray:
         """Return p [Pa], (Q, B), of coordinates and their rates (N, B); zero where it is open."""
@@ -185,7 +146,7 @@ class LoadedContact:
     def _spring(self, a: FloatArray, rate: FloatArray) -> FloatArray:
         spring = self._c.normal @ (
             a + self._retardation * rate if self._c.retardation_time else a)
-        spring *= self._state.contact_stiffness
+        spring *= self._points.contact_stiffness
         return np.asarray(spring)
 
     def forces(self, a: FloatArray, rate: FloatArray) -> ContactForces:
@@ -194,7 +155,7 @@ class LoadedContact:
         stress += self._preload
         normal = self._none
         if not self._as_closed or stress.min() < 0.0:
-            closed = (stress - self._preload) * (self._closed / self._state.contact_stiffness)
+            closed = (stress - self._preload) * (self._closed / self._points.contact_stiffness)
             np.maximum(stress, 0.0, out=stress)
             normal = self._c.pull @ (stress - self._preload - closed)
         return ContactForces(normal, self._friction(a, rate, stress))
@@ -205,11 +166,11 @@ class LoadedContact:
         along, across = velocity[:len(stress)], velocity[len(stress):]
         along += self._slip
         if self._c.spin is not None:
-            across += self._state.rotor_speed * (self._c.spin @ a)
+            across += self._points.rotor_speed * (self._c.spin @ a)
         speed = along * along
         speed += across * across
         np.sqrt(speed, out=speed)
-        stress *= self._coefficient(speed) if self._sloped else self._state.friction
+        stress *= self._coefficient(speed) if self._sloped else self._friction_size
         np.maximum(speed, SLOWEST_SLIDING, out=speed)
         stress /= speed
         along *= stress
@@ -219,10 +180,10 @@ class LoadedContact:
 
     def _coefficient(self, speed: FloatArray) -> FloatArray:
         """Return mu(|V|) [-]: the exponential law through mu and its slope at steady sliding."""
-        state, decay = self._state, self._c.decay
+        decay = self._c.decay
         faster = speed - np.abs(self._slip)
         bent = np.expm1(-decay * faster) / -decay if decay else faster
-        return np.asarray(state.friction + state.friction_slope * bent)
+        return np.asarray(self._friction_size + self._points.friction_slope * bent)
 
     def spring_energy(self, a: FloatArray) -> FloatArray:
         """
@@ -230,7 +191,7 @@ class LoadedContact:
 
         The work of the preload is in it: p^2 / 2 k_c - p0 g - p0^2 / 2 k_c less k g^2 / 2.
         """
-        k, p0, g = self._state.contact_stiffness, self._preload, self._c.normal @ a
+        k, p0, g = self._points.contact_stiffness, self._preload, self._c.normal @ a
         p = np.maximum(p0 + k * g, 0.0)
         density = (p**2 - p0**2) / (2.0 * k) - p0 * g - 0.5 * self._closed * g**2
         return np.asarray((self._c.weight * density).sum(axis=0))

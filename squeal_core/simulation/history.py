@@ -16,20 +16,22 @@
 """Operating histories: where the brakes of a transient operate over time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from squeal_core.brake.operating_point import (
     MINIMUM_ROTOR_SPEED,
     OperatingPoint,
+    OperatingPoints,
     RELEASE_PRESSURE,
 )
 from squeal_core.common.arrays import FloatArray, readonly, repr_with_shapes
 from squeal_core.common.errors import ModelError, SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
-from squeal_core.simulation.contact import SlidingState
+
+_SIGNALS = ('rotor_speed', 'contact_pressure', 'friction', 'friction_slope', 'contact_stiffness')
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +46,7 @@ class OperatingHistory:
     time : (T,) array
         Rising [s].
     rotor_speed, contact_pressure, friction, friction_slope, contact_stiffness : (T, B) arrays
-        As of `SlidingState`.
+        [rad/s], negative backwards; p0 [Pa]; mu [-], positive; mu_v [s/m]; k_c [N/m^3].
     least_pressure : float
         p0 [Pa] below which a brake is released.
 
@@ -76,21 +78,21 @@ class OperatingHistory:
         object.__setattr__(self, 'time', readonly(self.time))
         if self.time.ndim != 1 or self.time.size < 2 or not np.all(np.diff(self.time) > 0.0):
             raise SquealError(f'time: shape {self.time.shape}; give at least two rising times')
-        for item in fields(SlidingState):
-            values = readonly(getattr(self, item.name))
-            object.__setattr__(self, item.name, values)
+        for name in _SIGNALS:
+            values = readonly(getattr(self, name))
+            object.__setattr__(self, name, values)
             if values.shape != (self.time.size, len(self.brakes)) \
                     or not np.isfinite(values).all():
-                raise SquealError(f'{item.name}: shape {values.shape}, or values that are not '
+                raise SquealError(f'{name}: shape {values.shape}, or values that are not '
                                   f'finite; give {(self.time.size, len(self.brakes))} of numbers')
 
     @classmethod
     def ramps(cls, start: Sequence[OperatingPoint], end: Sequence[OperatingPoint],
               duration: float, brakes: tuple[str, ...] = ()) -> 'OperatingHistory':
         """Return ramps from one operating point to another, of each brake; or constant inputs."""
-        first, last = SlidingState.of(start), SlidingState.of(end)
-        values = {item.name: np.array([getattr(first, item.name), getattr(last, item.name)])
-                  for item in fields(SlidingState)}
+        values = {name: np.array([[getattr(point, name) for point in points]
+                                  for points in (start, end)]) for name in _SIGNALS}
+        values['friction'] = np.abs(values['friction'])
         return cls(brakes=brakes or tuple(f'brake_{i + 1}' for i in range(len(start))),
                    time=np.array([0.0, duration]), least_pressure=0.0, **values)
 
@@ -136,26 +138,29 @@ class OperatingHistory:
         return cls(
             brakes=tuple(f'brake_{i + 1}' for i in range(len(histories))), time=time,
             least_pressure=histories[0].least_pressure,
-            **{item.name: np.column_stack([
-                np.interp(time, one.time - start, getattr(one, item.name)[:, 0])
-                for one, start in zip(histories, starts, strict=True)])
-               for item in fields(SlidingState)})
+            **{name: np.column_stack([
+                np.interp(time, one.time - start, getattr(one, name)[:, 0])
+                for one, start in zip(histories, starts, strict=True)]) for name in _SIGNALS})
 
-    def at(self, time: float) -> SlidingState:
-        """Return the state of all brakes at a time [s]; constant before and after the history."""
+    def at(self, time: float) -> OperatingPoints:
+        """Return the points of all brakes at a time [s]; constant before and after the history."""
         after = int(np.clip(np.searchsorted(self.time, time), 1, self.time.size - 1))
         before = after - 1
         share = np.clip((time - self.time[before]) / (self.time[after] - self.time[before]),
                         0.0, 1.0)
-        return SlidingState(**{
-            item.name: (1.0 - share) * getattr(self, item.name)[before]
-            + share * getattr(self, item.name)[after] for item in fields(SlidingState)})
+        speed, pressure, friction, slope, stiffness = (
+            (1.0 - share) * getattr(self, name)[before] + share * getattr(self, name)[after]
+            for name in _SIGNALS)
+        return OperatingPoints.of(
+            rotor_speed=speed, contact_pressure=pressure, friction=np.copysign(friction, speed),
+            friction_slope=slope, contact_stiffness=stiffness)
 
     def sliding(self, time: float) -> NDArray[np.bool_]:
         """Return a mask (B,) of the brakes that slide under load at a time [s]."""
-        state = self.at(time)
-        loaded = (state.contact_pressure > 0.0) & (state.contact_pressure >= self.least_pressure)
-        return np.asarray(loaded & (np.abs(state.rotor_speed) >= MINIMUM_ROTOR_SPEED))
+        points = self.at(time)
+        loaded = (points.contact_pressure > 0.0) & (
+            points.contact_pressure >= self.least_pressure)
+        return np.asarray(loaded & (np.abs(points.rotor_speed) >= MINIMUM_ROTOR_SPEED))
 
     @property
     def mean_stiffness(self) -> float:

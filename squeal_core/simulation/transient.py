@@ -27,12 +27,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from squeal_core.brake.operating_point import OperatingPoints
 from squeal_core.common.arrays import FloatArray, IndexArray
 from squeal_core.common.errors import SquealError
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.operators import ContactFace
 from squeal_core.simulation.abutment import Abutment
-from squeal_core.simulation.contact import LoadedContact, NonlinearContact, SlidingState
+from squeal_core.simulation.contact import LoadedContact, NonlinearContact
 from squeal_core.simulation.history import OperatingHistory
 from squeal_core.simulation.modal_noise import ClosedContactModes, noise_intensity
 from squeal_core.simulation.transient_block import EnergyBalance, Motion, TransientBlock
@@ -113,27 +114,27 @@ class Transient:
         contact = self.closed_stiffness * self.contact.stiffness
         return stiffness + contact, damping + self.contact.retardation_time * contact
 
-    def acceleration(self, a: FloatArray, rate: FloatArray, state: SlidingState) -> FloatArray:
+    def acceleration(self, a: FloatArray, rate: FloatArray, points: OperatingPoints) -> FloatArray:
         """Return the whole acceleration of modal coordinates (N, B), noise and abutment aside."""
-        force = self.loaded(state).forces(a, rate)
+        force = self.loaded(points).forces(a, rate)
         return np.asarray(force.normal + force.friction
-                          - state.rotor_speed * (self.gyroscopic @ rate)
+                          - points.rotor_speed * (self.gyroscopic @ rate)
                           - self.stiffness @ a - self.damping_ratio * (self.damping @ rate))
 
-    def energy(self, a: FloatArray, rate: FloatArray, state: SlidingState,
+    def energy(self, a: FloatArray, rate: FloatArray, points: OperatingPoints,
                brakes: IndexArray | None = None) -> FloatArray:
         """Return kinetic energy and that of bodies and contact springs [J], of each brake."""
         linear = 0.5 * (rate**2).sum(axis=0) + 0.5 * (a * (self.stiffness @ a)).sum(axis=0)
-        return np.asarray(linear + self.loaded(state, brakes).spring_energy(a))
+        return np.asarray(linear + self.loaded(points, brakes).spring_energy(a))
 
-    def loaded(self, state: SlidingState, brakes: IndexArray | None = None) -> LoadedContact:
+    def loaded(self, points: OperatingPoints, brakes: IndexArray | None = None) -> LoadedContact:
         """
-        Return the contact at a state, on top of the springs and dashpots of the linear system.
+        Return the contact at points, on top of the springs and dashpots of the linear system.
 
-        `state` is of all brakes, or of those that are given.
+        `points` are of all brakes, or of those that are given.
         """
         ratio = self.damping_ratio if brakes is None else self.damping_ratio[brakes]
-        return self.contact.at(state, closed_stiffness=self.closed_stiffness, damping_ratio=ratio)
+        return self.contact.at(points, closed_stiffness=self.closed_stiffness, damping_ratio=ratio)
 
     def run(self, start: FloatArray | None = None, *, balance: bool = True,
             ended: Callable[[float], NDArray[np.bool_]] | None = None,
@@ -238,19 +239,19 @@ class _Run:
         noise, abutment = t.noise(steps, brakes), np.zeros(brakes.size)
         for i in range(0, steps, _HELD * t.steps):
             upto = min(i + _HELD * t.steps, steps)
-            state = t.history.at(begin + 0.5 * (i + upto) * t.step).of_brakes(brakes)
-            abutment += self._held(state, brakes, part, noise[i:upto], record[i:upto])
-        balance = self._balance(record, noise, abutment, state, brakes, part) \
+            points = t.history.at(begin + 0.5 * (i + upto) * t.step).take(brakes)
+            abutment += self._held(points, brakes, part, noise[i:upto], record[i:upto])
+        balance = self._balance(record, noise, abutment, points, brakes, part) \
             if self._balanced else np.full((5, brakes.size), np.nan)
         return record[t.steps - 1::t.steps, :2], balance
 
-    def _held(self, state: SlidingState, brakes: IndexArray, part: Motion, noise: FloatArray,
+    def _held(self, points: OperatingPoints, brakes: IndexArray, part: Motion, noise: FloatArray,
               record: FloatArray) -> FloatArray:
         """Integrate steps of one operating point; returns the work of the abutment."""
         t, n, h, hold = self._t, self._size, self._t.step, self._t.abutment
-        contact, work = t.loaded(state, brakes), np.zeros(brakes.size)
+        contact, work = t.loaded(points, brakes), np.zeros(brakes.size)
         contact.check_step(h)
-        held = hold.damping(state) if hold else 0.0
+        held = hold.damping(points) if hold else 0.0
         kick, more = part.kick, t.damping_ratio[brakes] - 1.0
         own_damping = bool(more.any())
         for i in range(len(noise)):
@@ -259,7 +260,7 @@ class _Run:
             mid = rate + kick[1] - 0.5 * kick[0]  # half of 2 last - last but one
             normal, friction = contact.forces(a, mid)
             total = normal + friction
-            total -= state.rotor_speed * (t.gyroscopic @ mid)
+            total -= points.rotor_speed * (t.gyroscopic @ mid)
             if own_damping:
                 total -= more * (t.damping @ mid)
             if hold:
@@ -277,10 +278,10 @@ class _Run:
         return work
 
     def _balance(self, record: FloatArray, noise: FloatArray, abutment: FloatArray,
-                 state: SlidingState, brakes: IndexArray, part: Motion) -> FloatArray:
+                 points: OperatingPoints, brakes: IndexArray, part: Motion) -> FloatArray:
         velocity, h, n = record[:, 1], self._t.step, self._size
         damped = np.einsum('nm,smb->snb', self._t.damping, velocity, optimize=True)
-        energy = self._t.energy(part.state[:n], part.state[n:], state, brakes)
+        energy = self._t.energy(part.state[:n], part.state[n:], points, brakes)
         return np.array([
             energy, h * (record[:, 2] * velocity).sum(axis=(0, 1)), abutment,
             (noise * velocity).sum(axis=(0, 1)),

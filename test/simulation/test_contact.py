@@ -22,12 +22,13 @@ import numpy as np
 import pytest
 from squeal_core import BrakeModel, OperatingPoint
 from squeal_core.assembly.build import contact_arrays
+from squeal_core.brake.operating_point import OperatingPoints
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.model import operators
 from squeal_core.model.operators import ContactFace
 from squeal_core.model.surface_shapes import SurfaceShapes
-from squeal_core.simulation import contact_points, NonlinearContact, SlidingState, Transient
+from squeal_core.simulation import contact_points, NonlinearContact, Transient
 from squeal_core.simulation.history import OperatingHistory
 from support.rows import each
 
@@ -55,7 +56,7 @@ def test_the_derivatives_of_the_force_are_the_matrices_of_the_model(
     own = replace(kang, contact_retardation_time=3e-6, **contact_arrays(faces),  # type: ignore
                   follower=operators.follower(faces) if follower else None)
     n = kang.size
-    state = SlidingState.of([point] * n)
+    state = OperatingPoints.stacked([point] * n)
     transient = calm(own, faces, replace(point, contact_stiffness=0.3e11))  # the springs differ
     rest = np.zeros((n, n))
     found = {
@@ -73,7 +74,7 @@ def test_the_derivatives_of_the_force_are_the_matrices_of_the_model(
 def test_dashpots_of_the_contact_rub_too(kang: BrakeModel, faces: Faces) -> None:
     """Their force is normal: D gains c_c (A0 + mu B0)."""
     tau, n = 3e-6, kang.size
-    state, rest = SlidingState.of([POINT] * n), np.zeros((n, n))
+    state, rest = OperatingPoints.stacked([POINT] * n), np.zeros((n, n))
 
     def damping(retardation: float) -> FloatArray:
         contact = NonlinearContact(faces, retardation_time=retardation).at(
@@ -89,7 +90,7 @@ def test_dashpots_of_the_contact_rub_too(kang: BrakeModel, faces: Faces) -> None
 
 def test_an_open_contact_bears_nothing_and_rubs_nowhere(kang: BrakeModel, faces: Faces) -> None:
     """A pad 1 mm off leaves the preload of its back alone, and no friction at its face."""
-    state = SlidingState.of([POINT])
+    state = OperatingPoints.stacked([POINT])
     contact = NonlinearContact(faces).at(state, closed_stiffness=0.35e11)
     first = contact_arrays(faces)['contact_stiffness'][:20, :20]
     lift = np.zeros((kang.size, 1))
@@ -119,7 +120,7 @@ def test_friction_follows_its_law_far_from_its_slope(faces: Faces, kang: BrakeMo
     speed = 5.0
     point = replace(POINT, friction=law.coefficient(radius * speed),
                     friction_slope=law.slope(radius * speed))
-    contact = NonlinearContact([face], decay=law.decay).at(SlidingState.of([point]),
+    contact = NonlinearContact([face], decay=law.decay).at(OperatingPoints.stacked([point]),
                                                            closed_stiffness=0.35e11)
     force = contact.forces(np.zeros((1, 1)), np.full((1, 1), faster)).friction.item()
     wanted = law.coefficient(radius * speed) - law.coefficient(radius * speed + faster)
