@@ -37,11 +37,11 @@ import numpy as np
 from squeal_core import BrakeModel
 from squeal_core.common.arrays import FloatArray
 from squeal_core.risk.application_risk import ApplicationRisk
-from squeal_core.risk.emulator_audit import growth_differences, point_at
+from squeal_core.risk.emulator_audit import growth_differences
 from squeal_core.risk.emulator_builder import scattered_inputs
 from squeal_core.risk.emulator_file import find_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
-from squeal_core.risk.growth_emulator import GrowthEmulator
+from squeal_core.risk.growth_emulator import GrowthEmulator, points_at
 from squeal_core.risk.squeal_risk import SquealRisk
 from squeal_core.stability.eigensolution import eigenvalues
 
@@ -67,7 +67,7 @@ def costs(model: BrakeModel, emulator: GrowthEmulator) -> dict[str, float]:
 
     found = [[processor_time(partial(emulator.evaluate, inputs)),
               processor_time(partial(evaluate, turn * 50_000_000)),
-              processor_time(partial(eigenvalues, model, point_at(model, inputs[0, 0])))]
+              processor_time(partial(eigenvalues, model, points_at(model, inputs[0, :1])[0]))]
              for turn in range(51)]
     growth, whole, full = np.median(found, axis=0).tolist()
     return {'growth_of_four_ms': growth, 'risk_of_four_ms': whole, 'full_solution_ms': full,

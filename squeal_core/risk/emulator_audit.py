@@ -18,23 +18,12 @@ import math
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import FloatArray
-from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
+from squeal_core.risk.growth_emulator import GrowthEmulator, points_at
 from squeal_core.stability.eigensolution import eigenvalues, SQUEAL_BAND
 
 MATTERS = -30.0  # 1/s; modes of smaller growth rates do not build up
 LARGE = 100.0  # 1/s; modes that grow faster saturate within a tenth of a second
-
-
-def point_at(model: BrakeModel, inputs: FloatArray) -> OperatingPoint:
-    """Return the operating point of one row of inputs (6,)."""
-    [row], [pressure] = affine_coefficients(model, inputs[None])
-    speed, _, slope, stiffness, friction, scale = row.tolist()
-    return OperatingPoint(rotor_speed=speed, friction=friction, friction_slope=slope / pressure,
-                          contact_pressure=float(pressure), contact_stiffness=stiffness,
-                          damping_scale=scale)
 
 
 def growth_differences(emulator: GrowthEmulator, inputs: FloatArray) -> FloatArray:
@@ -43,7 +32,7 @@ def growth_differences(emulator: GrowthEmulator, inputs: FloatArray) -> FloatArr
 
     One for each mode of the squeal band between -30 and 100 1/s, each compared with another one.
     """
-    truth = eigenvalues(emulator.model, point_at(emulator.model, inputs))
+    truth = eigenvalues(emulator.model, points_at(emulator.model, inputs[None])[0])
     low, high = (2.0 * np.pi * end for end in SQUEAL_BAND)
     truth = truth[(truth.imag >= low) & (truth.imag <= high) & (truth.real > MATTERS)]
     ours = emulator.eigenvalues(inputs[None])[0]

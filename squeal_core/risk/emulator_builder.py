@@ -36,7 +36,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.emulator_audit import growth_differences, MATTERS
 from squeal_core.risk.emulator_records import EmulatorDomain, EmulatorError
 from squeal_core.risk.group_fits import fitted_groups, FittedGroup
-from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
+from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator, points_at
 from squeal_core.risk.mode_families import clusters, coupled, mixing, ModeFamily, ReferenceModes
 from squeal_core.risk.polynomial_basis import BRAKE, OPERATION, PolynomialBasis
 from squeal_core.risk.small_matrices import CommonMatrix
@@ -105,7 +105,7 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
     domain = domain or usual_domain(model)
     inputs = scattered_inputs(domain, solutions, seed)
     everything = min(solutions, _PILOT) + solutions + hold_out
-    stiffness = affine_coefficients(model, inputs)[0][:, 3]
+    stiffness = points_at(model, inputs).contact_stiffness
     reference = ReferenceModes(model, (float(stiffness.min()), float(stiffness.max())))
     band, done = 2.0 * np.pi * np.array(band_hz), 0
 
@@ -212,7 +212,7 @@ def _fitted(model: BrakeModel, basis: PolynomialBasis, inputs: FloatArray,
             training: TrainingSolutions, found: Sequence[IndexArray],
             families: Sequence[IndexArray], count: int, band: FloatArray) -> list[FittedGroup]:
     """Return the groups of a piece."""
-    coefficients, _ = affine_coefficients(model, inputs)
+    coefficients = affine_coefficients(points_at(model, inputs))
     variables, by_own = basis.variables(coefficients)
     rows = basis.terms(*basis.factors(variables, np.eye(4)[..., None], np.eye(2)[..., None]))
     rows = rows[[0, *(1 + np.argsort([*OPERATION, *BRAKE]))]].swapaxes(1, 2)  # by each variable
@@ -261,7 +261,7 @@ def _basis(model: BrakeModel, inputs: FloatArray, stiffness: FloatArray,
                           if np.dot(powers, _COSTS) <= _DEGREE])
     plain = PolynomialBasis(exponents, readonly(scales), readonly(-np.ones((1, 6))),
                             readonly(np.ones((1, 6))))
-    places, _ = plain.variables(affine_coefficients(model, inputs)[0])
+    places, _ = plain.variables(affine_coefficients(points_at(model, inputs)))
     low, high = (np.tile(ends, (len(pieces), 1)) for ends in (
         places.min(axis=0), places.max(axis=0)))
     inner = [0.5 * (stiffness[below[-1]] + stiffness[above[0]]) for below, above in pairwise(

@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from squeal_core.brake.operating_point import coefficients_of, OperatingPoints
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray, readonly, RealArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.model.sliding_laws import sliding_laws
@@ -53,20 +54,24 @@ STABLE = -5.0  # 1/s; families that nowhere grow faster do not build up
 _CHUNK = 1024  # rows evaluated at once
 
 
-def affine_coefficients(model: BrakeModel, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
+def points_at(model: BrakeModel, inputs: FloatArray) -> OperatingPoints:
+    """Return the operating points of inputs (P, 6)."""
+    speed, pressure, friction = np.exp(inputs[:, 0]), np.exp(inputs[:, 1]), inputs[:, 2]
+    slope, stiffness = sliding_laws(model, speed, pressure, friction)
+    return OperatingPoints(
+        rotor_speed=speed, friction=friction, contact_pressure=pressure,
+        contact_stiffness=stiffness * np.exp(inputs[:, 3]), friction_slope=slope * inputs[:, 5],
+        damping_scale=np.exp(inputs[:, 4]))
+
+
+def affine_coefficients(points: OperatingPoints) -> FloatArray:
     """
-    Return (Omega, p0 mu / Omega, p0 mu_v, k_c, mu, damping scale) at inputs (P, 6), and p0.
+    Return (Omega, p0 mu / Omega, p0 mu_v, k_c, mu, damping scale) at points, (P, 6).
 
     These six say all that the coefficients of the affine family, `OperatingPoint.coefficients`,
     say but for the follower force's.
     """
-    speed, pressure = np.exp(inputs[:, 0]), np.exp(inputs[:, 1])
-    friction = inputs[:, 2]
-    slope, stiffness = sliding_laws(model, speed, pressure, friction)
-    found = np.column_stack([
-        speed, pressure * friction / speed, pressure * slope * inputs[:, 5],
-        stiffness * np.exp(inputs[:, 3]), friction, np.exp(inputs[:, 4])])
-    return found, pressure
+    return np.column_stack([*coefficients_of(points)[:4], points.friction, points.damping_scale])
 
 
 class _Crossing(NamedTuple):
@@ -176,7 +181,7 @@ class GrowthEmulator:
 
     def eigenvalues(self, inputs: FloatArray) -> ComplexArray:
         """Return all of the families, (P, K), at inputs of the domain, (P, 6) [1/s]."""
-        coefficients, _ = affine_coefficients(self.model, inputs)
+        coefficients = affine_coefficients(points_at(self.model, inputs))
         variables, _ = self.basis.variables(coefficients)
         none = np.empty((0, 1, 1))
         [terms] = self.basis.terms(*self.basis.factors(variables, none, none))
@@ -202,7 +207,7 @@ class GrowthEmulator:
         """Return what `EmulatedGrowth` has at inputs (G, P, 6), (4, G, P, F)."""
         count, pairs, shape = self._places.size, self._pairs.size, inputs.shape[:2]
         with np.errstate(all='ignore'):  # outside the domain
-            coefficients, _ = affine_coefficients(self.model, inputs.reshape(-1, 6))
+            coefficients = affine_coefficients(points_at(self.model, inputs.reshape(-1, 6)))
             piece = self.basis.pieces(coefficients).reshape(shape)
             values = self._polynomials([
                 np.ascontiguousarray(np.moveaxis(part.reshape(*part.shape[:2], *shape), 2, 0))

@@ -27,7 +27,7 @@ import numpy as np
 from squeal_core.brake.operating_point import OperatingPoint
 from squeal_core.common.arrays import ComplexArray, FloatArray, IndexArray
 from squeal_core.model.brake_model import BrakeModel
-from squeal_core.risk.emulator_audit import point_at
+from squeal_core.risk.growth_emulator import points_at
 from squeal_core.risk.mode_families import ReferenceModes
 from squeal_core.stability.eigensolution import Tolerances
 from squeal_core.stability.state_space import state_matrix
@@ -140,7 +140,7 @@ def solve_points(model: BrakeModel, reference: ReferenceModes, inputs: FloatArra
     reference : ReferenceModes
         Its modes at mu = 0, by which the solutions' modes are known.
     inputs : (P, 6) array
-        As of `point_at`, one row a point.
+        As of `points_at`.
     clusters : sequence of arrays
         Places of modes by number.
     stiffness : float, optional
@@ -149,7 +149,8 @@ def solve_points(model: BrakeModel, reference: ReferenceModes, inputs: FloatArra
     """
     shapes = reference.at(stiffness or model.nominal_contact_stiffness)
     return TrainingSolutions.joined([
-        solution_at(model, reference, point_at(model, row), clusters, shapes) for row in inputs])
+        solution_at(model, reference, point, clusters, shapes)
+        for point in points_at(model, inputs)])
 
 
 def solution_at(model: BrakeModel, reference: ReferenceModes, point: OperatingPoint,

@@ -21,11 +21,11 @@ from squeal_core.brake.friction import FrictionLaw
 from squeal_core.common.arrays import FloatArray
 from squeal_core.common.errors import ModelError
 from squeal_core.common.resources import config_folder
-from squeal_core.risk.emulator_audit import audit, point_at
+from squeal_core.risk.emulator_audit import audit
 from squeal_core.risk.emulator_builder import build_growth_emulator, scattered_inputs
 from squeal_core.risk.emulator_file import read_emulator
 from squeal_core.risk.ensemble import EnsemblePrior, prior_ensemble
-from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator
+from squeal_core.risk.growth_emulator import affine_coefficients, GrowthEmulator, points_at
 from squeal_core.risk.mode_families import clusters, coupled, mixing, ReferenceModes
 from squeal_core.risk.training_solutions import part_of, solve_points
 from support.engine_models import crossing_model, random_model
@@ -82,8 +82,9 @@ def test_growth_rates_and_frequencies_are_those_of_full_solutions(
     rows = inputs[:, 0]
     found = emulator.evaluate(rows)
     assert emulator.error.points == 60
-    for row, growth, frequency in zip(rows, found.growth_rate, found.frequency_hz, strict=True):
-        worst = complex_modes(model, point_at(model, row)).least_stable(1250.0, 16000.0)[0]
+    for row, point, growth, frequency in zip(rows, points_at(model, rows), found.growth_rate,
+                                             found.frequency_hz, strict=True):
+        worst = complex_modes(model, point).least_stable(1250.0, 16000.0)[0]
         if worst.growth_rate > -30.0:
             assert growth.max() == pytest.approx(worst.growth_rate, abs=emulator.error.largest)
             assert frequency[growth.argmax()] == pytest.approx(worst.frequency_hz, rel=1e-3)
@@ -196,7 +197,7 @@ def test_matrices_of_modes_have_their_eigenvalues_and_slopes(model: BrakeModel) 
     steps = 1e-5 * np.concatenate([np.eye(6), -np.eye(6)])
     found = solve_points(model, reference, np.concatenate([[row], row + steps]), [modes])
     [cluster] = found.clusters
-    moved = affine_coefficients(model, row + steps)[0]
+    moved = affine_coefficients(points_at(model, row + steps))
     by = (moved[:6] - moved[6:]) / 2e-5  # of coefficients (last axis) along inputs
     first = part_of(cluster, found.eigenvalues[:, modes], np.array([0, 2]))
     for matrix, own in ((cluster, modes), (first, modes[[0, 2]])):
