@@ -24,7 +24,7 @@ Nonlinear transients of brakes: contact that opens, exact friction direction, no
     abutment          what keeps pads without stiffness in plane where they are
     microphone        sound pressure beside the disc
     levels            levels and pitches of modes, squeal events
-    listening         all together: `simulate`
+    simulated_sound   all together: `simulate`
     first_events      which of many brake applications squeal
     simulation_files  WAV, events, levels
 """
@@ -34,7 +34,7 @@ from squeal_core.simulation.contact_points import contact_points
 from squeal_core.simulation.first_events import first_events
 from squeal_core.simulation.history import OperatingHistory
 from squeal_core.simulation.levels import ModalLevels, SimulatedEvent
-from squeal_core.simulation.listening import simulate, SimulationResult
+from squeal_core.simulation.simulated_sound import simulate, SimulationResult
 from squeal_core.simulation.transient import Transient
 from squeal_core.simulation.transient_block import TransientBlock
 

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 from squeal_core.common.output import check_target, make_folder, OutputFiles
 from squeal_core.simulation.levels import SimulatedEvent
-from squeal_core.simulation.listening import SimulationResult
 from squeal_core.simulation.microphone import AUDIO_RATE
+from squeal_core.simulation.simulated_sound import SimulationResult
 
 FULL_SCALE = 20.0  # Pa at a sample of 1.0: the peak of a tone of 117 dB
 
