@@ -200,6 +200,11 @@ def test_likelihood_of_hits_misses_and_pitches() -> None:
         1.0 - (1.0 - heard[0]) * (1.0 - heard[1]))
     right, wrong = (likelihood(Observation((1,), True, hz)) for hz in (1610.0, 3000.0))
     assert right > 20.0 * wrong
+    # noted right (0.9), detected (0.9) and of the family (mean 0.69): at its pitch; else anywhere
+    uniform, peak = 1.0 / math.log(16_000.0 / 1250.0), 1.0 / (0.03 * math.sqrt(2.0 * math.pi))
+    own = 0.9 * 0.9 * 0.69
+    assert likelihood(Observation((1,), True, 1600.0)) == pytest.approx(
+        own * peak + (heard[1] - own) * uniform)
     both = found._replace(by_family=np.stack([squeals, squeals], axis=-1))
     assert math.exp(log_likelihood(both, [Observation((1,), True, 1610.0)], hearing)[0]
                     ) == pytest.approx(right)  # another family's squeal is no doubt of this one
