@@ -45,7 +45,7 @@ LeastStableAt: TypeAlias = Callable[[SlidingConditions, FloatArray], ComplexArra
 @dataclass(frozen=True, kw_only=True)
 class AdviceSettings:
     """
-    Where advice is looked for.
+    Settings of the search for advice.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ class Assessment:
 
     @property
     def is_valid(self) -> bool:
-        """Whether the brake was assessed."""
+        """Return whether the brake was assessed."""
         return self.state in VALID
 
     @property

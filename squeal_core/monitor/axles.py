@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Which brakes share an axle: told by the settings, or by the names of the brakes."""
+"""Brakes that share an axle, by the settings or by the names of the brakes."""
 
 from collections.abc import Iterator, Mapping, Sequence
 import re

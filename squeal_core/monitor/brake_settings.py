@@ -24,7 +24,7 @@ from squeal_core.monitor.setting_specs import input_keys, Signal, SIGNALS
 
 @dataclass(frozen=True, kw_only=True)
 class InputSettings:
-    """Where a signal comes from, and which values of it are believed."""
+    """Source of a signal, and limits of the values that are believed."""
 
     topic: str
     type: str  # noqa: A003

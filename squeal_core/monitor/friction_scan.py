@@ -31,7 +31,7 @@ _TINY = 1e-9  # of a weight, so that one is left where a point of the grid is me
 
 class FrictionScan:
     """
-    Where friction makes a brake unstable, roughly: interpolated between points of a grid.
+    Approximate critical frictions of a brake, interpolated between points of a grid.
 
     The boundaries along friction at a point of the grid are searched when a brake first operates
     beside it, and kept.

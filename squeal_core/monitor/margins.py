@@ -33,7 +33,7 @@ OTHERS: tuple[OtherMargin, ...] = ('rotor_speed', 'pressure', 'groan', 'divergen
 @dataclass(frozen=True, kw_only=True)
 class MarginSettings:
     """
-    Where critical values are looked for, and what confirms them.
+    Settings of the search for critical values and of their confirmation.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Why the squeal risk of no brake is known, or squeals are missed: by settings and emulator."""
+"""Reasons why no brake's squeal risk is known or squeals are missed: settings and emulator."""
 
 from collections.abc import Iterator
 

@@ -222,7 +222,7 @@ def load_settings(path: str | Path) -> MonitorSettings:
 
 
 def is_built_in(name: str) -> bool:
-    """Whether a parameter belongs to ROS itself."""
+    """Return whether a parameter belongs to ROS itself."""
     return (name in ('use_sim_time', 'start_type_description_service')
             or name.startswith('qos_overrides.'))
 

@@ -93,7 +93,7 @@ class BrakeMonitor:
 
     @property
     def refused(self) -> Counter[str]:
-        """How many samples of each input were refused, and why."""
+        """Return the number of refused samples, by input and reason."""
         return Counter({f'{signal} {why}': count for signal, one in self._inputs.items()
                         for why, count in one.refused.items()})
 
@@ -151,7 +151,7 @@ class BrakeMonitor:
         return found or context
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
-        """Whether the brake is released or at rest, so that no friction is needed."""
+        """Return whether the brake is released or at rest, so that no friction is needed."""
         speed, pressure = inputs['rotor_speed'], inputs['pressure']
         return (pressure.status == 'good' and pressure.value < self._settings.release_pressure
                 or speed.status == 'good'

@@ -151,7 +151,7 @@ class VehicleStability:
 
     @property
     def bounds(self) -> MarginSettings:
-        """Where the model was validated and the table has answers, and the table's error."""
+        """Return the bounds in which model and table are valid, and the table's error."""
         return self._margins.settings
 
     def least_stable(self, at: SlidingConditions, pressures: FloatArray) -> ComplexArray:

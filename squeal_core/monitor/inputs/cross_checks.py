@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Checks across the inputs and brakes of a vehicle: a quiet reading that others contradict.
+Checks across the inputs and brakes of a vehicle: plausible readings that others contradict.
 
 Only the quiet side is doubted: a brake that reads released, or less than its axle partner, while
 the vehicle brakes; a wheel that reads at rest, or turns unlike the others; a friction below the
@@ -50,7 +50,7 @@ __all__ = ['CrossChecks']
 
 class CrossChecks:
     """
-    Watches all brakes of a vehicle and marks readings that others contradict.
+    Compares all brakes of a vehicle and marks readings that others contradict.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class CrossChecks:
             _drop_what_is_off(wheel, settings)
 
     def reset(self) -> None:
-        """Forget everything received and every doubt."""
+        """Discard all samples and doubts."""
         for wheel in self._wheels.values():
             wheel.forget()
         self._end: int | None = None  # of the last step [ns]
@@ -118,7 +118,7 @@ class CrossChecks:
                 for wheel, inputs in zip(self._all, readings, strict=True)]
 
     def _advance(self, last: int) -> None:
-        """Look at all steps after those of the last tick, up to the end of one [ns]."""
+        """Process all steps after those of the last tick, up to the end of one [ns]."""
         if self._end is None or last - self._end > _LONGEST_GAP:
             for wheel in self._wheels.values():
                 wheel.begin_anew()
@@ -171,7 +171,7 @@ def _pause(wheel: Wheel, *, agrees: bool) -> None:
 
 
 def _drop_what_is_off(wheel: Wheel, settings: MonitorSettings) -> None:
-    """End what a check has told that is turned off: it would never see the input agree."""
+    """End reports of a check that is turned off: it would never see the input agree."""
     pressures = (settings.unbraked_deceleration if wheel.doubts['pressure'].kind == 'deceleration'
                  else settings.contradicting_pressure)
     for signal, on in (('pressure', pressures), ('rotor_speed', settings.wheel_speed_tolerance),

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is gathered about the inputs of one brake, to compare it with the others."""
+"""Evidence about the inputs of one brake, for comparison with the other brakes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -41,7 +41,7 @@ _OTHER_UNITS: dict[Signal, tuple[tuple[str, float], ...]] = {
 
 
 class Contradiction(NamedTuple):
-    """What speaks against an input in one step, and how long it must last to be told."""
+    """Evidence against an input in one step, and how long it must last to be reported."""
 
     kind: str
     after: float  # s
@@ -53,7 +53,7 @@ class Contradiction(NamedTuple):
 @dataclass
 class Doubt:
     """
-    The evidence against one input, and what was told of it until the input agrees again.
+    Evidence against one input, and its report until the input agrees again.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Doubt:
     _agreed: int = 0
 
     def weigh(self, found: Sequence[Contradiction], *, agrees: bool) -> None:
-        """Take the evidence of one step."""
+        """Add the evidence of one step."""
         if agrees and not found:  # nearly always
             self._elapsed, self._present = {}, False
             self._agreed += STEP
@@ -95,21 +95,21 @@ class Doubt:
             self._end = first.until or self.until
 
     def end(self) -> None:
-        """Take back what was told."""
+        """Withdraw the report."""
         self.text = self.kind = ''
 
     def pause(self) -> None:
-        """Take a step that says nothing."""
+        """Add a step without evidence."""
         self._agreed, self._present = 0, False
 
     def begin_anew(self) -> None:
-        """Forget evidence that is not yet enough; what was told stays."""
+        """Discard evidence that is not yet enough; what was reported stays."""
         self._elapsed.clear()
         self.pause()
 
     @property
     def said(self) -> str:
-        """Return what is or was wrong, and until when it counts; '' for nothing."""
+        """Return the fault in words, and until when it counts; '' for no fault."""
         text = self.text
         if text and not self._present:
             for now, then in _PAST:
@@ -122,7 +122,7 @@ class Wheel:
     One brake: windows of its inputs, and the doubts about them.
 
     `pressure`, `smooth` (pressure over 0.5 s), `speed` and `friction` are those of the last step
-    as far as they may speak against other brakes, else NaN.
+    as far as they may be evidence against other brakes, else NaN.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ class Wheel:
             window.update_settings(one.max_age, one.minimum, one.maximum)
 
     def forget(self, after: int | None = None) -> None:
-        """Drop everything; samples up to a time [ns] stay where one is given."""
+        """Discard all samples; those up to a time [ns] stay where one is given."""
         for window in self.windows.values():
             window.forget(after)
         self.doubts = {signal: Doubt(_UNTIL[signal]) for signal in self.windows}
@@ -159,19 +159,19 @@ class Wheel:
         self.share = self.given_share  # given or learned; 0: not yet
 
     def use(self, inputs: Mapping[Signal, Reading]) -> None:
-        """Take from now on the inputs that are believed for themselves."""
+        """Use from now on the inputs whose own readings are believed."""
         for signal, window in self.windows.items():
             self.own[signal] = window if inputs[signal].is_believed else _NOTHING
 
     def begin_anew(self) -> None:
-        """Forget evidence that is not yet enough."""
+        """Discard evidence that is not yet enough."""
         for signal, window in self.windows.items():
             window.begin_anew()
             self.doubts[signal].begin_anew()
         self.alternation.begin_anew()
 
     def advance(self, end: int) -> None:
-        """Look at the samples up to the end of a step [ns]."""
+        """Process the samples up to the end of a step [ns]."""
         for signal, window in self.windows.items():
             window.advance(end, swings=signal == 'pressure')
         own, doubts = self.own, self.doubts
@@ -183,20 +183,20 @@ class Wheel:
 
     @property
     def has_doubts(self) -> bool:
-        """Whether `doubted` says something of any input."""
+        """Return whether any input is doubted."""
         for doubt in self.doubts.values():  # each tick of each brake
             if doubt.text:
                 return True
         return bool(self.alternation.text)
 
     def is_doubted(self, signal: Signal) -> bool:
-        """Tell whether `doubted` says something."""
+        """Return whether an input is doubted."""
         doubt = self.doubts.get(signal)
         return bool(doubt is not None and doubt.text
                     or signal == 'pressure' and self.alternation.text)
 
     def doubted(self, signal: Signal) -> str:
-        """Return what is wrong with an input by other brakes or its slew; '' for nothing."""
+        """Return the fault of an input by other brakes or its slew; '' for no fault."""
         told = self.doubts[signal].said if signal in self.doubts else ''
         return (signal == 'pressure' and self.alternation.said) or told
 
@@ -205,7 +205,7 @@ _NOTHING = SignalWindow(0.0, 0.0, 0.0)
 
 
 def though(wheel: Wheel, other: Wheel, signal: Signal) -> str:
-    """Name the input that contradicts another, its value, and the unit that would explain it."""
+    """Return the contradicting input and value in words, and the unit that would explain it."""
     own, value = wheel.own[signal].mean, other.windows[signal].mean
     shown = f'{value:.6g} {UNITS[signal]}'.removesuffix(' -')
     hint = next((f', as {unit} given as {UNITS[signal]} would be'

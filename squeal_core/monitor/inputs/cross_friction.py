@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What speaks against the friction coefficient of a brake: its neighbours."""
+"""Evidence against the friction coefficient of a brake, from its neighbours."""
 
 import math
 
@@ -23,7 +23,7 @@ _OTHER_AXLES = 0.75  # of `friction_ratio`: pads of axles differ
 
 
 def against_friction(wheel: Wheel, settings: MonitorSettings) -> tuple[list[Contradiction], bool]:
-    """Return what speaks against a friction, and whether it can be compared at all."""
+    """Return the evidence against a friction, and whether it can be compared at all."""
     own = wheel.own['friction'].mean
     least = settings.release_pressure
     if not settings.friction_ratio or math.isnan(own) or not (

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How a vehicle moves, by the speeds of its wheels that are believed."""
+"""Motion of a vehicle, by the speeds of its wheels that are believed."""
 
 from collections.abc import Sequence
 import math
@@ -29,7 +29,7 @@ SLOW_TURNS = 3  # of a pressure in a second, from which on it swings
 
 class Motion(NamedTuple):
     """
-    How the vehicle moves in one step, by the speeds that are believed.
+    Motion of the vehicle in one step, by the speeds that are believed.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(wheels: Sequence[Wheel], end: int) -> Motion:
-    """Return how the vehicle moves in the step that ends at a time [ns]."""
+    """Return the motion of the vehicle in the step that ends at a time [ns]."""
     known = [wheel for wheel in wheels if not math.isnan(wheel.speed)]
     speeds = [wheel.speed for wheel in known]
     if not known:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What speaks against the pressure of a brake: other brakes, the deceleration, its slew."""
+"""Evidence against the pressure of a brake, from other brakes, deceleration and its slew."""
 
 from collections.abc import Iterator, Sequence
 import math
@@ -34,7 +34,7 @@ _LEARNING = 2.0 * _BAR  # least pressures from which shares are learned
 
 def against_pressure(wheel: Wheel, motion: Motion, end: int,
                      settings: MonitorSettings) -> list[Contradiction]:
-    """Return how others contradict the pressure of a brake, the soonest told first."""
+    """Return the evidence of other brakes against a pressure, the soonest reported first."""
     reference = None if math.isnan(wheel.own['pressure'].mean) else _braking_reference(
         wheel, settings)
     return [] if reference is None else [*_quiet(wheel, reference, motion, settings),
@@ -42,7 +42,7 @@ def against_pressure(wheel: Wheel, motion: Motion, end: int,
 
 
 def pressure_agrees(wheel: Wheel, wheels: Sequence[Wheel], settings: MonitorSettings) -> bool:
-    """Tell whether a pressure is as high as the others have it, or higher."""
+    """Return whether a pressure is at least as high as other brakes suggest."""
     if wheel.doubts['pressure'].kind == 'deceleration' and not any(
             other.own['pressure'].smooth >= _SURELY_BRAKING for other in wheels):
         return False
@@ -57,7 +57,7 @@ def pressure_agrees(wheel: Wheel, wheels: Sequence[Wheel], settings: MonitorSett
 
 def against_slew(wheel: Wheel, end: int, settings: MonitorSettings
                  ) -> tuple[list[Contradiction], bool]:
-    """Return what speaks against a pressure by its own slew, and whether it is steady again."""
+    """Return the evidence against a pressure by its own slew, and whether it is steady again."""
     if not settings.pressure_slew:
         return [], True
     swings = wheel.windows['pressure'].swings
@@ -73,7 +73,7 @@ def against_slew(wheel: Wheel, end: int, settings: MonitorSettings
 
 
 class _Reference(NamedTuple):
-    """A brake that brakes, and how it compares."""
+    """A brake that brakes, and the limits of the comparison with it."""
 
     wheel: Wheel
     ratio: float  # least fraction of its pressure that is believed
@@ -83,7 +83,7 @@ class _Reference(NamedTuple):
 
 
 def _braking_reference(wheel: Wheel, settings: MonitorSettings) -> _Reference | None:
-    """Return the brake that speaks against a low pressure, if one does."""
+    """Return the brake that contradicts a low pressure; None if none does."""
     least = settings.contradicting_pressure
     partner = wheel.partner
     if not least:
@@ -104,7 +104,7 @@ def _braking_reference(wheel: Wheel, settings: MonitorSettings) -> _Reference | 
 
 
 def _others_brake(wheel: Wheel, settings: MonitorSettings) -> bool:
-    """Tell whether another axle brakes on both sides: no intervention at single wheels."""
+    """Return whether another axle brakes on both sides: no intervention at single wheels."""
     for other in wheel.others:
         if other.pressure >= settings.release_pressure:
             opposite = other.partner
@@ -117,7 +117,7 @@ def _others_brake(wheel: Wheel, settings: MonitorSettings) -> bool:
 
 
 def _one_sided(wheel: Wheel, ratio: float) -> bool:
-    """Tell whether another axle brakes less on one side too, as on a road of two grips."""
+    """Return whether another axle brakes less on one side too, as on a split-friction road."""
     return any(other.partner is not None and other.is_first == wheel.is_first
                and other.smooth < ratio * other.partner.smooth for other in wheel.others)
 
@@ -142,7 +142,7 @@ def learn_share(wheel: Wheel, motion: Motion) -> None:
 
 def _quiet(wheel: Wheel, reference: _Reference, motion: Motion,
            settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against a pressure that reads released."""
+    """Yield the evidence against a pressure that reads released."""
     own = wheel.own['pressure']
     if own.mean >= settings.release_pressure or own.high >= settings.contradicting_pressure:
         return
@@ -158,7 +158,7 @@ def _quiet(wheel: Wheel, reference: _Reference, motion: Motion,
 
 def _too_low(wheel: Wheel, reference: _Reference, motion: Motion, end: int,
              settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against a pressure that is a fraction of the other's."""
+    """Yield the evidence against a pressure that is a fraction of the other's."""
     own, other = wheel.own['pressure'], reference.wheel
     if own.smooth >= reference.ratio * other.smooth - reference.margin or not motion.rolling:
         return
@@ -178,7 +178,7 @@ def _too_low(wheel: Wheel, reference: _Reference, motion: Motion, end: int,
 
 def against_all_pressures(wheels: Sequence[Wheel], motion: Motion,
                           settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against all pressures: a deceleration that is beyond them."""
+    """Yield the evidence against all pressures: a deceleration that is beyond them."""
     pressures = [p for wheel in wheels if not math.isnan(p := wheel.own['pressure'].mean)]
     if not settings.unbraked_deceleration or len(pressures) < 2:
         return

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What speaks against the speed of a wheel: the other wheels."""
+"""Evidence against the speed of a wheel, from the other wheels."""
 
 from collections.abc import Iterator
 import math
@@ -29,7 +29,7 @@ _AXLES_APART = 1.6  # by which wheel speeds of two axles differ as no vehicle tu
 
 
 class _Pair(NamedTuple):
-    """The slower and the faster one of the wheels that a wheel is held against."""
+    """The slower and the faster one of the wheels that a wheel is compared with."""
 
     slow: Wheel
     fast: Wheel
@@ -38,7 +38,7 @@ class _Pair(NamedTuple):
 
 def against_speed(wheel: Wheel, motion: Motion, settings: MonitorSettings
                   ) -> tuple[list[Contradiction], bool]:
-    """Return what speaks against the speed of a wheel, and whether others turn alike."""
+    """Return the evidence against the speed of a wheel, and whether others turn alike."""
     own = abs(wheel.own['rotor_speed'].mean)
     pair = _pair(wheel) if settings.wheel_speed_tolerance else None
     if pair is None or math.isnan(own) or _allowed(own, pair, wheel, motion, settings):
@@ -59,7 +59,7 @@ def against_speed(wheel: Wheel, motion: Motion, settings: MonitorSettings
 
 
 def _pair(wheel: Wheel) -> _Pair | None:
-    """Return the wheels that a wheel is held against; None where they say nothing."""
+    """Return the wheels that a wheel is compared with; None where no comparison is possible."""
     partner = wheel.partner
     if partner is not None and math.isnan(partner.speed):
         partner = None
@@ -80,7 +80,7 @@ def _pair(wheel: Wheel) -> _Pair | None:
 
 def _allowed(own: float, pair: _Pair, wheel: Wheel, motion: Motion,
              settings: MonitorSettings) -> bool:
-    """Tell whether a wheel may have a speed [rad/s] by the wheels it is held against."""
+    """Return whether the speed of a wheel [rad/s] fits the wheels it is compared with."""
     slow, fast, only_partner = pair
     share, flicker = 1.0 + settings.wheel_speed_tolerance, 2.0 * FLICKER
     if slow.speed / share - flicker <= own <= fast.speed * share + flicker:
@@ -99,7 +99,7 @@ def _speed(wheel: Wheel) -> float:
 
 
 def _spread(wheel: Wheel) -> float:
-    """Return what a turn may do to the wheels of one axle, by those of another; 0: not known."""
+    """Return the effect of a turn on the wheels of one axle, by those of another; 0: not known."""
     partner = wheel.partner
     if partner is None or math.isnan(partner.speed):
         return 0.0
@@ -108,7 +108,7 @@ def _spread(wheel: Wheel) -> float:
 
 
 def _slow_axle(wheel: Wheel, own: float, settings: MonitorSettings) -> Iterator[Contradiction]:
-    """Yield what speaks against both wheels of an axle: another axle turns much faster."""
+    """Yield the evidence against both wheels of an axle: another axle turns much faster."""
     partner = wheel.partner
     if (not settings.wheel_speed_tolerance or partner is None
             or wheel.own['pressure'].smooth >= settings.release_pressure):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""One input of one brake: its samples, and what is thought of the newest of them at a tick."""
+"""One input of one brake: its samples, and the reading of the newest of them at a tick."""
 
 import bisect
 from collections import Counter
@@ -42,7 +42,7 @@ _OF_GUARDS = ('bar_suspected_below', 'reference_check', 'publisher_tolerance',
 
 
 class _Judged(NamedTuple):
-    """A sample and what the history of its input says against it."""
+    """A sample, and its status by the history of its input."""
 
     stamp: int
     value: float
@@ -79,7 +79,7 @@ class InputChannel:
 
     def update_settings(self, limits: InputSettings, settings: MonitorSettings,
                         validated: ValidatedRange) -> None:
-        """Take other settings; samples stay, and guards whose settings change begin anew."""
+        """Apply other settings; samples stay, and guards whose settings change begin anew."""
         self._limits, self._settings, self._validated = limits, settings, validated
         self._max_age = round(limits.max_age * 1e9)
         self._ahead = settings.period + round(settings.stamp_tolerance * 1e9)
@@ -89,7 +89,7 @@ class InputChannel:
             self._begin()
 
     def _begin(self) -> None:
-        """Begin the guards anew."""
+        """Reset the plausibility checks."""
         limits, settings = self._limits, self._settings
         self._guards = unit_guards(self.signal, limits, settings)
         self._publishers = PublisherGuard(self.signal, settings.publisher_tolerance,
@@ -99,7 +99,7 @@ class InputChannel:
                                  limits.max_age, limits.movement)
 
     def forget(self) -> None:
-        """Drop everything received, as if it had never come."""
+        """Discard all samples, as if they had never come."""
         self._samples: list[_Judged] = []
         self._went_back = False
         self._refusal: tuple[int, Reading] | None = None
@@ -138,13 +138,13 @@ class InputChannel:
             self._drop_one()
 
     def record_missing(self, instead: MissingValue) -> None:
-        """Take note of a message that held no sample."""
+        """Record a message that held no sample."""
         if not instead.is_other:
             self.refused['unreadable'] += 1
         self._unreadable = instead.reason
 
     def _history(self, sample: Sample, sliding: bool, others: int) -> tuple[Status, str]:
-        """Ask the guards about a sample."""
+        """Check a sample against the history of its input."""
         stamp, value, number, connection = sample
         contradiction = self._publishers.check(
             stamp, value, number=number, connection=connection) if number or connection else ''
@@ -166,20 +166,20 @@ class InputChannel:
         return ('stuck', detail) if detail else _GOOD
 
     def _drop_one(self) -> None:
-        """Make room: a sample that the next tick will refuse goes first, else the oldest."""
+        """Discard one sample: one that the next tick will refuse, else the oldest."""
         if self._tick is not None and self._samples[-1].stamp > self._tick + self._ahead:
             self._refuse_last(self._tick)
         else:
             del self._samples[0]
 
     def go_back(self, time: int) -> None:
-        """Forget what is stamped after a time [ns] to which the clock was set back."""
+        """Discard samples stamped after a time [ns] to which the clock was set back."""
         del self._samples[bisect.bisect_right(self._samples, time, key=_stamp):]
         self._went_back, self._refusal, self._tick = True, None, time
         self._begin()
 
     def read(self, time: int) -> Reading:
-        """Return what is known at a tick [ns]; later ticks need no older samples."""
+        """Return the reading at a tick [ns]; later ticks need no older samples."""
         self._tick, samples = time, self._samples
         while samples and samples[-1].stamp > time + self._ahead:
             self._refuse_last(time)
@@ -201,7 +201,7 @@ class InputChannel:
                                       f'stamped ahead of time by {ahead:.2f} s')
 
     def _missing(self, newest: _Judged | None, time: int) -> Reading:
-        """Say why there is no fresh sample."""
+        """Return the reading where there is no fresh sample, with the reason."""
         if self._refusal is not None and 0 <= time - self._refusal[0] <= self._max_age:
             return self._refusal[1]
         if self._unstamped is not None:
@@ -218,7 +218,7 @@ class InputChannel:
         return Reading('stale', newest.value, age, without)
 
     def _reading(self, sample: _Judged, age: float) -> Reading:
-        """Judge a fresh sample by what its value says, then by what its history says."""
+        """Return the reading of a fresh sample: checks of its value, then of its history."""
         value, limits = sample.value, self._limits
         if sample.status == 'contradicted':
             return Reading('contradicted', value, age, sample.detail)

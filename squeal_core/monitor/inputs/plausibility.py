@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-What a signal's own history says against its unit and its reference.
+Plausibility checks of a signal's history: its unit and its reference.
 
-Each guard is handed samples in order of receipt and answers at once, so that its verdict belongs
-to the sample and depends on no tick. A guard says '' for a sample it has nothing against.
+Each check is given samples in order of receipt and returns at once, so that its result belongs to
+the sample and depends on no tick: '' for a plausible sample.
 """
 
 import math
@@ -60,18 +60,18 @@ class PlausibilityCheck(Protocol):
     """Checks the samples of one input."""
 
     def check(self, stamp: int, value: float) -> str:
-        """Return what is wrong with a sample, in words that follow its value; '' for nothing."""
+        """Return the fault of a sample, in words that follow its value; '' for no fault."""
 
 
 class _Rest:
-    """How long a value has stayed in a range, in time and samples."""
+    """Time and number of samples for which a value has stayed in a range."""
 
     def __init__(self, time: int, samples: int) -> None:
         self._time, self._least = time, samples
         self._since = self._samples = 0
 
     def lasts(self, stamp: int, inside: bool) -> bool:
-        """Take a sample, and tell whether the rest has lasted for the time and the samples."""
+        """Take a sample, and return whether the rest has lasted for the time and the samples."""
         if not inside:
             self._samples = 0
             return False
@@ -83,7 +83,7 @@ class _Rest:
 
 class BarGuard:
     """
-    Tells a pressure in bar that is given as Pa: it stays between 0.5 and some hundred.
+    Detects a pressure in bar that is given as Pa: it stays between 0.5 and some hundred.
 
     Once told, it is remembered until a value is no pressure in bar.
     """
@@ -105,7 +105,7 @@ class BarGuard:
 
 class GaugeGuard:
     """
-    Tells an absolute pressure that is taken for a gauge pressure.
+    Detects an absolute pressure that is taken for a gauge pressure.
 
     It then rests near the pressure of the air, and never comes near zero. A brake that was seen
     released may be held at 1 bar, so it has to come back there from braking a few times.
@@ -133,7 +133,7 @@ class GaugeGuard:
 
 
 class AbsoluteGuard:
-    """Tells a gauge pressure that is taken for an absolute one: it rests at a vacuum."""
+    """Detects a gauge pressure that is taken for an absolute one: it rests at a vacuum."""
 
     def __init__(self) -> None:
         self._vacuum = _Rest(_VACUUM_TIME, _REST_SAMPLES)
@@ -157,7 +157,7 @@ class _Speed(NamedTuple):
 
 class _LongRamp:
     """
-    Tells a speed that goes on changing for a second as no vehicle's does.
+    Detects a speed that changes for a second as no vehicle's does.
 
     It has to do so in each fifth of the second and in one direction: a wheel that locks, a value
     that was silent or a changed sign leap and are then over.
@@ -198,7 +198,7 @@ class _LongRamp:
 
 class RpmGuard:
     """
-    Tells a speed in rpm that is given as rad/s, and one that no wheel can have reached.
+    Detects a speed in rpm that is given as rad/s, and one that no wheel can have reached.
 
     A speed that leaps is held against the last one that was believed: where it is that speed in
     rpm, it goes on as rpm until it leaps back; any other leap is not believed for as long as a
@@ -281,7 +281,7 @@ class RpmGuard:
 
 def unit_guards(signal: Signal, limits: InputSettings,
                 settings: MonitorSettings) -> tuple[PlausibilityCheck, ...]:
-    """Return what looks after the unit of an input, as the settings want it."""
+    """Return the checks of an input's unit, by the settings."""
     guards: list[PlausibilityCheck] = []
     if signal == 'pressure' and settings.bar_suspected_below > 0.0:
         guards.append(BarGuard(settings.bar_suspected_below))

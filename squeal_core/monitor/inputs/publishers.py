@@ -34,7 +34,7 @@ _DIFFERENCE: dict[Signal, float] = {
 
 
 class _Span(NamedTuple):
-    """What values a publisher gave; `low` above `high` where none was a number."""
+    """Range of a publisher's values; `low` above `high` where none was a number."""
 
     low: float = math.inf
     high: float = -math.inf
@@ -78,7 +78,7 @@ class _Track:
 
 class PublisherGuard:
     """
-    Tells publishers of one input whose values contradict each other.
+    Detects publishers of one input whose values contradict each other.
 
     They do while the ranges of values that they gave over the last 0.8 `max_age` are apart, so
     that a delay, noise, or one that samples less often is no contradiction. Both have to go on
@@ -101,7 +101,7 @@ class PublisherGuard:
 
     def check(self, stamp: int, value: float, *, number: int, connection: int) -> str:
         """
-        Return what contradicts a sample; '' for nothing.
+        Return the contradiction to a sample, in words; '' for none.
 
         Parameters
         ----------
@@ -156,7 +156,7 @@ class PublisherGuard:
 
 
 def _distance(one: float, other: float) -> float:
-    """Of two values; NaN is next to NaN."""
+    """Return the distance of two values; 0 between two that are no numbers."""
     if math.isfinite(one) and math.isfinite(other):
         return abs(one - other)
     return 0.0 if math.isfinite(one) == math.isfinite(other) else math.inf

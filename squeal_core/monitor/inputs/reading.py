@@ -55,7 +55,7 @@ class Sample(NamedTuple):
 @dataclass(frozen=True)
 class MissingValue:
     """
-    What stands for a sample where a message holds no value.
+    Placeholder for a sample where a message holds no value.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class MissingValue:
 
 class Reading(NamedTuple):
     """
-    An input as an assessment found it: the newest sample up to the tick.
+    Reading of an input in an assessment: the newest sample up to the tick.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Reading(NamedTuple):
 
     @property
     def is_believed(self) -> bool:
-        """Whether the value is that of the brake, though the model may not hold there."""
+        """Return whether the value is that of the brake, though the model may not hold there."""
         return self.status in BELIEVED
 
     def described(self, name: str) -> str:

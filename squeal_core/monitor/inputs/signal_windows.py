@@ -55,7 +55,7 @@ class SignalWindow:
         self._minimum, self._maximum = minimum, maximum
 
     def forget(self, after: int | None = None) -> None:
-        """Drop everything; samples up to a time [ns] that no step has seen stay, if given."""
+        """Discard all samples; those up to a time [ns] that no step has seen stay, if given."""
         self._waiting = [] if after is None else [
             sample for sample in self._waiting if sample[0] <= after]
         self._newest = 0
@@ -63,7 +63,7 @@ class SignalWindow:
         self.begin_anew()
 
     def begin_anew(self) -> None:
-        """Drop the history; the newest sample stays."""
+        """Discard the history; the newest sample stays."""
         self.mean = self.high = self.smooth = math.nan
         self.means: deque[float] = deque(maxlen=_HISTORY)
         self.swings = PressureSwings()
@@ -79,7 +79,7 @@ class SignalWindow:
             del self._waiting[0]
 
     def advance(self, end: int, *, swings: bool = False) -> None:
-        """Look at the samples stamped up to the end of a step [ns]."""
+        """Process the samples stamped up to the end of a step [ns]."""
         new = self._due(end)
         if new:
             self._newest, self._last = new[-1]
@@ -117,7 +117,7 @@ class SignalWindow:
             sample for sample in due if sample[0] >= self._newest]
 
     def fall(self, steps: int) -> float:
-        """Return how fast the magnitude fell over the last steps [1/s]; 0 if not known."""
+        """Return the rate of fall of the magnitude over the last steps [1/s]; 0 if not known."""
         if len(self.means) <= steps:
             return 0.0
         fall = (abs(self.means[-1 - steps]) - abs(self.means[-1])) * _SECOND / (steps * STEP)
@@ -125,7 +125,7 @@ class SignalWindow:
 
 
 class PressureSwings:
-    """Counts how often a pressure turns round, and how often it leaps away and back."""
+    """Counts reversals of a pressure, and leaps away and back."""
 
     least = 1.5e5  # Pa; smaller is the noise and the resolution of a sensor
     _share = 0.15  # of the pressure, likewise
@@ -159,12 +159,12 @@ class PressureSwings:
             self._extreme, self._rising = value, not self._rising
 
     def is_calm(self, end: int) -> bool:
-        """Tell whether no turn was within a second, and no leap."""
+        """Return whether there was no turn within a second, and no leap."""
         return not self._leaps and not (
             self._turns and end - self._turns[-1][0] <= _SECOND)
 
     def turns(self, end: int, within: int, share: float = 0.0) -> int:
-        """Return how many turns of at least a share of the pressure were within a time [ns]."""
+        """Return the number of turns of at least a share of the pressure within a time [ns]."""
         if not self._turns or end - self._turns[-1][0] > within:
             return 0
         count = 0
@@ -175,5 +175,5 @@ class PressureSwings:
         return count
 
     def leaps(self, end: int, within: int, slew: float) -> int:
-        """Return how often within a time [ns] it leapt away and back faster than a slew [Pa/s]."""
+        """Return the number of leaps away and back within a time [ns], above a slew [Pa/s]."""
         return sum(end - stamp <= within and slope > slew for stamp, slope in self._leaps)

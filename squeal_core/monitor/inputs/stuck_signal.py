@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tells a value that no longer moves from one that stays within the step of its sensor."""
+"""Detection of a value that no longer moves, against one within the step of its sensor."""
 
 import math
 
@@ -61,7 +61,7 @@ class SignalStep:
 
 class StuckCheck:
     """
-    Tells a value that stays exactly the same while the disc slides under load.
+    Detects a value that stays exactly the same while the disc slides under load.
 
     A fine sensor flickers in its last digits, a coarse one stays at a step for as long as the
     signal does. So the time that a value may rest grows with the step of the signal, as far as

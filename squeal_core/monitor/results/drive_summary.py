@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How much of the braking in a drive was assessed, with a squeal risk; why not; holds no rows."""
+"""Summary of a drive: braking that was assessed or has a risk, reasons; holds no rows."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -36,7 +36,7 @@ _AT_REST: tuple[State, ...] = ('released', 'not sliding')
 @dataclass
 class Reason:
     """
-    Why ticks of a brake have no number.
+    Reason for ticks of a brake without a number.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class BrakeSummary:
     @property
     def never_assessed(self) -> bool:
         """
-        Whether no tick was assessed although the brake slid under load, or may have.
+        Return whether no tick was assessed although the brake slid under load, or may have.
 
         What is not known for less than a second in sum, in a drive in which it is known else
         that the brake was released or at rest, does not count.
@@ -144,7 +144,7 @@ class BrakeSummary:
 
     @property
     def never_known(self) -> bool:
-        """Whether no squeal risk was known although the brake slid under load, or may have."""
+        """Return whether no risk was known although the brake slid under load, or may have."""
         return self.never_assessed or bool(self.assessed and not self.risks)
 
     def ranked(self) -> list[Reason]:

@@ -41,7 +41,7 @@ _REMEDY = 'give a folder that `squeal fleet` wrote, or write it again'
 
 class FleetLabel(NamedTuple):
     """
-    What a row of any table of a fleet is of; empty and NaN: not known.
+    Origin of a row of any table of a fleet; empty and NaN: not known.
 
     Attributes
     ----------
@@ -203,6 +203,6 @@ _KEYS = {'recordings_found': int, 'recordings_evaluated': int, 'recordings_faile
 
 
 def is_fleet(path: str | Path) -> bool:
-    """Whether a path is a folder of results of a fleet, or its manifest."""
+    """Return whether a path is a folder of results of a fleet, or its manifest."""
     at = Path(path)
     return (at / MANIFEST).is_file() or at.name == MANIFEST

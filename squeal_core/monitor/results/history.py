@@ -65,7 +65,7 @@ class AssessmentRecord(NamedTuple):
 
     @property
     def is_valid(self) -> bool:
-        """Whether the risk is a number, as of `Assessment`."""
+        """Return whether the brake was assessed, as of `Assessment`."""
         return self.state in VALID
 
 

@@ -42,7 +42,7 @@ SOURCE_FILES = ('model', 'table', 'emulator', 'calibration', 'signals', 'types')
 
 
 class ResultPaths(NamedTuple):
-    """Where the files of one result are."""
+    """Paths of the files of one result."""
 
     bag: Path
     table: Path
