@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a brake is: dimensions, friction, its YAML, the operating point."""
+"""Description of a brake: dimensions, friction, its YAML, the operating point."""

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a brake is: hat disc, pads, contact, caliper, friction."""
+"""Records of a brake description: hat disc, pads, contact, caliper, friction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -90,7 +90,7 @@ class ModalResults:
 
 @dataclass(frozen=True)
 class Support:
-    """What holds a pad at its back face, per area: stiffness [N/m^3], damping [N s/m^3]."""
+    """Elastic support at a pad's back face, per area: stiffness [N/m^3], damping [N s/m^3]."""
 
     radial_stiffness: float = 0.0
     tangential_stiffness: float = 0.0
@@ -167,7 +167,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Caliper:
-    """What turns brake pressure into preload: piston area [m^2] on one side, efficiency [-]."""
+    """Caliper, from pressure to preload: piston area [m^2] on one side, efficiency [-]."""
 
     piston_area: float
     efficiency: float = 1.0

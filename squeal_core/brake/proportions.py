@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whether the parts of a brake fit each other: what is refused, what is doubted."""
+"""Checks that the parts of a brake fit each other: errors and warnings."""
 
 from functools import partial
 import math

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What the keys of a brake description may be: possible and usual ranges, SI units.
+Possible and usual ranges of the keys of a brake description, SI units.
 
 Possible is what a computation can follow. Usual is what disc brakes from bicycles to trains
 have; a number beyond it is most often one in another unit.

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Brake applications, and what was heard of each."""
+"""Brake applications and the observations of squeal in them."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -77,7 +77,7 @@ class BrakeApplication:
 
     @property
     def is_observation(self) -> bool:
-        """Whether enough of it is known for its silence to say something."""
+        """Return whether enough ticks are known for silence to be an observation."""
         return bool(self.known.sum() >= max(2.0, _LEAST_KNOWN * self.time.size))
 
     def knots(self, step: float) -> tuple[IndexArray, FloatArray]:
@@ -133,7 +133,7 @@ def _mean(values: FloatArray) -> float:
 @dataclass(frozen=True)
 class Observation:
     """
-    What was heard of a brake application.
+    Observation of a brake application: squeal or silence.
 
     Parameters
     ----------

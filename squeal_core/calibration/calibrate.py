@@ -158,7 +158,7 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
 
 
 class _Task(NamedTuple):
-    """What the likelihood of draws is computed from, in whichever process."""
+    """Arguments of the likelihood of draws, the same in every process."""
 
     predictor: SquealPredictor
     prior: EnsemblePrior

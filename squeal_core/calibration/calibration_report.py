@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a calibration has learnt: prior against posterior, and what it cannot tell apart."""
+"""Report of a calibration: prior against posterior, and what it cannot tell apart."""
 
 from typing import NamedTuple
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What calibration varies: persistent parameters of a brake, and its scatter by application."""
+"""Candidates of a calibration: persistent parameters of a brake, scatter by application."""
 
 from dataclasses import dataclass, fields
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How what was noted depends on what squealed: errors of ears and labels."""
+"""Probability of observations given squeal: errors of ears and labels."""
 
 from dataclasses import dataclass, fields
 
@@ -24,7 +24,7 @@ from squeal_core.common.checks import check_number
 @dataclass(frozen=True, kw_only=True)
 class HearingModel:
     """
-    How what was noted depends on what squealed.
+    Probability of observations given squeal.
 
     Parameters
     ----------

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What every package uses: errors, arrays, files, quantities with units."""
+"""Utilities of all packages: errors, arrays, files, quantities with units."""

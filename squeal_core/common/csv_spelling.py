@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How a text is spelt: its encoding, and the marks in its numbers."""
+"""Encoding of a text, and the decimal and thousands marks of its numbers."""
 
 import codecs
 from collections import Counter

@@ -41,7 +41,7 @@ _SIZE_OF_64 = 20
 
 @dataclass(frozen=True)
 class ArrayLayout:
-    """What an array's own header says: its shape and type."""
+    """Shape and type of an array, from its own header."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]

@@ -30,7 +30,7 @@ from squeal_core.common.ranges import Ends, hint, span, SYMBOLS, UNITS, Warn, wa
 @dataclass(frozen=True)
 class Quantity:
     """
-    What a description may say under one key.
+    Dimension, range and default of the value of one key of a description.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where files are: those that are shipped, by kind, and the user's cache."""
+"""Paths of shipped files, by kind, and of the user's cache."""
 
 import os
 from pathlib import Path

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where modes come from: finite elements, other packages, planar meshes."""
+"""Sources of modes: finite elements, other packages, planar meshes."""

@@ -50,15 +50,15 @@ class LayeredShapes(Protocol):
 
     @property
     def modes(self) -> NodalModes | ModalBasis:
-        """Where frequencies and names come from."""
+        """Return the modes that give frequencies and names."""
 
     @property
     def layers(self) -> tuple[Layer, ...]:
-        """From the lowest up."""
+        """Return the layers, from the lowest up."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last angle [rad]; a whole turn apart for a ring."""
+        """Return the first and last angle [rad]; a whole turn apart for a ring."""
 
     def at(self, radius: FloatArray, angle: FloatArray,
            heights: Iterable[float]) -> Iterator[FloatArray]:

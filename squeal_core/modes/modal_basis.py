@@ -73,7 +73,7 @@ class SampledShapes:
 
 
 class ModalBasis(Protocol):
-    """What every source of modes provides, whichever way it found them."""
+    """Interface of all sources of modes."""
 
     @property
     def angular_frequencies(self) -> FloatArray:

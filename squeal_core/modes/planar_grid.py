@@ -33,7 +33,7 @@ PANEL = 4  # Gauss points a panel
 @dataclass(frozen=True)
 class PlanarGrid:
     """
-    How fine a polar grid is, how sums are taken over it and derivatives along its rows.
+    Resolution of a polar grid, its quadrature, and its derivatives along rows.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where in a mesh points lie, also where its elements are long and curved."""
+"""Location of points in a mesh, also where its elements are long and curved."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -70,7 +70,7 @@ class Cells:
                 np.einsum('inp,njp->ijp', nodes, slopes))
 
     def outside(self, x: FloatArray) -> FloatArray:
-        """How far local coordinates (3, P) lie outside the element; none below zero."""
+        """Return the distance of local coordinates (3, P) from the element; 0 inside."""
         over = {'tet': x.sum(axis=0), 'hex': x.max(axis=0),
                 'wedge': np.maximum(x[0] + x[1], x[2])}[self.shape]
         return np.asarray(np.maximum(np.maximum(-x.min(axis=0), over - 1.0), 0.0))

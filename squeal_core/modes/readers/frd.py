@@ -39,7 +39,7 @@ _ASCII = 'write ASCII: it is what *NODE FILE gives'
 
 @dataclass
 class _Found:
-    """What was met so far."""
+    """Data read so far."""
 
     nodes: NodeField | None = None
     cells: dict[str, list[list[int]]] = field(default_factory=dict)

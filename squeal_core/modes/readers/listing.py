@@ -77,7 +77,7 @@ class _Section:
 
 @dataclass
 class _Found:
-    """What was met so far."""
+    """Data read so far."""
 
     coordinates: list[list[float]] = field(default_factory=list)
     modes: dict[tuple[str, ...], list[list[float]]] = field(default_factory=dict)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a reader finds in a file, before units, axis and normalisation; and what it refuses."""
+"""Modes as read from a file, before units, axis and normalisation, and their checks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -176,7 +176,7 @@ def _kept(path: Path, nodes: NodeField, field: NodeField) -> NDArray[np.bool_]:
 
 
 def _places(path: Path, ids: IntArray, field: NodeField) -> IntArray:
-    """Where in a field the nodes are: it must name just these, in any order."""
+    """Return the places of the nodes in a field; it must name just these, in any order."""
     order = np.argsort(field.ids)
     if field.ids.size != ids.size or not np.array_equal(field.ids[order], np.sort(ids)):
         other = np.setxor1d(field.ids, ids)[0]

@@ -57,7 +57,7 @@ _EXPORT_GLOBAL = 'export nodes and results in global Cartesian coordinates'
 
 @dataclass
 class _Found:
-    """What was met so far."""
+    """Data read so far."""
 
     nodes: NodeField | None = None
     systems: dict[int, bool] = field(default_factory=dict)  # by label: is it the global one

@@ -59,7 +59,7 @@ _REMEDY = 'see docs/howto/modal_results.md for the arrays to write'
 
 @dataclass(frozen=True)
 class _File:
-    """What its arrays need to know of a file."""
+    """Properties of a file that decoding its arrays needs."""
 
     path: Path
     order: str  # of bytes: < or >
