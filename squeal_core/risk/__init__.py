@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is uncertain, and the probability of instability that follows."""
+"""Uncertainty of a brake, and the probability of instability that follows."""

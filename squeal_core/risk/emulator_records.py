@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a growth emulator covers, how far it is off, and what it returns."""
+"""Domain, error and results of a growth emulator."""
 
 from dataclasses import dataclass
 import math

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What goes into a squeal risk and what comes out of it."""
+"""Inputs and results of a squeal risk."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from squeal_core.stability.eigensolution import SQUEAL_BAND
 
 
 class GrowthSource(Protocol):
-    """What a squeal risk needs of a `GrowthEmulator`."""
+    """Members of a `GrowthEmulator` that a squeal risk uses."""
 
     @property
     def families(self) -> tuple[ModeFamily, ...]: ...
@@ -52,7 +52,7 @@ def families_in(band_hz: tuple[float, float], families: Sequence[ModeFamily]
 @dataclass(frozen=True, kw_only=True)
 class RiskSettings:
     """
-    What counts.
+    Settings of a squeal risk.
 
     Parameters
     ----------

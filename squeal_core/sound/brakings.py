@@ -25,7 +25,7 @@ from squeal_core.monitor.results.squeal_events import SquealEvent
 
 
 class Predictions(Protocol):
-    """What a replay says of one recording; `ReplayResult` is one."""
+    """Predictions of a replay for one recording; `ReplayResult` is one."""
 
     @property
     def name(self) -> str: ...
@@ -75,7 +75,7 @@ class Braking:
 
     @property
     def alarm(self) -> bool | None:
-        """Whether some brake's alarm was up; None: of none is it known to be, but of some not."""
+        """Return whether some brake's alarm was up; None: of none known, of some not known."""
         alarms = [one.alarm for one in self.applications]
         return True if True in alarms else None if None in alarms else False
 

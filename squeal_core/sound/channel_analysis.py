@@ -35,7 +35,7 @@ _HEIGHT = 0.3  # of full scale, from which on they count
 @dataclass(frozen=True, eq=False)
 class ChannelRecord:
     """
-    What was found in a channel; times count from its first sample.
+    Result of the analysis of a channel; times count from its first sample.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class ChannelRecord:
 
     @property
     def heard_time(self) -> float:
-        """How long the microphone was alive [s]."""
+        """Return the time for which the microphone was alive [s]."""
         return float(self.heard.sum() * self.step)
 
     def time(self, frame: ArrayLike) -> FloatArray:

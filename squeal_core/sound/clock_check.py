@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whether measured squeal is of the time of recordings."""
+"""Checks that measured squeal is of the time of recordings."""
 
 from collections.abc import Iterator, Mapping, Sequence
 import math

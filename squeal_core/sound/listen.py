@@ -34,7 +34,7 @@ _MOST_STRETCHES = 1_000  # that are told apart, of those in which nothing was he
 @dataclass(frozen=True)
 class SoundRecord:
     """
-    What one pass over a sound found.
+    Result of one pass over a sound.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What counts as squeal in a sound, and the scale of its levels."""
+"""Criteria of squeal in a sound, and the scale of its levels."""
 
 from dataclasses import dataclass
 import math
@@ -30,7 +30,7 @@ _GRAVITY = 9.80665  # m/s^2
 @dataclass(frozen=True)
 class LevelScale:
     """
-    From samples to levels.
+    Scale from samples to levels.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class LevelScale:
 
     @property
     def is_weighted(self) -> bool:
-        """Whether levels are A-weighted."""
+        """Return whether levels are A-weighted."""
         return self.quantity != 'acceleration'
 
     @property
@@ -104,7 +104,7 @@ class LevelScale:
 @dataclass(frozen=True)
 class ListeningSettings:
     """
-    What counts as squeal.
+    Criteria of squeal.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ _DIGITS = 4
 @dataclass(frozen=True)
 class MeasuredSqueal:
     """
-    What was heard in a sound, on the clock of a recording.
+    Squeal measured in a sound, on the clock of a recording.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ _Labels = NDArray[np.bool_]
 
 
 class ScoredApplications(NamedTuple):
-    """What scores need of applications that are known, (n,) and (n, 3) arrays."""
+    """Data of known applications for scores, (n,) and (n, 3) arrays."""
 
     risk: FloatArray
     alarm: _Labels

@@ -34,7 +34,7 @@ _AROUND = 0.5  # s before and after braking in which a brake may be sliding yet
 @dataclass(frozen=True, eq=False)
 class RecordedDrive:
     """
-    What a vehicle did.
+    Speed and brake pressure of a vehicle during a recording.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ _LATEST = 1e11  # s since 1970
 @dataclass(frozen=True)
 class SoundClock:
     """
-    When a sound starts.
+    Offset of a sound's clock from that of recordings.
 
     Parameters
     ----------

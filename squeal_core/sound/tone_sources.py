@@ -30,7 +30,7 @@ from squeal_core.sound.tone_tracker import Tone
 SpeedAt = Callable[[FloatArray], FloatArray]
 """Speed of wheel or vehicle at times of the sound, in any unit; NaN where not known."""
 BrakingAt = Callable[[FloatArray], FloatArray]
-"""Whether brakes slide under pressure at times of the sound: 1, 0, or NaN where not known."""
+"""Sliding of brakes under pressure at times of the sound: 1, 0, or NaN where not known."""
 
 RULES = {
     'wheel speed': 'frequency proportional to wheel speed: ln f over ln v has a slope of 0.7 to '

@@ -39,7 +39,7 @@ _BEXT = 346  # bytes of a bext chunk up to its time reference
 
 
 class ClockTime(NamedTuple):
-    """When a file says that it starts: a time without zone, and its resolution [s]."""
+    """Start of a file as it states it: a time without zone, and its resolution [s]."""
 
     time: datetime.datetime
     resolution: float
@@ -48,7 +48,7 @@ class ClockTime(NamedTuple):
 @dataclass(frozen=True)
 class WavHeader:
     """
-    Where the samples of a WAV file are, and of which kind.
+    Place and kind of the samples of a WAV file.
 
     Parameters
     ----------

@@ -116,12 +116,12 @@ class Boundaries:
 
     @property
     def unstable(self) -> Any:
-        """Whether the brake is unstable at the start, (B,)."""
+        """Return whether the brake is unstable at the start, (B,)."""
         return self.eigenvalues.real[:, 0] > self.level
 
     @property
     def zeros(self) -> FloatArray:
-        """Where the chord through both ends is at the level, as fractions of the bracket."""
+        """Return the crossings of the level by the chords, as fractions of the bracket."""
         growth = self.eigenvalues.real
         return np.asarray((growth[:, 0] - self.level) / (growth[:, 0] - growth[:, 1]))
 

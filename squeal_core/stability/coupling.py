@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""With which mode another one couples by friction."""
+"""Coupling of modes by friction, and the partner of each mode."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ from squeal_core.stability.state_space import state_matrix
 
 class FrictionCoupling:
     """
-    How friction couples the modes at an operating point.
+    Coupling of the modes by friction at an operating point.
 
     Parameters
     ----------

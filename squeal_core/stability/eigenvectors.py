@@ -88,7 +88,7 @@ def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
 @dataclass(frozen=True)
 class EigenvalueCondition:
     """
-    How far an eigenvalue can be relied on.
+    Backward error, condition and error bound of an eigenvalue.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ _State: TypeAlias = tuple[FloatArray, FloatArray]
 @dataclass(frozen=True, kw_only=True)
 class ExceptionalPoint:
     """
-    Where in a parameter's complex plane two eigenvalues are one.
+    Point of a parameter's complex plane at which two eigenvalues coincide.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ class Share:
 @dataclass(frozen=True, kw_only=True)
 class Mechanism:
     """
-    Why a mode grows, or does not.
+    Mechanism by which a mode is unstable, or that it is stable.
 
     Parameters
     ----------

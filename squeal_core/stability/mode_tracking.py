@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Which mode is which: identities that modes keep along a path, through veering and merging.
+Mode tracking: identities that modes keep along a path, through veering and merging.
 
 The identity of a mode is K09's number: its place in order of frequency without friction (mu = 0).
 It is carried along by left and right vectors in small steps. Where two modes come so close to
@@ -248,7 +248,7 @@ class _Match:
 
     @property
     def doubtful(self) -> bool:
-        """Whether a unit is not surely what it was, or the number of modes changed."""
+        """Return whether the identity of a unit is uncertain, or the number of modes changed."""
         return bool(self._unlike.any()) or len(self._labels) != len(self._new)
 
     def settle(self) -> None:

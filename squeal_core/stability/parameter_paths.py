@@ -27,11 +27,11 @@ from squeal_core.model.brake_model import BrakeModel
 # damping and stiffness over the way from 0 to 1
 MatrixPath: TypeAlias = Callable[[float], tuple[FloatArray, FloatArray]]
 Law: TypeAlias = bool | Literal['slope']
-"""What follows the friction law: nothing, friction and slope, or the slope alone."""
+"""Quantities that follow the friction law: none, friction and slope, or the slope alone."""
 PARAMETERS = ('rotor_speed', 'friction', 'friction_slope', 'contact_pressure', 'contact_stiffness')
 _COORDINATES = (*PARAMETERS, 'damping_scale')
 OPERATING = (*_COORDINATES, 'preload', 'pressure')
-"""What `moved` takes: with preload [N] and brake pressure [Pa] it moves the contact pressure."""
+"""Parameters of `moved`: preload [N] and brake pressure [Pa] move the contact pressure."""
 
 
 def between(model: BrakeModel, start: OperatingPoint, end: OperatingPoint) -> MatrixPath:

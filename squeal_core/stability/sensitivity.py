@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How an eigenvalue moves with the coefficients of the affine family, and with the parameters."""
+"""Derivatives of eigenvalues over coefficients of the affine family and over parameters."""
 
 from squeal_core.brake.operating_point import Coefficients, DAMPING, OperatingPoint
 from squeal_core.model.brake_model import BrakeModel
