@@ -78,7 +78,7 @@ class ComparedMode(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class ComparedBrake:
     """
-    What is compared of one brake.
+    One brake of a comparison.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How eigenvalues move with a change of the model itself: per per cent of a design parameter."""
+"""Derivatives of eigenvalues over changes of the model itself, per cent of a design parameter."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

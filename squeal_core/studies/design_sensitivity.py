@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What to change on a brake: growth, stability boundary and risk per per cent of each parameter.
+Sensitivity of growth, stability boundary and risk to each parameter of a brake, per cent.
 
 Derivatives are of eigenvalues, by left and right vectors, with matrices that are affine in a
 parameter or rebuilt at changed values. Each is checked by the eigenvalues of models at +-1 %.
@@ -64,7 +64,7 @@ class Variants(Protocol):
 @dataclass(frozen=True)
 class ModeEffect:
     """
-    What one per cent more of a parameter does to a mode; NaN where not known.
+    Effect of one per cent more of a parameter on a mode; NaN where not known.
 
     Parameters
     ----------
@@ -91,14 +91,14 @@ class ModeEffect:
 
     @property
     def reliable(self) -> bool:
-        """Whether derivative and differences agree, so that what else rests on it is known."""
+        """Return whether derivative and differences agree, as all that rests on them requires."""
         return self.error <= _AGREE * max(abs(self.growth_rate), _SMALL)
 
 
 @dataclass(frozen=True)
 class ParameterEffect:
     """
-    What one per cent more of a parameter does.
+    Effect of one per cent more of a parameter.
 
     Parameters
     ----------

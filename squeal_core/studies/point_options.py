@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What says where a brake operates, before there is a model: of one model it is a point."""
+"""Options that define an operating point, before there is a model to compute it with."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

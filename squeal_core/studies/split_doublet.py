@@ -236,7 +236,7 @@ class ModeOverAngle:
 @dataclass(frozen=True)
 class SplitGrowth:
     """
-    What the masses do, frozen at angles to the middle of the pads.
+    Growth rates with the masses frozen at angles to the middle of the pads.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class Study:
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """Which points were looked at, (M,); some of them may be impossible."""
+        """Return whether each point was evaluated, (M,); some of them may be impossible."""
         return np.asarray(self.columns['source'] != 0.0)
 
     def count(self, source: float) -> int:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a study is to compute: the brake, parameters, operating point and task."""
+"""Specification of a study: the brake, parameters, operating point and task."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -38,7 +38,7 @@ Box: TypeAlias = tuple[tuple[int, int], ...]
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StudySpec:
     """
-    What a study is to compute.
+    Specification of a study.
 
     Parameters
     ----------

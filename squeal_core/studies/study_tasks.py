@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a study computes at the points of one model: the map, loci, critical values."""
+"""Tasks of a study at the points of one model: the map, loci, critical values."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -241,7 +241,7 @@ def _take_crossings(columns: Columns, place: int, start: float, growth: float, b
 
 
 def default_bounds(point: OperatingPoint, parameter: str) -> tuple[float, float]:
-    """Where to search by default: friction from 0 to 1, all else up to twice what it is."""
+    """Return default bounds of a search: friction 0 to 1, all else up to twice its value."""
     if parameter == 'friction':
         return (0.0, 1.0) if point.friction >= 0.0 else (-1.0, 0.0)
     start = float(getattr(point, parameter))

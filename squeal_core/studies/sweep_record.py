@@ -61,7 +61,7 @@ class Sweep:
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """Which points were solved, (M,)."""
+        """Return whether each point was solved, (M,)."""
         return np.asarray(self.kinds[:, 0] != '')
 
     @property
@@ -76,7 +76,7 @@ class Sweep:
 
     @property
     def unstable(self) -> NDArray[np.bool_]:
-        """Which modes grow, (M, N)."""
+        """Return whether each mode is unstable, (M, N)."""
         return np.isin(self.kinds, ('flutter', 'divergence'))
 
     @property

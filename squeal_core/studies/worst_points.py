@@ -32,7 +32,7 @@ _MOST_TRACKED = 12  # points whose modes are numbered
 
 
 class WorstPoint(NamedTuple):
-    """Where a mode has its largest growth rate, and for what part of the braking it is near."""
+    """Point of a mode's largest growth rate, and the fraction of the braking that is near it."""
 
     numbers: tuple[int, ...]
     rotor_speed: float

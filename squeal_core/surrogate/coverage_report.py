@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How much of an envelope or a drive a table answers, and how well: measured, not assumed."""
+"""Coverage of an envelope or a drive by a table, and its errors: measured, not assumed."""
 
 from dataclasses import asdict, dataclass, replace
 
@@ -30,7 +30,7 @@ SOLVED = 300  # of them compared with full solutions
 @dataclass(frozen=True)
 class CoverageReport:
     """
-    What a table answers of random points, and how far it is off.
+    Coverage of random points by a table, and its errors.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ _CHECK_EVERY = 499  # points from one check within groups to the next
 
 @dataclass
 class SolverCounts:
-    """What points took; the largest error is that of the points checked within groups [1/s]."""
+    """Counts of solutions; the largest error is that of the points checked within groups [1/s]."""
 
     full: int = 0
     expansions: int = 0

@@ -48,7 +48,7 @@ class Monomials:
 
     @cached_property
     def places(self) -> tuple[dict[Term, int], ...]:
-        """Where a term stands among those of its degree."""
+        """Return the place of each term among those of its degree."""
         return tuple({term: i for i, term in enumerate(terms)} for terms in self.terms)
 
     @cached_property

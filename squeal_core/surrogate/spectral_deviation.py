@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How far the eigenvalues of expansions are from those of full solutions, or of lower degrees."""
+"""Deviation of eigenvalues of expansions from full solutions, or from lower degrees."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -29,7 +29,7 @@ _TURN = 2.0 * np.pi
 @dataclass(frozen=True, eq=False)
 class Deviation:
     """
-    How far eigenvalues are from others.
+    Deviation of eigenvalues from reference eigenvalues.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Deviation:
 @dataclass(frozen=True, eq=False)
 class Accuracy:
     """
-    Which eigenvalues have to be known, and how well.
+    Eigenvalues that matter, and their required accuracy.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What a table keeps of one cell of its envelope, and how well it has to know it.
+One cell of a table's envelope, and its required accuracy.
 
 Eigenvalues that meet are no smooth functions of the operating point, but the coefficients of the
 characteristic polynomial of all that meet are. A block of n eigenvalues is n numbers: its mean m
@@ -48,7 +48,7 @@ def fit_terms(degree: int) -> Monomials:
 @dataclass(frozen=True, kw_only=True)
 class TableTolerances:
     """
-    What a table has to know, and how well.
+    Modes that a table has to hold, and their required accuracy.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class TableTolerances:
 @dataclass(frozen=True, eq=False)
 class BlockInvariants:
     """
-    Where the invariants of blocks stand: single eigenvalues, means and squares of pairs, others.
+    Layout of the invariants of blocks: single eigenvalues, means and squares of pairs, others.
 
     There are as many of them as eigenvalues.
 

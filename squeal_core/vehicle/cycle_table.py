@@ -34,7 +34,7 @@ Refuse = Callable[[int, str, str], SquealError]
 
 @dataclass(frozen=True)
 class Column:
-    """Where a quantity is: number, name as in the file, and what its unit is in SI units."""
+    """Column of a quantity: its number, its name in the file, and its unit in SI units."""
 
     number: int
     name: str

@@ -85,7 +85,7 @@ class Stop:
 @dataclass(frozen=True)
 class Conditioning:
     """
-    How discs are brought to a start temperature: by driving released, or dragging.
+    Conditioning of discs to a start temperature: by driving released, or dragging.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ _ITERATIONS = 100
 @dataclass(frozen=True, eq=False)
 class BrakeSignals:
     """
-    What the sensors of a vehicle's brakes would show during a drive.
+    Sensor signals of a vehicle's brakes during a drive.
 
     Parameters
     ----------

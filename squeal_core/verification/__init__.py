@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What K09 says against what this project gives: one row a claim, every number computed.
+Claims of K09 against results of this project: one row a claim, every number computed.
 
 The only numbers written here are the paper's and the tolerances. Where the two differ and it is
 known why, the row says so; any other difference makes `Verification.passed` False.
@@ -52,7 +52,7 @@ class Verification:
 
     @property
     def passed(self) -> bool:
-        """Whether all that is not reproduced is known not to be, with its reason."""
+        """Return whether every claim that is not reproduced is a known one, with its reason."""
         return all(row.known for row in self.rows if row.verdict == 'NOT reproduced')
 
     def to_json(self) -> dict[str, Any]:

@@ -58,7 +58,7 @@ class Case:
 
     @property
     def rigid(self) -> NDArray[np.bool_]:
-        """Which component modes (N,) are motions of a pad as a rigid body."""
+        """Return whether each component mode (N,) is a motion of a pad as a rigid body."""
         return np.asarray(self.model.angular_frequencies == 0.0)
 
     def energy(self, point: OperatingPoint, mode: Mode) -> FloatArray:

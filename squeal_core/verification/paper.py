@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What K09 prints and says: the numbers of the paper, and the tolerances they are held to."""
+"""Numbers and claims of K09, and the tolerances they are held to."""
 
 from typing import TypeAlias
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What adds up to a growth rate, as bars show it."""
+"""Terms that add up to a growth rate, ranked for bars."""
 
 from collections.abc import Mapping
 

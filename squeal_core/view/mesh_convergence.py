@@ -33,7 +33,7 @@ _RULES = ('firebrick', 'darkgoldenrod', 'teal')  # no colours of matrices
 @dataclass(frozen=True)
 class Ladder:
     """
-    What came of a ladder of meshes, the coarsest first.
+    Results of a mesh refinement, the coarsest mesh first.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class DrawnSurface(NamedTuple):
 
 
 class ShapeView(NamedTuple):
-    """What is drawn of a mode: its surfaces, the largest displacement [m], and words."""
+    """Drawing of a mode: its surfaces, the largest displacement [m], and words."""
 
     surfaces: Sequence[DrawnSurface]
     drawn: float

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How figures are saved: whole or not at all, in the format of the suffix."""
+"""Saving of figures: whole or not at all, in the format of the suffix."""
 
 from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias
@@ -20,7 +20,7 @@ from typing import Any, BinaryIO, TypeAlias
 from squeal_core.common.output import output_file
 
 FigureTarget: TypeAlias = str | Path | BinaryIO
-"""Where a figure goes: a path, or an open file, which gets a PNG."""
+"""Target of a figure: a path, or an open file, which gets a PNG."""
 
 
 def save_figure(figure: Any, target: FigureTarget, *, dpi: int, overwrite: bool = True) -> None:

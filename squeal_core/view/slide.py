@@ -43,7 +43,7 @@ _LINE, _MOST_LINES = 118, 3  # characters of a line below a title, and how many 
 
 
 class Look(NamedTuple):
-    """How one of several is told from the others, in black and white, too."""
+    """Style of one of several series, distinct in black and white, too."""
 
     colour: str
     marker: str

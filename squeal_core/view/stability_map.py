@@ -181,7 +181,7 @@ def _circles(axes: Any, record: Sweep, x: FloatArray, top: float) -> None:
 
 
 def axis_ends(x: FloatArray) -> tuple[float, float]:
-    """Where an axis ends; one value alone has some room about it."""
+    """Return the ends of an axis, with some margin about a single value."""
     low, high = float(x.min()), float(x.max())
     room = 0.0 if high > low else 0.05 * abs(low) or 1.0
     return low - room, high + room

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the axes of a study say, and what was not swept."""
+"""Labels of the axes of a study, and of what was not swept."""
 
 import textwrap
 from typing import Any

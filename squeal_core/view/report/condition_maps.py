@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where in pressure, speed and friction a drive went: its risk and stability boundary there."""
+"""Maps of a drive over pressure, speed and friction: its risk and stability boundary there."""
 
 from dataclasses import dataclass
 
@@ -121,7 +121,7 @@ class FrictionBoundary:
 
     @property
     def known(self) -> bool:
-        """Whether any boundary was found."""
+        """Return whether any boundary was found."""
         return bool(self._counts[0].any())
 
     def curve(self, over: int, place: int) -> tuple[FloatArray, FloatArray]:

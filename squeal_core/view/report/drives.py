@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the page takes from the tables: read once, kept in a size that does not grow with them."""
+"""Data of the page from the tables: read once, kept in a size that does not grow with them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class NamedStretch(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Drive:
     """
-    What figures of a run take from its tables.
+    Data of a run's figures, from its tables.
 
     Parameters
     ----------

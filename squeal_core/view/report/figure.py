@@ -29,7 +29,7 @@ LEGEND = {'orientation': 'h', 'y': 1.02, 'yanchor': 'bottom'}
 
 
 class Style(NamedTuple):
-    """How one of several curves is told from the others, without its colour, too."""
+    """Style of one of several curves, distinct without its colour, too."""
 
     colour: str
     dash: str

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""What the page of a fleet takes from its tables: read once, kept by vehicle, brake, condition."""
+"""Data of a fleet's page from its tables: read once, kept by vehicle, brake, condition."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Sequence

@@ -33,7 +33,7 @@ from squeal_core.view.report.runs import Run
 
 
 class Condition(NamedTuple):
-    """What occurrence is shown over, with the width of its classes."""
+    """Condition over which occurrence is shown, with the width of its classes."""
 
     name: str
     title: str

@@ -113,7 +113,7 @@ class Run:
 
     @property
     def nothing_known(self) -> bool:
-        """Whether the brakes were used and no squeal risk was ever known."""
+        """Return whether the brakes were used and no squeal risk was ever known."""
         return self.total('braking_s') > 0.0 and self.total('risk_known_s') == 0.0
 
     def elapsed(self, at: Located, time: float) -> float:
