@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What SIGINT and SIGTERM do to a process. Imports next to nothing: it is there before the rest.
+Handling of SIGINT and SIGTERM. Imports next to nothing: it is there before the rest.
 
 While a process starts they end it at once. Then the node only notes them, and ends in good order;
 while a command works the first one raises KeyboardInterrupt, and what that ends is not
@@ -33,7 +33,7 @@ _AGAIN = 0.01  # s
 
 class EndAtOnce:
     """
-    End the process as soon as a signal comes: for the time it starts. Later only note it.
+    End the process as soon as a signal comes, while it starts. Later only record it.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""From a command's options to what the library wants, and checks before long work."""
+"""Conversion of a command's options for the library, and checks before long work."""
 
 import argparse
 from collections.abc import Sequence

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What commands print: progress on stderr where that is a terminal, and plain JSON."""
+"""Output of commands: progress on stderr where that is a terminal, and plain JSON."""
 
 import sys
 import time

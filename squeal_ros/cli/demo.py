@@ -59,7 +59,7 @@ _PARTICIPANTS = 8  # of a domain, whose ports are tried
 
 @dataclass(frozen=True, kw_only=True)
 class DemoFiles:
-    """What a demo leaves in its folder."""
+    """Files of a demo in its folder."""
 
     folder: Path
 
@@ -127,7 +127,7 @@ class DemoFiles:
 
 @dataclass(frozen=True)
 class LiveDrive:
-    """How the node did while the drive ran."""
+    """Ticks of the node during the drive: done and lost."""
 
     ticks_done: int
     ticks_lost: int

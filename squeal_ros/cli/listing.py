@@ -31,7 +31,7 @@ _HEADINGS = {'friction': 'friction', **{
 
 
 def squeals(kind: str, hertz: float) -> bool:
-    """Whether a mode is squeal: flutter in the audible squeal band."""
+    """Return whether a mode is squeal: flutter in the audible squeal band."""
     return kind == 'flutter' and SQUEAL_BAND[0] <= hertz <= SQUEAL_BAND[1]
 
 
@@ -42,7 +42,7 @@ def rank(kind: str, hertz: float, growth: float) -> tuple[int, float]:
 
 
 def counts_in_words(modes: Sequence[tuple[str, float]]) -> str:
-    """Say of which kind the unstable modes (kind, Hz) are: `1 squeal, 2 divergence`."""
+    """Return the unstable modes (kind, Hz) counted by kind: `1 squeal, 2 divergence`."""
     squeal = sum(squeals(*mode) for mode in modes)
     flutter = sum(kind == 'flutter' for kind, _ in modes) - squeal
     band = f'{SQUEAL_BAND[0]:g}-{SQUEAL_BAND[1]:g} Hz'

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What `squeal info` prints of a model file, whatever its provenance holds."""
+"""Output of `squeal info` for a model file, whatever its provenance holds."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice

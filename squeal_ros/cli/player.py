@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Plays brake signals as a vehicle would publish them, and hears what the monitor answers."""
+"""Playback of brake signals as a vehicle would publish them, and the monitor's answers."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 
@@ -52,7 +52,7 @@ Record = Callable[[str, str, int, bytes], None]
 
 @dataclass(frozen=True)
 class Progress:
-    """What the monitor said last: one row a brake, and its ticks done and lost."""
+    """Latest state of the monitor: one row a brake, and its ticks done and lost."""
 
     rows: tuple[AssessmentRecord, ...]
     ticks_done: int

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whether numbers of an operating point are possible and usual, in the unit of their option."""
+"""Checks that numbers of an operating point are possible and usual, in their option's unit."""
 
 import argparse
 from collections.abc import Collection, Iterable

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What each command of `squeal` does: results on stdout, progress on stderr."""
+"""Commands of `squeal` on models: results on stdout, progress on stderr."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -226,7 +226,7 @@ def _mode_json(mode: Mode, identity: str, worth: EigenvalueCondition) -> dict[st
 
 def _mechanism_json(model: BrakeModel, point: OperatingPoint,
                     why: Mechanism | None) -> dict[str, Any]:
-    """Why a mode grows and what it depends on; modes that do not grow have neither."""
+    """Return the mechanism of an unstable mode and its sensitivities; of other modes None each."""
     if why is None:
         return dict.fromkeys(('mechanism', 'participation', 'contributions', 'without',
                               'sensitivity'))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What `squeal sensitivity` prints: a table a mode, the strongest parameter first; or JSON."""
+"""Output of `squeal sensitivity`: a table a mode, the strongest parameter first; or JSON."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -36,7 +36,7 @@ _HEADINGS = (f'{"one per cent more of":34} {"now":>14} {"growth 1/s":>11} {"erro
 
 
 def affine_only(name: str) -> str:
-    """Say what a model without a description cannot give."""
+    """Return the note on what a model without a description cannot give."""
     return (f'{name} has no description of its brake: only what it is affine in can be varied '
             '(contact, damping, friction law, supports, stiffness of whole parts); for dimensions '
             'and densities give BRAKE.yaml, or a model that squeal build made')

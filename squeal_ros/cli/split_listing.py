@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What `squeal sensitivity --split-doublet` prints: growth rates over the angle of the masses."""
+"""Output of `squeal sensitivity --split-doublet`: growth rates over the angle of the masses."""
 
 import argparse
 from collections.abc import Iterator
@@ -39,7 +39,7 @@ def turning(masses: SplitDoublet, point: OperatingPoint) -> float:
 
 
 def limits(masses: SplitDoublet, point: OperatingPoint) -> str:
-    """Say what the answer holds for."""
+    """Return the limits within which the answer holds, in words."""
     first, second = masses.frequencies_hz
     ratio = turning(masses, point)
     return ('frozen contact: each angle of the masses to the pads is solved as if the disc stayed '

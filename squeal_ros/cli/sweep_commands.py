@@ -63,7 +63,7 @@ _Draw: TypeAlias = Callable[[Sweep], None]
 
 
 def stability_map(options: argparse.Namespace) -> int:
-    """Frequencies of all modes over a parameter, or the growth rate over two."""
+    """Compute frequencies of all modes over a parameter, or the growth rate over two."""
     _check(options)
     source, axes, law = _start(options, 'contact_stiffness')
     if is_study(options, axes, most=2):
@@ -83,7 +83,7 @@ def stability_map(options: argparse.Namespace) -> int:
 
 
 def locus(options: argparse.Namespace) -> int:
-    """Roots of modes followed over one parameter."""
+    """Follow the eigenvalues of modes over one parameter."""
     _check(options)
     if options.without_rotation and options.output:
         check_output('--output', _beside(options.output), force=options.force)
@@ -130,7 +130,7 @@ def _locus_task(options: argparse.Namespace, axes: dict[str, FloatArray]) -> Loc
 
 
 def critical(options: argparse.Namespace) -> int:
-    """Where a parameter has a mode begin to grow, bracketed and confirmed."""
+    """Find the critical values of a parameter, bracketed and confirmed."""
     source = StudySource(options.model, cache_of(options))
     check_point(options)
     check_band(options.band)
@@ -190,7 +190,7 @@ def _check_bounds(options: argparse.Namespace, parameter: str, source: StudySour
 
 def _critical_study(options: argparse.Namespace, source: StudySource,
                     axes: dict[str, FloatArray], along: Law) -> int:
-    """Critical values at each point of a grid, or along a dimension."""
+    """Compute critical values at each point of a grid, or along a dimension."""
     _check(options)
     if options.parameter in axes:
         raise SquealError(f'--over: {options.parameter} is what is searched along; leave it out')

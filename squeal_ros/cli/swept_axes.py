@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is swept, of which brake: from the options of map, locus and critical."""
+"""Swept parameters and their brake, by the options of map, locus and critical."""
 
 import argparse
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ class StudySource:
 
     @cached_property
     def described(self) -> bool:
-        """Whether it is a description and no model."""
+        """Return whether the source is a description and no model."""
         return is_description(self.name)
 
     @cached_property
@@ -79,19 +79,19 @@ class StudySource:
 
     @property
     def has_friction_law(self) -> bool:
-        """Whether friction may follow a law; descriptions have one."""
+        """Return whether friction may follow a law; descriptions have one."""
         return self.described or self.model.friction_law is not None
 
     @property
     def has_stiffness_table(self) -> bool:
-        """Whether contact stiffness follows a table over contact pressure."""
+        """Return whether contact stiffness follows a table over contact pressure."""
         if not self.described:
             return self.model.stiffness_table is not None
         return 'stiffness_table' in (self.require_design('').content.get('contact') or {})
 
     @property
     def load_counts(self) -> bool:
-        """Whether more depends on the load than the terms of rotation do."""
+        """Return whether more depends on the load than the terms of rotation do."""
         return self.has_stiffness_table or (
             not self.described and self.model.follower is not None)
 

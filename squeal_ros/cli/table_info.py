@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What `squeal info` says of a table and of a growth emulator."""
+"""Output of `squeal info` for a table and for a growth emulator."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a node has while it is configured: model, monitor, topics, reports."""
+"""Parts of a node while it is configured: model, monitor, topics, reports."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack

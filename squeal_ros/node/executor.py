@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What keeps the node going: exceptions end as a log line and an answer, and little wakes it.
+Executor of the node: exceptions end as a log line and an answer, and little wakes it.
 
 rclpy lets an exception of any callback end `spin`, of a service callback also the wait of its
 caller; one that a message raises while it is taken blocks the callback group for ever. And its

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whether field paths name numbers of their message types: checked before any message comes."""
+"""Checks that field paths name numbers of their message types, before any message comes."""
 
 from collections.abc import Callable, Mapping
 import re

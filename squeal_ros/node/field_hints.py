@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""What a message offers where a field path of the settings does not fit it."""
+"""Fields that a message offers where a field path of the settings does not fit it."""
 
 from typing import Any
 

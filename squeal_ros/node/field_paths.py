@@ -44,7 +44,7 @@ class OtherMessageError(FieldError):
 @dataclass(frozen=True)
 class FieldPath:
     """
-    Where in a message a number is: `a.b`, `[2]`, `velocity[name=front_left_wheel_joint]`.
+    Path of a number in a message: `a.b`, `[2]`, `velocity[name=front_left_wheel_joint]`.
 
     The last form takes the index at which the list `name` holds the text; both lists have to be
     of one length. So have they, like those of a JointState, for an index by number.
@@ -154,7 +154,7 @@ def stamp_of(message: Any, received: int) -> int:
 
 @dataclass
 class _Sight:
-    """Whether messages of an input's topic hold its value [ns of receipt]."""
+    """Latest messages of an input's topic with and without its value [ns of receipt]."""
 
     last: int | None = None  # message with the value
     without: int | None = None  # first message about something else since
@@ -203,7 +203,7 @@ class Source:
 @dataclass
 class Router:
     """
-    Which topic feeds which inputs of which brakes.
+    Assignment of topics to the inputs of brakes that they feed.
 
     Parameters
     ----------

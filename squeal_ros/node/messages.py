@@ -42,16 +42,16 @@ COSTLY = OTHERS  # figures of a brake that cost a quarter of a full solution eac
 
 
 class MessageLibrary(Hashable, Protocol):
-    """What differs between rclpy's and rosbags' message classes."""
+    """Interface to message classes in which rclpy and rosbags differ."""
 
     def type(self, name: str) -> Any:  # noqa: A003
         """Return the class of `package/msg/Name`."""
 
     def floats(self, values: Sequence[float]) -> Any:
-        """Return what a float64[] field holds."""
+        """Return the value of a float64[] field."""
 
     def byte(self, value: int) -> Any:
-        """Return what a byte field holds."""
+        """Return the value of a byte field."""
 
 
 def brake_messages(library: MessageLibrary,
@@ -114,7 +114,7 @@ class StatusTexts(NamedTuple):
 
 @dataclass(frozen=True)
 class NodeStatus:
-    """How the node itself does: a diagnostic level, the same in words, and figures."""
+    """Status of the node itself: a diagnostic level, the same in words, and figures."""
 
     values: Mapping[str, object]
     level: int = OK

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How the node itself does, in figures: ticks, lateness, inputs. Pure; times are handed in."""
+"""Statistics of the node itself: ticks, lateness, inputs. Pure; times are handed in."""
 
 from collections import deque
 from dataclasses import dataclass, field
@@ -86,7 +86,7 @@ class Health:
 
 
 class LostTicks:
-    """Tells when to log that ticks were lost: at the first, then once a minute at most."""
+    """Schedule of log messages on lost ticks: at the first, then once a minute at most."""
 
     def __init__(self) -> None:
         self._logged, self._next = 0, 0
@@ -117,7 +117,7 @@ class Rate:
 
 
 class Growth:
-    """Tells whether a count grew of late."""
+    """Detects whether a count grew of late."""
 
     def __init__(self) -> None:
         self._count = 0
@@ -132,7 +132,7 @@ class Growth:
 
 class Turns:
     """
-    When each of several reports is due: once a period, one after the other.
+    Schedule of several reports: each is due once a period, one after the other.
 
     Parameters
     ----------

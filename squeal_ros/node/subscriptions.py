@@ -42,7 +42,7 @@ _DEPTH = 20  # 2 kHz from one wake-up to the next; more than that only makes a b
 
 
 class _Moment(NamedTuple):
-    """When messages are taken [ns]: on the node's clock and the system's, and since last time."""
+    """Time of taking messages [ns]: on the node's clock and the system's, and since last time."""
 
     now: int
     system: int

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-What a bag says against the settings: topics, types, fields and stamps that do not fit.
+Findings on a bag and the settings: topics, types, fields and stamps that do not fit.
 
 Each finding names the inputs it is of, what is wrong and the remedy, so that a replay in which
 nothing was assessed tells why.
@@ -64,7 +64,7 @@ class Finding:
 
 @dataclass
 class _Evidence:
-    """What was seen of one input."""
+    """Counts of the messages and stamps of one input."""
 
     source: InputSettings
     topic: str  # in full
@@ -80,7 +80,7 @@ class _Evidence:
     far: int = 0  # stamps beyond the limit
 
     def take(self, offsets: Sequence[int]) -> None:
-        """Take note of samples, whose stamps are so long after their receipt [ns]."""
+        """Record samples, whose stamps are so long after their receipt [ns]."""
         self.messages += len(offsets)
         before = [] if self.nearest is None else [self.nearest]
         self.nearest = min((*before, *offsets), key=abs)
@@ -120,7 +120,7 @@ class InputFindings:
 
     def message(self, topic: str, message: Any) -> None:
         """
-        Take note of a message before its values are read.
+        Record a message before its values are read.
 
         Raises
         ------
@@ -139,7 +139,7 @@ class InputFindings:
                 'the bus into one topic a signal first and name that')
 
     def message_of(self, topic: str, identity: object, count: int = 1) -> Counter[object]:
-        """Take note of messages about something, None where they do not say of what."""
+        """Record messages about something, None where they do not say of what."""
         ids = self._ids[topic]
         if identity is not None and len(ids) <= _MOST_IDS:
             ids[identity] += count
@@ -151,7 +151,7 @@ class InputFindings:
 
     def value(self, brake: str, signal: Signal, sample: Sample | MissingValue, message: Any,
               received: int) -> None:
-        """Take note of what an input got of a message received at a time [ns]."""
+        """Record the value that an input got from a message received at a time [ns]."""
         seen = self._seen[brake, signal]
         if isinstance(sample, MissingValue):
             seen.messages += 1

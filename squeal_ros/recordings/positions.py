@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Where the vehicle was, as the fixes of a recording tell."""
+"""Positions of the vehicle by the fixes of a recording."""
 
 from array import array
 import bisect

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a recorded bag holds: topics, and the numbers in their messages."""
+"""Contents of a recorded bag: topics, and the numbers in their messages."""
 
 from collections.abc import Iterator, Sequence
 import math

@@ -13,9 +13,9 @@
 # limitations under the License.
 
 """
-What is whole of storage files that are cut off or damaged: read in order, without their index.
+Recovery of storage files that are cut off or damaged: read in order, without their index.
 
-Each reader has the connections and messages of a storage file, as rosbags' readers have, and says
+Each reader has the connections and messages of a storage file, as rosbags' readers have, and lists
 in `lost` what could not be read.
 """
 

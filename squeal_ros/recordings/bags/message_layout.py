@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Where the numbers of a message are among its bytes, so that messages alike need no decoding.
+Places of a message's numbers among its bytes, so that messages alike need no decoding.
 
 The bytes of a CDR message that are no numbers (lengths, texts) tell where its numbers are. As long
 as they stay the same, a number is read from its place, of many messages at once; for any other

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Whether the storage files of a folder without metadata.yaml are those of one bag."""
+"""Check that the storage files of a folder without metadata.yaml are those of one bag."""
 
 from collections.abc import Sequence
 from itertools import pairwise

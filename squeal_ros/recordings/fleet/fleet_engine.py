@@ -269,7 +269,7 @@ class _Guard:
         self.ended()
 
     def ended(self) -> None:
-        """Take note that a job ended."""
+        """Record that a job ended."""
         self._last = self._probed = self._with_workers = time.monotonic()
 
     def check(self) -> None:

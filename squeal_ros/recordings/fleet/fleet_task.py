@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""What a worker of a fleet does: the digest of a recording; its result, whole or not at all."""
+"""Task of a fleet's worker: digest and result of a recording, whole or not at all."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -39,7 +39,7 @@ class FleetError(LocatedError):
 
 
 class Evaluated(NamedTuple):
-    """What became of a recording: its result and SHA-256, or the error; whether written now."""
+    """Outcome of a recording: its result and SHA-256, or the error; whether written now."""
 
     path: str
     sha256: str

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""Which vehicle a recording is of, and its mileage: by a table, else by the folder it is in."""
+"""Vehicle and mileage of a recording: by a table, else by the folder it is in."""
 
 from collections.abc import Mapping, Sequence
 import csv

@@ -27,7 +27,7 @@ from squeal_core.monitor.results.history import AssessmentRecord
 @dataclass(frozen=True)
 class Agreement:
     """
-    How far two records of one drive are the same.
+    Agreement of two records of one drive.
 
     Assessments that saw the same samples are equal bit for bit.
 

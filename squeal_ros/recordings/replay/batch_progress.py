@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the processes of a batch share: whether to stop, and how far each recording is."""
+"""Shared state of a batch's processes: the request to stop, the progress of each recording."""
 
 from collections.abc import Sequence
 import multiprocessing

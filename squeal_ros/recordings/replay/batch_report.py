@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What the replays of many recordings say together: what is not known first."""
+"""Report on the replays of many recordings: unknown results first."""
 
 from collections.abc import Iterator, Sequence
 import math
@@ -46,12 +46,12 @@ class BatchReport:
 
     @property
     def usable(self) -> bool:
-        """Whether any recording was replayed."""
+        """Return whether any recording was replayed."""
         return bool(self._replayed)
 
     @property
     def good(self) -> bool:
-        """Whether all were, and the squeal risk was known of every brake that braked."""
+        """Return whether all were replayed, with a squeal risk of every brake that braked."""
         return not self._failed and all(one.report.good for one in self._replayed if one.report)
 
     @property

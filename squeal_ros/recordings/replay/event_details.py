@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What one full solution each and the fixes of a recording add to its squeal events."""
+"""Details of squeal events, by one full solution each and the fixes of the recording."""
 
 from collections.abc import Iterable
 import math

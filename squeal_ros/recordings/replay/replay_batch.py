@@ -43,7 +43,7 @@ from squeal_ros.recordings.time_range import OutOfRangeError, RecordingInRange, 
 @dataclass(frozen=True, kw_only=True)
 class ReplayTask:
     """
-    What is the same for all recordings of a batch.
+    Settings and options common to all recordings of a batch.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class ReplayTask:
 @dataclass(frozen=True, kw_only=True)
 class ReplayOutcome:
     """
-    What became of one recording of a batch.
+    Outcome of one recording of a batch.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a replay says first: for how much of the braking a risk is known, and why not for all."""
+"""Report on a replay: first, for how much of the braking a risk is known, and why not for all."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -81,12 +81,12 @@ class ReplayReport:
 
     @property
     def good(self) -> bool:
-        """Whether the squeal risk of every brake was known for which it should have been."""
+        """Return whether the risk was known of every brake for which it should have been."""
         return not self.summary.never_known
 
     @property
     def events_known(self) -> bool:
-        """Whether squeal would have been seen at all."""
+        """Return whether squeal would have been detected at all."""
         return bool(self.summary.known_time or not self.summary.braking_time)
 
     def as_json(self) -> dict[str, Any]:

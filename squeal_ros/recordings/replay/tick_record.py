@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What is written of a tick, in plain values, and what is counted over the ticks of a drive."""
+"""Record of a tick in plain values, and counts over the ticks of a drive."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Which signal of a recording is which input: files of signals, proposals for them."""
+"""Assignment of a recording's signals to inputs: files of signals, proposals for them."""

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a recording holds, of any format: fields or columns with their rates, gaps and ranges."""
+"""Contents of a recording of any format: fields or columns with rates, gaps and ranges."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -76,7 +76,7 @@ class Entry:
 @dataclass(frozen=True, kw_only=True)
 class Contents:
     """
-    What a recording holds.
+    Contents of a recording.
 
     Parameters
     ----------

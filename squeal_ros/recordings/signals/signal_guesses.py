@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Which column or field is probably which input of which brake, by its name, unit and range."""
+"""Guesses which column or field is which input of which brake, by name, unit and range."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -110,7 +110,7 @@ class Guess:
 @dataclass(frozen=True)
 class Proposal:
     """
-    What a file of signals may say of a recording.
+    Proposed contents of a file of signals for a recording.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class Proposal:
 
     @property
     def radius_needed(self) -> bool:
-        """Whether a speed is that of the vehicle."""
+        """Return whether a speed is that of the vehicle."""
         return any(guess.unit.quantity == 'speed' for one in self.brakes.values() for guess in one)
 
 

@@ -106,7 +106,7 @@ class CoordinateSource:
 @dataclass(frozen=True)
 class Signals:
     """
-    What a file of signals says.
+    Contents of a file of signals.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How a table of text is written and where its times are, as a file of signals says it."""
+"""Format of a table of text and the place of its times, by a file of signals."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ _MOST_ROWS = 100_000  # before the first row of values
 @dataclass(frozen=True, kw_only=True)
 class ClockSpec:
     """
-    Where the times of a table are, and what they mean.
+    Columns of a table's times, and their meaning.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class ClockSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class TableSpec:
-    """How a table of text is written; None or empty: as it is found."""
+    """Format of a table of text; None or empty: as it is found."""
 
     delimiter: str = ''
     decimal: str = ''

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What a table of text holds: its columns, and which of them is the clock."""
+"""Contents of a table of text: its columns, and which of them is the clock."""
 
 from collections import Counter
 from collections.abc import Sequence

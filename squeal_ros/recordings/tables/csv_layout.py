@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""How a table of text is written: encoding, delimiter, decimal mark, rows of names and units."""
+"""Layout of a table of text: encoding, delimiter, decimal mark, rows of names and units."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -46,7 +46,7 @@ _DELIMITERS = (';', '\t', ',', '|', ' ')  # a space: any run of blanks
 @dataclass(frozen=True)
 class CsvLayout:
     """
-    How a table is written, and what its columns are called.
+    Layout of a table, and the names of its columns.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class CsvLayout:
 
 
 class _Start(NamedTuple):
-    """Where values begin if a delimiter is right, and how well it fits."""
+    """First row of values for a delimiter, and how well the delimiter fits."""
 
     quality: float
     columns: int

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""What an ASAM MDF measurement holds: its channels."""
+"""Contents of an ASAM MDF measurement: its channels."""
 
 import math
 from pathlib import Path

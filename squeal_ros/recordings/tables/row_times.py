@@ -24,7 +24,7 @@ _SECOND = 1_000_000_000
 
 
 class RowTime(NamedTuple):
-    """When a row was recorded, and the time that it states [ns]."""
+    """Time at which a row was recorded, and the time that it states [ns]."""
 
     recorded: int
     stated: int
@@ -32,7 +32,7 @@ class RowTime(NamedTuple):
 
 @dataclass
 class _Count:
-    """How often something was seen, where first, and how large it was at most."""
+    """Number of occurrences, row of the first, and size of the largest."""
 
     number: int = 0
     first: int = 0
