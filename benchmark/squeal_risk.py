@@ -94,12 +94,12 @@ def full(model: BrakeModel, samples: list[BrakingSample], z: FloatArray,
     tracked, largest, grows = TrackedBuildUp.of(model, points[0]), 0.0, []
     tracked.release(2 * samples[0].time - samples[1].time)
     for sample, point in zip(samples, points, strict=True):
-        roots = complex_modes(model, point).oscillatory
-        frequency = roots.imag / (2.0 * np.pi)
-        roots = roots[(frequency >= SQUEAL_BAND[0]) & (frequency <= SQUEAL_BAND[1])]
+        eigenvalues = complex_modes(model, point).oscillatory
+        frequency = eigenvalues.imag / (2.0 * np.pi)
+        eigenvalues = eigenvalues[(frequency >= SQUEAL_BAND[0]) & (frequency <= SQUEAL_BAND[1])]
         cap = float(saturation_energy(point.contact_pressure, point.contact_stiffness))
-        largest = max(largest, float(tracked.update(sample.time, roots, cap).max()))
-        grows.append(bool(roots.real.max() > 0.0))
+        largest = max(largest, float(tracked.update(sample.time, eigenvalues, cap).max()))
+        grows.append(bool(eigenvalues.real.max() > 0.0))
     return largest, grows[len(grows) // 2]
 
 

@@ -201,4 +201,4 @@ def _backward_error(model: BrakeModel) -> Check:
     worst = max((mode_vectors(model, point, mode.eigenvalue).backward_error
                  for point in _points(model) for mode in complex_modes(model, point).unstable),
                 default=0.0)
-    return Check('backward error', worst, 1e-12, 'largest, of the unstable roots')
+    return Check('backward error', worst, 1e-12, 'largest, of unstable eigenvalues')

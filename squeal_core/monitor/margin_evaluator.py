@@ -200,8 +200,8 @@ def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerance
                  band_hz: tuple[float, float], rows: FloatArray, kind: Kind) -> ComplexArray:
     """Return what `Growth` does, by look-up; where a verdict hangs on an error, too."""
     x = coordinates(rows * (1.0, model.contact_pressure(1.0), 1.0))
-    roots, answered = table.eigenvalues(x, tolerances)
-    found = least_stable(roots, kind, band_hz, tolerances)
+    eigenvalues, answered = table.eigenvalues(x, tolerances)
+    found = least_stable(eigenvalues, kind, band_hz, tolerances)
     found[~answered] = complex(math.nan, math.nan)
     return found
 

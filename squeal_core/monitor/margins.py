@@ -121,14 +121,14 @@ class Margins:
     compute_other: Callable[[OtherMargin], Margin] | None = None
 
 
-def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],
+def least_stable(eigenvalues: ComplexArray, kind: Kind, band_hz: tuple[float, float],
                  tolerances: Tolerances) -> ComplexArray:
     """
     Return the least stable eigenvalue of a kind in each row (P,) [1/s].
 
     Parameters
     ----------
-    roots : (P, n) array
+    eigenvalues : (P, n) array
         One eigenvalue of each mode, Im >= 0; NaN: none.
     kind : str
         See `Margin`.
@@ -139,7 +139,7 @@ def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],
 
     """
     low, high = (2.0 * math.pi * end for end in band_hz)
-    frequency = roots.imag
+    frequency = eigenvalues.imag
     meant = frequency > tolerances.oscillation
     if kind == 'squeal':
         meant &= (frequency >= low) & (frequency <= high)
@@ -147,6 +147,6 @@ def least_stable(roots: ComplexArray, kind: Kind, band_hz: tuple[float, float],
         meant &= frequency < low
     else:
         meant = frequency <= tolerances.oscillation
-    growth = np.where(meant, roots.real, -np.inf)
-    found = roots[np.arange(len(roots)), growth.argmax(axis=1)]
+    growth = np.where(meant, eigenvalues.real, -np.inf)
+    found = eigenvalues[np.arange(len(eigenvalues)), growth.argmax(axis=1)]
     return np.where(meant.any(axis=1), found, NO_MODE)

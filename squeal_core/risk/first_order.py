@@ -24,7 +24,7 @@ from squeal_core.common.arrays import FloatArray
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.risk.ensemble import EnsemblePrior
 from squeal_core.stability.eigensolution import ComplexModes, Mode
-from squeal_core.stability.sensitivity import root_sensitivity
+from squeal_core.stability.sensitivity import eigenvalue_sensitivity
 
 _CANDIDATES = 3  # least stable modes; a more stable one hardly changes the maximum
 _CERTAIN = 0.9999  # probability from which on no other mode is looked at
@@ -91,7 +91,7 @@ def _of_mode(model: BrakeModel, point: OperatingPoint, mode: Mode, changes: Floa
     above = mode.growth_rate - damping_ratio * abs(mode.eigenvalue)
     if not changes.any():
         return float(above > 0.0)
-    sensitivity = root_sensitivity(model, point, mode.eigenvalue)
+    sensitivity = eigenvalue_sensitivity(model, point, mode.eigenvalue)
     slope = np.array([sensitivity.get(name, 0j).real for name in Coefficients._fields])
     deviation = math.hypot(*(changes @ slope).tolist())
     if deviation == 0.0:

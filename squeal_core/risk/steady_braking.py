@@ -42,7 +42,7 @@ class _Member:
     """One brake of the ensemble, solved: rates at the nodes of its scatter, what holds them."""
 
     place: int
-    roots: ComplexArray
+    eigenvalues: ComplexArray
     scatter: float
     decay: FloatArray
     cap: float
@@ -50,8 +50,9 @@ class _Member:
 
     def margin(self, duration: float, change: FloatArray | float = 0.0) -> FloatArray:
         """Return the largest build-up less N* at the nodes (7,) with changed growth rates."""
-        rates = at_nodes(self.roots.real + change, np.array(self.scatter))
-        energy = grown(np.ones(self.roots.size), rates, duration, self.decay, np.array(self.cap))
+        rates = at_nodes(self.eigenvalues.real + change, np.array(self.scatter))
+        energy = grown(np.ones(self.eigenvalues.size), rates, duration, self.decay,
+                       np.array(self.cap))
         return np.asarray(nepers(energy).max(axis=1, initial=0.0) - self.audible)
 
 
@@ -110,7 +111,7 @@ class SteadyBraking:
             Change of the parameter.
 
         """
-        changes = [amount * slopes(member.place, member.roots.tolist())
+        changes = [amount * slopes(member.place, member.eigenvalues.tolist())
                    for member in self._solved]
         pairs = list(zip(self._solved, changes, strict=True))
         minus, plus = (self._risk([member.margin(self.duration, side * change)
@@ -132,21 +133,21 @@ class SteadyBraking:
     def _member(self, place: int) -> _Member:
         point = self.member_point(self.point, place)
         found = complex_modes(self.model, point).least_stable(*self.band_hz, _CANDIDATES)
-        roots = np.array([mode.eigenvalue for mode in found], complex)
+        eigenvalues = np.array([mode.eigenvalue for mode in found], complex)
         still = self._without_friction
-        nearest = np.abs(np.subtract.outer(roots.imag, still.imag)).argmin(axis=1)
+        nearest = np.abs(np.subtract.outer(eigenvalues.imag, still.imag)).argmin(axis=1)
         own = math.exp(self.ensemble.ln_damping[place]) * -still.real[nearest]
         return _Member(
-            place, roots, self._scatter(point, roots[:1]),
-            noise_decay(own, roots.imag / math.tau),
+            place, eigenvalues, self._scatter(point, eigenvalues[:1]),
+            noise_decay(own, eigenvalues.imag / math.tau),
             float(saturation_energy(point.contact_pressure, point.contact_stiffness)),
             float(self.ensemble.audible_build_up[place]))
 
     def _scatter(self, point: OperatingPoint, worst: ComplexArray) -> float:
         """Return the change of the worst growth rate over a standard deviation of scatter."""
-        for root in worst.tolist():
+        for eigenvalue in worst.tolist():
             by = {name: slope.real
-                  for name, slope in parameter_sensitivity(self.model, point, root).items()}
+                  for name, slope in parameter_sensitivity(self.model, point, eigenvalue).items()}
             by_friction = math.copysign(1.0, point.friction) * (
                 by['friction'] + by['friction_slope'] * point.friction_slope / point.friction)
             return float(along_scatter(

@@ -60,7 +60,7 @@ class TrackedBuildUp:
         self._roots: ComplexArray = np.empty(0, complex)
         self._energy: RealArray = np.empty(0)
 
-    def update(self, time_ns: int, roots: ComplexArray, cap: float) -> FloatArray:
+    def update(self, time_ns: int, eigenvalues: ComplexArray, cap: float) -> FloatArray:
         """
         Return the build-up of each mode [nepers].
 
@@ -68,7 +68,7 @@ class TrackedBuildUp:
         ----------
         time_ns : int
             The tick.
-        roots : (n,) array
+        eigenvalues : (n,) array
             Eigenvalues of the modes then [1/s], Im > 0; those that a table omits may be missing,
             and begin at their floors again where they come back.
         cap : float
@@ -77,23 +77,24 @@ class TrackedBuildUp:
         """
         duration = 1e-9 * (time_ns - self._time)
         decay = self._decay[np.abs(np.subtract.outer(
-            roots.imag, 2.0 * np.pi * self._frequency)).argmin(axis=1)]
-        before, energy = self._followed(roots, decay)
+            eigenvalues.imag, 2.0 * np.pi * self._frequency)).argmin(axis=1)]
+        before, energy = self._followed(eigenvalues, decay)
         if 0.0 < duration <= LONGEST_INTERVAL:
-            for rates in halves(before, roots.real, edge=not self._roots.size):
+            for rates in halves(before, eigenvalues.real, edge=not self._roots.size):
                 energy = grown(energy, rates, 0.5 * duration, decay, np.array(cap))
-        frequency = roots.imag
+        frequency = eigenvalues.imag
         merged = np.abs(np.subtract.outer(frequency, frequency)) <= MERGED * frequency
-        self._time, self._roots = time_ns, roots
+        self._time, self._roots = time_ns, eigenvalues
         self._energy = np.where(merged, energy, 0.0).max(axis=1, initial=0.0)
         return np.asarray(nepers(self._energy), float)
 
-    def _followed(self, roots: ComplexArray, decay: FloatArray) -> tuple[RealArray, RealArray]:
+    def _followed(self, eigenvalues: ComplexArray,
+                  decay: FloatArray) -> tuple[RealArray, RealArray]:
         """Return growth rate and energy at the tick before; new modes were at their floors."""
         from scipy.optimize import linear_sum_assignment  # slow to load
-        before, energy = -decay, np.ones(roots.size)
-        away = np.abs(np.subtract.outer(roots, self._roots))
+        before, energy = -decay, np.ones(eigenvalues.size)
+        away = np.abs(np.subtract.outer(eigenvalues, self._roots))
         new, old = linear_sum_assignment(away)
-        same = away[new, old] <= FARTHEST * np.abs(roots[new])
+        same = away[new, old] <= FARTHEST * np.abs(eigenvalues[new])
         before[new[same]], energy[new[same]] = self._roots.real[old[same]], self._energy[old[same]]
         return before, energy

@@ -57,9 +57,9 @@ class FrictionCoupling:
 
     def partner(self, mode: Mode) -> Mode | None:
         """Return the oscillating mode through which friction moves another's eigenvalue most."""
-        own, roots, rates = self._place(mode), self._roots, self._rates
+        own, eigenvalues, rates = self._place(mode), self._roots, self._rates
         others = [one for one in self._oscillating if one.index != mode.index]
-        strengths = [abs(rates[own, i] * rates[i, own] / (roots[own] - roots[i]))
+        strengths = [abs(rates[own, i] * rates[i, own] / (eigenvalues[own] - eigenvalues[i]))
                      if i != own else np.inf for i in map(self._place, others)]
         return others[int(np.argmax(strengths))] if others else None
 

@@ -181,15 +181,15 @@ class ComplexModes:
     def unstable(self) -> tuple[Mode, ...]:
         """Growing modes, worst first."""
         limit = self.tolerances.growth
-        growing = [Mode(number, root, kind_of(root, self.tolerances)) for number, root in zip(
+        growing = [Mode(number, value, kind_of(value, self.tolerances)) for number, value in zip(
             self.numbers.tolist(), self.mode_eigenvalues.tolist(), strict=True)
-            if root.real > limit]
+            if value.real > limit]
         return tuple(sorted(growing, key=lambda mode: -mode.eigenvalue.real))
 
     def _at(self, places: Any) -> list[Mode]:
         found = self.mode_eigenvalues[places].tolist()
-        return [Mode(number, root, kind_of(root, self.tolerances))
-                for number, root in zip(self.numbers[places].tolist(), found, strict=True)]
+        return [Mode(number, eigenvalue, kind_of(eigenvalue, self.tolerances))
+                for number, eigenvalue in zip(self.numbers[places].tolist(), found, strict=True)]
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""
@@ -263,13 +263,13 @@ def moving_eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray
     return np.asarray(np.linalg.eigvals(state), complex)
 
 
-def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:
+def classify(eigenvalues: ComplexArray, tolerances: Tolerances) -> ComplexModes:
     """
     Sort eigenvalues into modes: each complex pair, and each two real ones, are a mode.
 
     Eigenvalues with Im < 0 may be missing: of a pair the other one counts.
     """
-    growth, frequency = roots.real, roots.imag
+    growth, frequency = eigenvalues.real, eigenvalues.imag
     nonoscillatory = (np.abs(frequency) <= tolerances.oscillation).nonzero()[0]
     oscillatory = (frequency > tolerances.oscillation).nonzero()[0]
     nonoscillatory = nonoscillatory.take((-growth.take(nonoscillatory)).argsort(kind='stable'))
@@ -277,8 +277,8 @@ def classify(roots: ComplexArray, tolerances: Tolerances) -> ComplexModes:
                                                frequency.take(oscillatory))))
     spoken = np.concatenate([nonoscillatory[:nonoscillatory.size // 2], oscillatory])
     return ComplexModes(
-        _frozen(roots.take(nonoscillatory)), _frozen(roots.take(oscillatory)),
-        _frozen(roots.take(spoken)), _frozen(np.zeros(spoken.size)), tolerances)
+        _frozen(eigenvalues.take(nonoscillatory)), _frozen(eigenvalues.take(oscillatory)),
+        _frozen(eigenvalues.take(spoken)), _frozen(np.zeros(spoken.size)), tolerances)
 
 
 def _frozen(fresh: Any) -> Any:
@@ -287,11 +287,11 @@ def _frozen(fresh: Any) -> Any:
     return fresh
 
 
-def kind_of(root: complex, tolerances: Tolerances) -> Kind:
+def kind_of(eigenvalue: complex, tolerances: Tolerances) -> Kind:
     """Return what kind of mode an eigenvalue makes."""
-    grows = root.real > tolerances.growth
-    if abs(root.imag) > tolerances.oscillation:
+    grows = eigenvalue.real > tolerances.growth
+    if abs(eigenvalue.imag) > tolerances.oscillation:
         return 'flutter' if grows else 'stable'
     if grows:
         return 'divergence'
-    return 'rigid' if root.real >= -tolerances.growth else 'stable'
+    return 'rigid' if eigenvalue.real >= -tolerances.growth else 'stable'

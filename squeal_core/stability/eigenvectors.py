@@ -46,22 +46,22 @@ def mode_vectors(model: BrakeModel, point: OperatingPoint, eigenvalue: complex) 
     return ModeVectors(eigenvalue, right, left, _backward_error(eigenvalue, d, k, pencil @ right))
 
 
-def slope_between(root: complex, right: ComplexArray, left: ComplexArray,
+def slope_between(eigenvalue: complex, right: ComplexArray, left: ComplexArray,
                   damping: FloatArray) -> complex:
     """Return y^H Q'(lambda) x, Q' = 2 lambda + D: zero where the eigenvalue is no simple one."""
-    return complex(left.conj() @ (2.0 * root * right + damping @ right))
+    return complex(left.conj() @ (2.0 * eigenvalue * right + damping @ right))
 
 
-def _vectors(root: complex, d: FloatArray, k: FloatArray,
+def _vectors(eigenvalue: complex, d: FloatArray, k: FloatArray,
              steps: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     """Return right and left vectors, and Q at the eigenvalue."""
-    pencil = np.asarray(root**2 * np.eye(len(k)) + root * d + k, complex)
+    pencil = np.asarray(eigenvalue**2 * np.eye(len(k)) + eigenvalue * d + k, complex)
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', LinAlgWarning)  # singular to rounding, as it should be
         factors = lu_factor(pencil, check_finite=False)
     pivots = np.einsum('ii->i', factors[0])
     exact = pivots == 0.0  # exact to the last bit; of one mode alone the pencil is all zero
-    pivots[exact] = np.finfo(float).eps * (_size(root, d, k) or 1.0)
+    pivots[exact] = np.finfo(float).eps * (_size(eigenvalue, d, k) or 1.0)
     start = np.ones(len(pencil), complex)
     right, left = (_inverse_iteration(factors, start, trans, steps) for trans in (0, 2))
     return right, left, pencil
@@ -75,14 +75,15 @@ def _inverse_iteration(factors: Any, vector: ComplexArray, trans: int,
     return vector
 
 
-def _backward_error(root: complex, d: FloatArray, k: FloatArray, residual: ComplexArray) -> float:
+def _backward_error(eigenvalue: complex, d: FloatArray, k: FloatArray,
+                    residual: ComplexArray) -> float:
     """Relative change of the matrices that would make the eigenvalue exact (Tisseur 2000)."""
-    return float(np.linalg.norm(residual) / (_size(root, d, k) or 1.0))
+    return float(np.linalg.norm(residual) / (_size(eigenvalue, d, k) or 1.0))
 
 
-def _size(root: complex, d: FloatArray, k: FloatArray) -> float:
+def _size(eigenvalue: complex, d: FloatArray, k: FloatArray) -> float:
     """Sum of the sizes of the pencil's terms; in Frobenius norms, as they cost the least."""
-    return float(abs(root)**2 + abs(root) * np.linalg.norm(d) + np.linalg.norm(k))
+    return float(abs(eigenvalue)**2 + abs(eigenvalue) * np.linalg.norm(d) + np.linalg.norm(k))
 
 
 @dataclass(frozen=True)
@@ -128,10 +129,10 @@ def eigenvalue_conditions(model: BrakeModel, point: OperatingPoint,
 
 def _condition(mode: Mode, vectors: ModeVectors, d: FloatArray, k: FloatArray
                ) -> EigenvalueCondition:
-    root = mode.eigenvalue
-    turn = abs(slope_between(root, vectors.right, vectors.left, d))
-    size = _size(root, d, k)
+    eigenvalue = mode.eigenvalue
+    turn = abs(slope_between(eigenvalue, vectors.right, vectors.left, d))
+    size = _size(eigenvalue, d, k)
     if mode.kind == 'rigid' or turn == 0.0:
         return EigenvalueCondition(vectors.backward_error, np.inf, np.inf)
-    return EigenvalueCondition(vectors.backward_error, float(size / (abs(root) * turn)),
+    return EigenvalueCondition(vectors.backward_error, float(size / (abs(eigenvalue) * turn)),
                                float(vectors.backward_error * size / turn))

@@ -167,24 +167,25 @@ def _merge(state: _State, parameter: str, start: float, modes: tuple[Mode, Mode]
         if rate == 0.0 or moved_by <= tolerance * abs(value - start):
             break
         step = -half / rate * (0.5 if abs(half) > 0.05 * far else 1.0)
-        roots: ComplexArray = np.linalg.eigvals(
+        eigenvalues: ComplexArray = np.linalg.eigvals(
             (state[0] + (value + step - start) * state[1]).astype(complex))
-        new_mean, new_half = _pair(roots, mean + step * mean_rate, half + step * rate)
+        new_mean, new_half = _pair(eigenvalues, mean + step * mean_rate, half + step * rate)
         mean_rate, rate = (new_mean - mean) / step, (new_half - half) / step
         value, mean, half, moved_by = value + step, new_mean, new_half, abs(step)
         gap = 2.0 * abs(half)**0.5
     converged = bool(moved_by <= tolerance * abs(value - start))
     ahead = 'above' if value.real > start else 'below'
-    reason = (f'roots {gap:.2g} 1/s apart at {parameter} {value.real:.6g} {value.imag:+.2g}i, '
-              f'{ahead} the start' if converged else f'no merging found in {_STEPS} steps')
+    reason = (f'eigenvalues {gap:.2g} 1/s apart at {parameter} {value.real:.6g} '
+              f'{value.imag:+.2g}i, {ahead} the start'
+              if converged else f'no merging found in {_STEPS} steps')
     return ExceptionalPoint(parameter=parameter, start=start, modes=modes, value=value,
                             gap=float(gap), distance=abs(value - start) if converged else np.inf,
                             eigenvalue=complex(mean), converged=converged, reason=reason)
 
 
-def _pair(roots: ComplexArray, mean: complex, half: complex) -> tuple[complex, complex]:
+def _pair(eigenvalues: ComplexArray, mean: complex, half: complex) -> tuple[complex, complex]:
     """Mean and discriminant of the two eigenvalues nearest to what they are expected to be."""
-    near = roots[np.argsort(np.abs(roots - mean))[:6]]
+    near = eigenvalues[np.argsort(np.abs(eigenvalues - mean))[:6]]
     options = [(0.5 * (a + b), (0.5 * (a - b))**2) for a, b in combinations(near, 2)]
     found = min(options, key=lambda o: abs(o[0] - mean)**2 + abs(o[1] - half))
     return complex(found[0]), complex(found[1])

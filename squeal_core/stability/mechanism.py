@@ -152,11 +152,11 @@ def contributions(model: BrakeModel, point: OperatingPoint,
     bound towards the merging, their sum does not. An eigenvalue at zero gets zeros.
 
     """
-    root, x, y = vectors.eigenvalue, vectors.right, vectors.left.conj()
-    scale = y @ (2.0 * root * x + model.damping(point) @ x)
-    if root == 0.0:
+    eigenvalue, x, y = vectors.eigenvalue, vectors.right, vectors.left.conj()
+    scale = y @ (2.0 * eigenvalue * x + model.damping(point) @ x)
+    if eigenvalue == 0.0:
         return {name: 0.0 for name, _ in _terms(model, point, x)}
-    return {name: float((-(root if _damps(name) else 2.0) * (y @ force) / scale).real)
+    return {name: float((-(eigenvalue if _damps(name) else 2.0) * (y @ force) / scale).real)
             for name, force in _terms(model, point, x)}
 
 
@@ -172,13 +172,13 @@ def powers(model: BrakeModel, point: OperatingPoint, vectors: ModeVectors) -> di
     shows in `contributions` alone. Empty for an eigenvalue that does not oscillate.
 
     """
-    root, x = vectors.eigenvalue, vectors.right
-    scale = 2.0 * root.imag + (x.conj() @ model.damping(point) @ x).imag
-    if root.imag == 0.0 or scale == 0.0:
+    eigenvalue, x = vectors.eigenvalue, vectors.right
+    scale = 2.0 * eigenvalue.imag + (x.conj() @ model.damping(point) @ x).imag
+    if eigenvalue.imag == 0.0 or scale == 0.0:
         return {}
     work = {name: x.conj() @ force for name, force in _terms(model, point, x)}
     return {name: 0.0 if name in _CONSERVATIVE else float(
-        -(root.imag * value.real if _damps(name) else value.imag) / scale)
+        -(eigenvalue.imag * value.real if _damps(name) else value.imag) / scale)
         for name, value in work.items()}
 
 
@@ -267,8 +267,8 @@ def _fading(model: BrakeModel, point: OperatingPoint, names: Sequence[str]) -> M
 
 def _mechanism(model: BrakeModel, point: OperatingPoint, mode: Mode,
                without: Mapping[str, float], top: int, limits: Tolerances) -> Mechanism:
-    root = 0j if mode.kind == 'rigid' else mode.eigenvalue
-    vectors = mode_vectors(model, point, root)
+    eigenvalue = 0j if mode.kind == 'rigid' else mode.eigenvalue
+    vectors = mode_vectors(model, point, eigenvalue)
     label, reason = _label(mode, without, limits)
     return Mechanism(
         mode=mode, label=label, reason=reason, without=without,

@@ -62,7 +62,7 @@ class Spectrum:
     so that left @ right = 1.
     """
 
-    roots: ComplexArray
+    eigenvalues: ComplexArray
     right: ComplexArray
     left: ComplexArray
 
@@ -176,7 +176,7 @@ def track(model: BrakeModel, points: Sequence[OperatingPoint], *, resolution: fl
 def numbered(model: BrakeModel, family: MatrixPath, *, tolerances: Tolerances) -> Tracked:
     """Return the modes where a way begins, each numbered by its index there."""
     spectrum = _spectrum(model, family(0.0), tolerances)
-    modes = classify(spectrum.roots, tolerances).modes
+    modes = classify(spectrum.eigenvalues, tolerances).modes
     return Tracked(modes, tuple(Identity((mode.index,)) for mode in modes), spectrum)
 
 
@@ -211,7 +211,7 @@ def follow(model: BrakeModel, family: MatrixPath, start: Tracked, *,
             step /= 4.0
             continue
         match.settle()
-        here = Tracked(classify(there.roots, tolerances).modes, match.identities(), there)
+        here = Tracked(classify(there.eigenvalues, tolerances).modes, match.identities(), there)
         # to the end exactly, though steps are added up
         way, step = (1.0 if step == 1.0 - way else way + step), 2.0 * step
     return here
@@ -226,7 +226,7 @@ class _Match:
         self._labels = list(old.identities[len(quiet):])
         self._still = Identity(tuple(sorted({n for i in quiet for n in i.numbers})))
         self._mixed = any(identity.merged for identity in quiet)
-        self._size = new.roots.size // 2
+        self._size = new.eigenvalues.size // 2
         self._overlap = (old.spectrum.left @ new.right) * (new.left @ old.spectrum.right).T
         self._assign()
 
@@ -282,12 +282,12 @@ def _membership(units: Sequence[Identity], labels: Sequence[Identity | None]) ->
 
 def _spectrum(model: BrakeModel, of: tuple[FloatArray, FloatArray],
               tolerances: Tolerances) -> Spectrum:
-    roots, right = np.linalg.eig(state_matrix(model, *of))
+    eigenvalues, right = np.linalg.eig(state_matrix(model, *of))
     try:
         left = np.linalg.inv(right)
     except np.linalg.LinAlgError:  # two vectors are one, to the last bit
         left = np.linalg.pinv(right)
-    chosen = np.flatnonzero(roots.imag > tolerances.oscillation)
-    chosen = chosen[np.lexsort((roots[chosen].real, roots[chosen].imag))]
-    every = np.concatenate([np.zeros(2 * model.size - roots.size), roots])
+    chosen = np.flatnonzero(eigenvalues.imag > tolerances.oscillation)
+    chosen = chosen[np.lexsort((eigenvalues[chosen].real, eigenvalues[chosen].imag))]
+    every = np.concatenate([np.zeros(2 * model.size - eigenvalues.size), eigenvalues])
     return Spectrum(*(readonly(a, complex) for a in (every, right[:, chosen], left[chosen])))

@@ -19,8 +19,8 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigenvectors import mode_vectors, slope_between
 
 
-def root_sensitivity(model: BrakeModel, point: OperatingPoint,
-                     eigenvalue: complex) -> dict[str, complex]:
+def eigenvalue_sensitivity(model: BrakeModel, point: OperatingPoint,
+                           eigenvalue: complex) -> dict[str, complex]:
     """
     Return d lambda / d c for each coefficient c of `OperatingPoint.coefficients`.
 
@@ -77,11 +77,12 @@ def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,
 
     Notes
     -----
-    The chain rule over the coefficients, and `root_sensitivity` for theirs.
+    The chain rule over the coefficients, and `eigenvalue_sensitivity` for theirs.
 
     """
-    root = root_sensitivity(model, point, eigenvalue)
-    return {parameter: sum((factor * root.get(name, 0.0) for name, factor in slopes.items()), 0j)
+    sensitivity = eigenvalue_sensitivity(model, point, eigenvalue)
+    return {parameter: sum((factor * sensitivity.get(name, 0.0)
+                            for name, factor in slopes.items()), 0j)
             for parameter, slopes in _slopes(point).items()}
 
 

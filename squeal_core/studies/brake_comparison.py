@@ -253,7 +253,7 @@ def _boundary(model: BrakeModel, point: OperatingPoint, number: int,
 
 def _worst(modes: Sequence[Mode]) -> complex:
     oscillating = [mode.eigenvalue for mode in modes if mode.kind in ('flutter', 'stable')]
-    return max(oscillating, key=lambda root: root.real, default=NO_MODE)
+    return max(oscillating, key=lambda eigenvalue: eigenvalue.real, default=NO_MODE)
 
 
 def compared_table(name: str, table: ExpansionTable, model: BrakeModel,

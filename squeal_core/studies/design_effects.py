@@ -74,12 +74,12 @@ def eigenvalue_slopes(model: BrakeModel, point: OperatingPoint, eigenvalues: Seq
     """
     found = np.empty((len(eigenvalues), len(changes)), complex)
     damping = model.damping(point)
-    for row, root in enumerate(eigenvalues):
-        vectors = mode_vectors(model, point, root)
+    for row, eigenvalue in enumerate(eigenvalues):
+        vectors = mode_vectors(model, point, eigenvalue)
         x, y = vectors.right, vectors.left.conj()
-        scale = slope_between(root, x, vectors.left, damping)
+        scale = slope_between(eigenvalue, x, vectors.left, damping)
         for column, change in enumerate(changes):
-            found[row, column] = -(y @ (root * (change.damping @ x) + change.stiffness @ x)
+            found[row, column] = -(y @ (eigenvalue * (change.damping @ x) + change.stiffness @ x)
                                    ) / scale
     return found
 

@@ -176,8 +176,8 @@ class SensitivityStudy:
 
     def _of_mode(self, place: int, parameter: str, vary: Vary) -> ModeEffect:
         target, model = self.targets[place], self.variants.model
-        roots = [target.eigenvalue, *(root for _, root in target.others)]
-        slopes = PER_CENT * eigenvalue_slopes(model, target.point, roots,
+        eigenvalues = [target.eigenvalue, *(eigenvalue for _, eigenvalue in target.others)]
+        slopes = PER_CENT * eigenvalue_slopes(model, target.point, eigenvalues,
                                               [matrix_change(vary)])[:, 0]
         follower = ModeFollower(model, target.point, self.tracked[place],
                                 Tolerances.of(model, target.point))
@@ -215,12 +215,12 @@ class SensitivityStudy:
     def _risk(self, place: int, vary: Vary) -> float:
         braking, model = self.braking[place], self.variants.model
 
-        def slopes(member: int, roots: Sequence[complex]) -> FloatArray:
+        def slopes(member: int, eigenvalues: Sequence[complex]) -> FloatArray:
             def own(factor: float) -> Variant:
                 variant = vary(factor)
                 return Variant(variant.model, braking.member_point(variant.point, member))
             point = braking.member_point(braking.point, member)
-            return eigenvalue_slopes(model, point, roots, [matrix_change(own)])[:, 0].real
+            return eigenvalue_slopes(model, point, eigenvalues, [matrix_change(own)])[:, 0].real
 
         return braking.risk_change(slopes, PER_CENT)
 

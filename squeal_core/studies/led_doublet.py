@@ -44,8 +44,8 @@ def led_doublet(masses: SplitDoublet, point: OperatingPoint,
 
     """
     ring, model = masses.ring, masses.model
-    root = complex(mode.without, math.tau * mode.frequency_hz)
-    lead = np.abs(mode_vectors(model, point, root).right).argmax()
+    eigenvalue = complex(mode.without, math.tau * mode.frequency_hz)
+    lead = np.abs(mode_vectors(model, point, eigenvalue).right).argmax()
     if lead not in ring.places:
         return None
     order = ring.diameters

@@ -162,9 +162,9 @@ def _rows(model: BrakeModel, points: Sequence[OperatingPoint], tracked: bool,
 def _record(grid: dict[str, FloatArray], points: Sequence[OperatingPoint],
             rows: Mapping[int, _Row], size: int, about: dict[str, Any]) -> Sweep:
     blank: _Row = ([complex(np.nan, np.nan)] * size, [''] * size, [''] * size)
-    roots, kinds, identities = zip(
+    eigenvalues, kinds, identities = zip(
         *(rows.get(place, blank) for place in range(len(points))), strict=True)
     return make_sweep(
         axes=grid, points=[[getattr(point, name) for name in PARAMETERS] for point in points],
-        growth_rates=np.real(roots), angular_frequencies=np.imag(roots), kinds=kinds,
+        growth_rates=np.real(eigenvalues), angular_frequencies=np.imag(eigenvalues), kinds=kinds,
         identities=identities, about=about)

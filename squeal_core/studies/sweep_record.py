@@ -134,13 +134,14 @@ def make_sweep(*, axes: Mapping[str, ArrayLike], points: ArrayLike, growth_rates
     count = int(np.prod([values.size for values in grid.values()]))
     if not 1 <= len(grid) <= 2 or not set(grid) <= set(PARAMETERS):
         raise ValueError(f'axes are {short_repr(list(grid))}')
-    roots = growth + 1j * np.asarray(angular_frequencies, float)
+    eigenvalues = growth + 1j * np.asarray(angular_frequencies, float)
     texts = [readonly(values, str) for values in (kinds, identities)]
-    if places.shape != (count, len(PARAMETERS)) or roots.ndim != 2 or len(roots) != count or any(
-            text.shape != roots.shape for text in texts) or roots.shape[1] < 1:
+    shape = eigenvalues.shape
+    if (places.shape != (count, len(PARAMETERS)) or len(shape) != 2 or shape[0] != count
+            or any(text.shape != shape for text in texts) or shape[1] < 1):
         raise ValueError(f'{count} points by the axes, arrays of shapes {places.shape}, '
-                         f'{roots.shape}, {texts[0].shape}, {texts[1].shape}')
+                         f'{shape}, {texts[0].shape}, {texts[1].shape}')
     if not set(np.unique(texts[0]).tolist()) <= {*KINDS, ''}:
         raise ValueError(f'kinds are {short_repr(np.unique(texts[0]).tolist())}')
-    return Sweep(axes=grid, points=places, eigenvalues=readonly(roots, complex), kinds=texts[0],
-                 identities=texts[1], about=dict(about))
+    return Sweep(axes=grid, points=places, eigenvalues=readonly(eigenvalues, complex),
+                 kinds=texts[0], identities=texts[1], about=dict(about))

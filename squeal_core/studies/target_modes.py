@@ -96,11 +96,11 @@ def target_modes(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
     wanted = named(mode for number in chosen for mode in tracked.of([number])[:1]
                    ) if chosen else every[:count]
     found = []
-    for identity, root in dict.fromkeys(wanted):
+    for identity, eigenvalue in dict.fromkeys(wanted):
         others = tuple(other for other in every
                        if set(other[0].numbers).isdisjoint(identity.numbers))[:OTHERS]
         critical, there = _critical_friction(model, point, tracked, identity, band_hz)
-        found.append(TargetMode(identity, point, root, critical, there, others))
+        found.append(TargetMode(identity, point, eigenvalue, critical, there, others))
     return found
 
 

@@ -108,6 +108,6 @@ def mode_names(model: BrakeModel, record: Sweep,
 
 
 def _leading(model: BrakeModel, record: Sweep, mode: UnstableMode) -> str:
-    root = complex(mode.growth_rate, 2.0 * np.pi * mode.frequency_hz)
-    right = mode_vectors(model, point_of(record, mode.place), root).right
+    eigenvalue = complex(mode.growth_rate, 2.0 * np.pi * mode.frequency_hz)
+    right = mode_vectors(model, point_of(record, mode.place), eigenvalue).right
     return short_name(model, right)

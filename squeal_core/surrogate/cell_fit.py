@@ -180,8 +180,8 @@ class _Fit:
 
     def look_along(self, coefficients: FloatArray) -> None:
         """Note the third differences of blocks (3, blocks) along the axes."""
-        roots = self._expansion.eigenvalues(coefficients).reshape(3, 4, -1)
-        means = np.add.reduceat(roots, np.searchsorted(
+        eigenvalues = self._expansion.eigenvalues(coefficients).reshape(3, 4, -1)
+        means = np.add.reduceat(eigenvalues, np.searchsorted(
             self._own, np.arange(self._expansion.sizes.size)), axis=-1)
         self._thirds = np.abs(means[:, 3] - 3 * means[:, 2] + 3 * means[:, 1] - means[:, 0])
         self._matter = means.real.max(axis=(0, 1)) > (
@@ -239,39 +239,40 @@ class _Fit:
     def _fails(self, cell: TableCell, tolerances: TableTolerances) -> bool:
         if not np.isfinite(cell.series).all():  # a block too large for single precision
             return True
-        roots, errors = cell.at(fit_terms(DEGREE).at(samples()))
-        return bool(not_known(roots, errors, cell.mirrored, cell.omitted_below, tolerances,
+        eigenvalues, errors = cell.at(fit_terms(DEGREE).at(samples()))
+        return bool(not_known(eigenvalues, errors, cell.mirrored, cell.omitted_below, tolerances,
                               self._limits).any())
 
-    def _oscillating(self, roots: ComplexArray) -> Any:
-        return (roots.imag > self._limits.oscillation).any(axis=0)
+    def _oscillating(self, eigenvalues: ComplexArray) -> Any:
+        return (eigenvalues.imag > self._limits.oscillation).any(axis=0)
 
-    def _needed(self, roots: ComplexArray) -> Any:
+    def _needed(self, eigenvalues: ComplexArray) -> Any:
         """Tell which eigenvalues (n,) matter somewhere in the cell."""
-        top = roots.real.max(axis=0)
-        quiet = (np.abs(roots.imag) <= self._limits.oscillation).any(axis=0)
-        return (self._oscillating(roots) & (self._flutters | (top > self._below(roots)))) | (
+        top = eigenvalues.real.max(axis=0)
+        quiet = (np.abs(eigenvalues.imag) <= self._limits.oscillation).any(axis=0)
+        matters = self._flutters | (top > self._below(eigenvalues))
+        return (self._oscillating(eigenvalues) & matters) | (
             quiet & (top > -self._tolerances.growth))
 
-    def _kept(self, roots: ComplexArray) -> Any:
+    def _kept(self, eigenvalues: ComplexArray) -> Any:
         """Tell which eigenvalues (n,) are of a block that matters."""
-        return np.isin(self._own, self._own[self._needed(roots)])
+        return np.isin(self._own, self._own[self._needed(eigenvalues)])
 
-    def _below(self, roots: ComplexArray) -> float:
+    def _below(self, eigenvalues: ComplexArray) -> float:
         """Return the growth rate below which modes are omitted: the band's worst one is kept."""
         low, high = self._tolerances.band
-        hertz = roots.imag / (2.0 * np.pi)
+        hertz = eigenvalues.imag / (2.0 * np.pi)
         inside = (hertz >= low) & (hertz <= high)
-        worst = np.where(inside, roots.real, np.inf if not inside.any() else -np.inf)
+        worst = np.where(inside, eigenvalues.real, np.inf if not inside.any() else -np.inf)
         return min(self._tolerances.matters, float(worst.max(axis=1).min())
                    + 2.0 * _MARGIN * self._tolerances.matters)
 
-    def _fitted(self, roots: ComplexArray) -> TableCell:
+    def _fitted(self, eigenvalues: ComplexArray) -> TableCell:
         """Fit the blocks that matter to eigenvalues (S, n) at all samples."""
-        kept = self._kept(roots)
+        kept = self._kept(eigenvalues)
         layout = BlockInvariants(self._expansion.sizes[np.unique(self._own[kept])])
-        invariants = layout.of(roots[:, kept])
-        omitted, matters = ~kept & self._oscillating(roots), self._tolerances.matters
+        invariants = layout.of(eigenvalues[:, kept])
+        omitted, matters = ~kept & self._oscillating(eigenvalues), self._tolerances.matters
         series = _fitting(DEGREE) @ invariants[:-_HELD_OUT].view(float)
         series[1:] = _single(series[1:])  # the frequency itself has more digits
         with np.errstate(invalid='ignore'):
@@ -280,8 +281,8 @@ class _Fit:
             layout.sizes, series,
             _single(_SAFETY * np.abs(fitted - invariants).max(axis=0, initial=0.0)),
             self._expansion.mirrored[kept],
-            _single(_fitting(2) @ roots.imag[:-_HELD_OUT, omitted]),
-            float(np.float32(roots.real[:, omitted].max(initial=_DAMPED * matters)
+            _single(_fitting(2) @ eigenvalues.imag[:-_HELD_OUT, omitted]),
+            float(np.float32(eigenvalues.real[:, omitted].max(initial=_DAMPED * matters)
                              - _MARGIN * matters)))
 
 

@@ -64,10 +64,11 @@ def expand_spectrum(model: BrakeModel, point: OperatingPoint, *, degree: int = D
     """
     frame = (_Frame.at(model, point) if around is None
              else _Frame.spanning(model, point, around))
-    roots, right = _eigensolution(model, point)
-    couplings = _projected(model, point, frame, roots, right)
-    gap = None if around is None else _closest(roots, couplings, frame.steps)
-    return _series(frame, roots, couplings, _blocks(roots, couplings, frame.steps, gap), degree)
+    eigenvalues, right = _eigensolution(model, point)
+    couplings = _projected(model, point, frame, eigenvalues, right)
+    gap = None if around is None else _closest(eigenvalues, couplings, frame.steps)
+    blocks = _blocks(eigenvalues, couplings, frame.steps, gap)
+    return _series(frame, eigenvalues, couplings, blocks, degree)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,15 +124,16 @@ def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArr
     return found.eigenvalues, found.eigenvectors
 
 
-def _series(frame: _Frame, roots: ComplexArray, couplings: ComplexArray,
+def _series(frame: _Frame, eigenvalues: ComplexArray, couplings: ComplexArray,
             blocks: Sequence[IndexArray], degree: int) -> SpectralExpansion:
     """Return the series of the blocks of a spectrum with couplings E_i (v, M, M)."""
-    recursion = RiccatiRecursion(roots, couplings, blocks, _monomials(frame.rows.size, degree))
+    recursion = RiccatiRecursion(eigenvalues, couplings, blocks,
+                                 _monomials(frame.rows.size, degree))
     sizes = np.array([block.size for block in blocks], dtype=np.intp)
     own = np.repeat(np.arange(sizes.size), sizes)
-    least = 5e-15 * abs(roots).max(initial=0.0)
-    whole = np.array([abs(roots[block].imag.sum()) <= least + 1e-9 * abs(roots[block]).sum()
-                      for block in blocks])
+    least = 5e-15 * abs(eigenvalues).max(initial=0.0)
+    whole = np.array([abs(own.imag.sum()) <= least + 1e-9 * abs(own).sum()
+                      for own in (eigenvalues[block] for block in blocks)])
     return SpectralExpansion(
         rows=frame.rows, centre=readonly(frame.centre), scales=readonly(frame.scales),
         monomials=recursion.monomials, sizes=readonly(sizes, np.intp),
@@ -163,23 +165,23 @@ class _Pairs(NamedTuple):
     image: IndexArray
 
     @classmethod
-    def of(cls, roots: ComplexArray) -> '_Pairs':
+    def of(cls, eigenvalues: ComplexArray) -> '_Pairs':
         """Find them among eigenvalues of numpy's eig, which has the two of a pair side by side."""
-        upper = np.flatnonzero(roots.imag >= 0.0)
-        lower = upper + (roots[upper].imag > 0.0)
-        image = np.empty(roots.size, np.intp)
+        upper = np.flatnonzero(eigenvalues.imag >= 0.0)
+        lower = upper + (eigenvalues[upper].imag > 0.0)
+        image = np.empty(eigenvalues.size, np.intp)
         image[upper], image[lower] = lower, upper
         return cls(upper, lower, image)
 
 
-def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: ComplexArray,
+def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, eigenvalues: ComplexArray,
                right: ComplexArray) -> ComplexArray:
     """Return couplings E_i (v, M, M); LinAlgError where the vectors do not span the space."""
     damping, stiffness = model.damping(point), model.stiffness(point)
     state = state_matrix(model, damping, stiffness)
     left = np.ascontiguousarray(np.linalg.inv(right), complex)
     held, moving = len(state) - model.size, np.logical_not(model.free_coordinates)
-    pairs = _Pairs.of(roots)
+    pairs = _Pairs.of(eigenvalues)
     # real and imaginary parts in turn: real arrays are multiplied with them as they are
     displacements, velocities = np.split(
         np.ascontiguousarray(right[:, pairs.upper], complex).view(float), [held])
@@ -197,19 +199,19 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, roots: C
     # the state matrix times the vectors, without its zeros and ones
     pushed = stiffness[:, moving] @ displacements + damping @ velocities
     off = left @ np.concatenate([velocities[moving], -pushed]).view(complex)
-    off[pairs.upper, np.arange(pairs.upper.size)] -= roots[pairs.upper]
+    off[pairs.upper, np.arange(pairs.upper.size)] -= eigenvalues[pairs.upper]
     # where two vectors are one to the last bit that may vanish and says nothing
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
     rounding = max(least.max(initial=0.0), np.abs(off).max(initial=0.0))
-    if not rounding < _DEFECTIVE * (np.abs(roots).max(initial=0.0) or 1.0):
+    if not rounding < _DEFECTIVE * (np.abs(eigenvalues).max(initial=0.0) or 1.0):
         raise np.linalg.LinAlgError('Eigenvectors do not span the space')
     return couplings
 
 
-def _closest(roots: ComplexArray, couplings: ComplexArray,
+def _closest(eigenvalues: ComplexArray, couplings: ComplexArray,
              steps: Sequence[FloatArray]) -> FloatArray:
     """Return how close (M, M) eigenvalues come to each other within steps, to first order."""
-    apart = roots[:, None] - roots
+    apart = eigenvalues[:, None] - eigenvalues
     closest = np.abs(apart)
     own = np.diagonal(couplings, axis1=1, axis2=2)
     for step in steps:
@@ -221,11 +223,11 @@ def _closest(roots: ComplexArray, couplings: ComplexArray,
     return closest
 
 
-def _blocks(roots: ComplexArray, couplings: ComplexArray,
+def _blocks(eigenvalues: ComplexArray, couplings: ComplexArray,
             steps: Sequence[FloatArray], gap: FloatArray | None = None) -> list[IndexArray]:
     """Return the eigenvalues of each block, small blocks first; of mirror images the upper one."""
     if gap is None:
-        gap = np.abs(roots[:, None] - roots)
+        gap = np.abs(eigenvalues[:, None] - eigenvalues)
     np.fill_diagonal(gap, np.inf)
     strength = np.zeros(gap.shape)
     for step in steps:
@@ -234,6 +236,7 @@ def _blocks(roots: ComplexArray, couplings: ComplexArray,
     close = strength >= (_COUPLING * gap) ** 2  # two equal eigenvalues too, however weakly coupled
     _, label = connected_components(close, directed=False)
     groups = [np.flatnonzero(label == i) for i in range(label.max(initial=-1) + 1)]
-    size = np.abs(roots).max(initial=0.0)
-    kept = [g for g in groups if roots[g].imag.sum() > -1e-9 * size]
-    return sorted(kept, key=lambda g: (g.size, float(roots[g[0]].imag), float(roots[g[0]].real)))
+    size = np.abs(eigenvalues).max(initial=0.0)
+    kept = [g for g in groups if eigenvalues[g].imag.sum() > -1e-9 * size]
+    return sorted(kept, key=lambda g: (g.size, float(eigenvalues[g[0]].imag),
+                                       float(eigenvalues[g[0]].real)))

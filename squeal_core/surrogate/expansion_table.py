@@ -47,7 +47,7 @@ class TableModes:
 
     Parameters
     ----------
-    roots : (P, K) complex array
+    eigenvalues : (P, K) complex array
         Kept eigenvalues with Im >= 0 in order of mode number, NaN beyond `counts` [1/s].
     errors : (P, K) array
         Bounds of their errors [1/s].
@@ -63,7 +63,7 @@ class TableModes:
 
     """
 
-    roots: ComplexArray
+    eigenvalues: ComplexArray
     errors: FloatArray
     numbers: IndexArray
     counts: IndexArray
@@ -75,16 +75,16 @@ class TableModes:
     __repr__ = repr_with_shapes
 
     @classmethod
-    def in_order(cls, roots: ComplexArray, errors: FloatArray, omitted: FloatArray, *, modes: int,
-                 omitted_below: FloatArray, cells: IndexArray,
+    def in_order(cls, eigenvalues: ComplexArray, errors: FloatArray, omitted: FloatArray, *,
+                 modes: int, omitted_below: FloatArray, cells: IndexArray,
                  tolerances: Tolerances) -> 'TableModes':
         """
         Return modes in order of mode number.
 
         Parameters
         ----------
-        roots, errors : (P, K) arrays
-            Eigenvalues of cells, NaN beyond their number; those that neither oscillate nor grow,
+        eigenvalues, errors : (P, K) arrays
+            Of cells, NaN beyond their number; those that neither oscillate nor grow,
             and conjugates, are left out.
         omitted : (P, L) array
             Angular frequencies of the omitted modes, NaN beyond their number [rad/s].
@@ -95,21 +95,22 @@ class TableModes:
             As of the class.
 
         """
-        oscillate = roots.imag > tolerances.oscillation
-        diverge = (roots.real > tolerances.growth) & (
-            np.abs(roots.imag) <= tolerances.oscillation)
-        key = np.where(oscillate, roots.imag, np.where(diverge, -roots.real, np.inf))
+        oscillate = eigenvalues.imag > tolerances.oscillation
+        diverge = (eigenvalues.real > tolerances.growth) & (
+            np.abs(eigenvalues.imag) <= tolerances.oscillation)
+        key = np.where(oscillate, eigenvalues.imag, np.where(diverge, -eigenvalues.real, np.inf))
         divergent = diverge.sum(axis=1)
         counts = divergent + oscillate.sum(axis=1)
         place = np.arange(counts.max(initial=0))
         order = key.argsort(axis=1, kind='stable')[:, :place.size]
-        order += roots.shape[1] * np.arange(len(roots))[:, None]  # places in the flat arrays
+        # places in the flat arrays
+        order += eigenvalues.shape[1] * np.arange(len(eigenvalues))[:, None]
         listed = place < counts[:, None]
-        roots = np.where(listed, roots.take(order), complex(np.nan, np.nan))
-        above = (omitted[:, None, :] > roots.imag[:, :, None]).sum(axis=2)
+        eigenvalues = np.where(listed, eigenvalues.take(order), complex(np.nan, np.nan))
+        above = (omitted[:, None, :] > eigenvalues.imag[:, :, None]).sum(axis=2)
         numbers = modes - above - (counts[:, None] - 1 - place)
         numbers = np.where(place < divergent[:, None], place + 1, numbers)
-        return cls(roots, np.where(listed, errors.take(order), np.nan),
+        return cls(eigenvalues, np.where(listed, errors.take(order), np.nan),
                    np.where(listed, numbers, 0), counts, divergent, omitted_below, cells,
                    tolerances)
 
@@ -123,23 +124,23 @@ class TableModes:
 
     def listed(self) -> list[ComplexModes]:
         """Return the complex modes at all points, none where the table does not answer."""
-        growth = self.roots.real
+        growth = self.eigenvalues.real
         points, places = (growth > self.tolerances.growth).nonzero()
         order = np.lexsort((-growth[points, places], points))  # the worst first
         worst = points[order], places[order]
-        unstable = self.roots[worst]
+        unstable = self.eigenvalues[worst]
         kinds = map(_GROWING.__getitem__, (
             np.abs(unstable.imag) > self.tolerances.oscillation).tolist())
         growing = tuple(map(Mode, self.numbers[worst].tolist(), unstable.tolist(), kinds))
         found, start = [], 0
-        for roots, errors, numbers, first, count, below, end in zip(
-                self.roots, self.errors, self.numbers, self.divergent.tolist(),
+        for eigenvalues, errors, numbers, first, count, below, end in zip(
+                self.eigenvalues, self.errors, self.numbers, self.divergent.tolist(),
                 self.counts.tolist(), self.omitted_below.tolist(),
                 np.bincount(points, minlength=self.cells.size).cumsum().tolist(), strict=True):
-            roots = roots[:count]
+            eigenvalues = eigenvalues[:count]
             found.append(frozen_record(
-                ComplexModes, nonoscillatory=roots[:first], oscillatory=roots[first:],
-                mode_eigenvalues=roots, errors=errors[:count], tolerances=self.tolerances,
+                ComplexModes, nonoscillatory=eigenvalues[:first], oscillatory=eigenvalues[first:],
+                mode_eigenvalues=eigenvalues, errors=errors[:count], tolerances=self.tolerances,
                 source='table', mode_numbers=numbers[:count], omitted_below=below,
                 unstable=growing[start:end]))
             start = end
@@ -216,18 +217,19 @@ class ExpansionTable:
             Nor is one at which an omitted mode may be the least stable of this band.
 
         """
-        stack, (cells, roots, errors, omitted) = self._stack, self._values(x)
+        stack, (cells, eigenvalues, errors, omitted) = self._stack, self._values(x)
         below = stack.omitted_below[cells]
-        unknown = not_known(roots, errors, stack.mirrored[cells], below[:, None],
+        unknown = not_known(eigenvalues, errors, stack.mirrored[cells], below[:, None],
                             self.tolerances, tolerances)
-        unknown |= verdict_within_error(roots, errors, tolerances)
+        unknown |= verdict_within_error(eigenvalues, errors, tolerances)
         missing = unknown.any(axis=1)
         if band_hz is not None:
             low, high = 2.0 * np.pi * band_hz[0], 2.0 * np.pi * band_hz[1]
-            inside = (roots.imag >= max(low, tolerances.oscillation)) & (roots.imag <= high)
-            missing |= ~(inside & (roots.real > below[:, None])).any(axis=1)
+            inside = (eigenvalues.imag >= max(low, tolerances.oscillation)) & (
+                eigenvalues.imag <= high)
+            missing |= ~(inside & (eigenvalues.real > below[:, None])).any(axis=1)
         return TableModes.in_order(
-            roots, errors, omitted, modes=self.modes, omitted_below=below,
+            eigenvalues, errors, omitted, modes=self.modes, omitted_below=below,
             cells=np.where(missing, -1, cells), tolerances=tolerances)
 
     def eigenvalues(self, x: FloatArray, tolerances: Tolerances) -> tuple[ComplexArray, Any]:
@@ -236,10 +238,10 @@ class ExpansionTable:
 
         As `evaluate`, but it answers close to a stability boundary, too.
         """
-        stack, (cells, roots, errors, _) = self._stack, self._values(x, numbered=False)
-        unknown = not_known(roots, errors, stack.mirrored[cells],
+        stack, (cells, eigenvalues, errors, _) = self._stack, self._values(x, numbered=False)
+        unknown = not_known(eigenvalues, errors, stack.mirrored[cells],
                             stack.omitted_below[cells, None], self.tolerances, tolerances)
-        return roots, (cells >= 0) & ~unknown.any(axis=1)
+        return eigenvalues, (cells >= 0) & ~unknown.any(axis=1)
 
     def _values(self, x: FloatArray, *, numbered: bool = True
                 ) -> tuple[IndexArray, ComplexArray, FloatArray, FloatArray]:
@@ -263,8 +265,8 @@ class ExpansionTable:
             values[points] = (here @ stack.series[cell])[:, 0]
             if numbered:
                 omitted[points] = (here[..., :_OMITTED] @ stack.omitted[cell])[:, 0]
-        roots, errors = stack.layout.eigenvalues(values.view(complex), stack.bounds[cells])
-        return cells, roots, errors, omitted
+        eigenvalues, errors = stack.layout.eigenvalues(values.view(complex), stack.bounds[cells])
+        return cells, eigenvalues, errors, omitted
 
     @cached_property
     def _boxes(self) -> tuple[IndexArray, FloatArray, FloatArray, FloatArray]:

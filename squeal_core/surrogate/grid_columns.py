@@ -29,14 +29,14 @@ FULL, EXPANSION, IMPOSSIBLE = 1.0, 2.0, 3.0  # sources; 0: not done
 _TURN = 2.0 * np.pi
 
 
-def columns_of(roots: ComplexArray, modes: int, limits: Tolerances,
+def columns_of(eigenvalues: ComplexArray, modes: int, limits: Tolerances,
                band: tuple[float, float]) -> Mapping[str, FloatArray]:
     """
     Return what `COLUMNS` says of spectra.
 
     Parameters
     ----------
-    roots : (P, n) complex array
+    eigenvalues : (P, n) complex array
         Eigenvalues in any order [1/s]; those with Im < 0 may be missing.
     modes : int
         N of the model.
@@ -46,14 +46,14 @@ def columns_of(roots: ComplexArray, modes: int, limits: Tolerances,
         [Hz]
 
     """
-    oscillating, growing = roots.imag > limits.oscillation, roots.real > limits.growth
-    hertz = roots.imag / _TURN
+    oscillating, growing = eigenvalues.imag > limits.oscillation, eigenvalues.real > limits.growth
+    hertz = eigenvalues.imag / _TURN
     inside = oscillating & (hertz >= band[0]) & (hertz <= band[1])
-    growth = np.where(inside, roots.real, -np.inf)
-    rows, worst = np.arange(len(roots)), growth.argmax(axis=1)
-    least = np.where(inside.any(axis=1), roots[rows, worst], complex(np.nan, np.nan))
-    above = (oscillating & (roots.imag > least.imag[:, None])).sum(axis=1)
-    still = np.abs(roots.imag) <= limits.oscillation
+    growth = np.where(inside, eigenvalues.real, -np.inf)
+    rows, worst = np.arange(len(eigenvalues)), growth.argmax(axis=1)
+    least = np.where(inside.any(axis=1), eigenvalues[rows, worst], complex(np.nan, np.nan))
+    above = (oscillating & (eigenvalues.imag > least.imag[:, None])).sum(axis=1)
+    still = np.abs(eigenvalues.imag) <= limits.oscillation
     return {
         'growth_rate': least.real, 'frequency_hz': least.imag / _TURN,
         'damping_ratio': -least.real / np.abs(least),

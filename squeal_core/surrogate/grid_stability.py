@@ -118,9 +118,10 @@ class _Solution:
             self.counts.full += 1
         return self._solved[place]
 
-    def keep(self, places: IndexArray, roots: ComplexArray, error: float, source: float) -> None:
+    def keep(self, places: IndexArray, eigenvalues: ComplexArray, error: float,
+             source: float) -> None:
         """Fill the columns at places (P,) from eigenvalues (P, n)."""
-        found = {**columns_of(roots, self.model.size, self.limits, self.band),
+        found = {**columns_of(eigenvalues, self.model.size, self.limits, self.band),
                  'error': error, 'source': source}
         for name, values in found.items():
             self.columns[name][places] = values
@@ -193,7 +194,7 @@ class _Groups:
         checks: dict[int, Deviation] = {}
         for i, most in self._checks(group, places).items():
             checks[i] = self._accuracy.deviation(
-                group.roots[i], self._solution.eigenvalues(int(places[i])))
+                group.eigenvalues[i], self._solution.eigenvalues(int(places[i])))
             if checks[i].off > most:
                 return group.last_terms().worth(here, _REACH * max(2.0, checks[i].off / most))
         self._keep(group, places, checks)
@@ -209,7 +210,7 @@ class _Groups:
               checks: dict[int, Deviation]) -> None:
         solution, error = self._solution, max(each.growth for each in checks.values())
         undecided = group.undecided(checks, self._accuracy, solution.model.size)
-        solution.keep(places, group.roots, error, EXPANSION)
+        solution.keep(places, group.eigenvalues, error, EXPANSION)
         solution.solve_in_full(places[undecided])
         for i, each in checks.items():
             if _measures_error(places[i]):

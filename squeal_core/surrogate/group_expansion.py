@@ -97,7 +97,7 @@ class GroupExpansion:
     ----------
     expansion : SpectralExpansion
         The series.
-    roots, lower : (P, n) complex arrays
+    eigenvalues, lower : (P, n) complex arrays
         Eigenvalues, and those without the last degree [1/s].
     changes : (P, n) complex array
         The differences.
@@ -107,7 +107,7 @@ class GroupExpansion:
     """
 
     expansion: SpectralExpansion
-    roots: ComplexArray
+    eigenvalues: ComplexArray
     lower: ComplexArray
     changes: ComplexArray
     off: FloatArray
@@ -116,10 +116,11 @@ class GroupExpansion:
     def at(cls, expansion: SpectralExpansion, coefficients: FloatArray,
            accuracy: Accuracy) -> 'GroupExpansion':
         """Evaluate an expansion at coefficients (P, 9)."""
-        roots, lower = (series.eigenvalues(coefficients)
-                        for series in (expansion, expansion.truncated()))
-        changes = expansion.differences(roots, lower)
-        return cls(expansion, roots, lower, changes, accuracy.in_tolerances(roots, changes))
+        eigenvalues, lower = (series.eigenvalues(coefficients)
+                              for series in (expansion, expansion.truncated()))
+        changes = expansion.differences(eigenvalues, lower)
+        return cls(expansion, eigenvalues, lower, changes,
+                   accuracy.in_tolerances(eigenvalues, changes))
 
     def last_terms(self) -> LastTerms:
         """Return those of the blocks that matter at any of the points."""
@@ -153,16 +154,16 @@ class GroupExpansion:
 
         """
         least = _NO_CHANGE * accuracy.tolerances.growth
-        ratio = np.ones(self.roots.shape[1])
+        ratio = np.ones(self.eigenvalues.shape[1])
         for i, deviation in checks.items():
             ratio = np.maximum(ratio, deviation.distances / (np.abs(self.changes[i]) + least))
         if ratio.size:
             ratio = np.repeat(np.maximum.reduceat(ratio, self.expansion.starts),
                               self.expansion.sizes)
-        close = (np.abs(self.roots.real - accuracy.limits.growth)
+        close = (np.abs(self.eigenvalues.real - accuracy.limits.growth)
                  <= ratio * np.abs(self.changes)).any(axis=1)
-        one, other = (columns_of(roots, modes, accuracy.limits, accuracy.band)
-                      for roots in (self.roots, self.lower))
+        one, other = (columns_of(eigenvalues, modes, accuracy.limits, accuracy.band)
+                      for eigenvalues in (self.eigenvalues, self.lower))
         for name in _COUNTS:
             close |= ~np.isclose(one[name], other[name], rtol=0.0, atol=0.0, equal_nan=True)
         return close

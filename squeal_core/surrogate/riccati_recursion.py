@@ -37,7 +37,7 @@ class _LowerOrderTerms(NamedTuple):
 class RiccatiRecursion:
     """The recursion over degrees; columns are the kept eigenvalues, block by block."""
 
-    roots: ComplexArray
+    eigenvalues: ComplexArray
     couplings: ComplexArray
     blocks: Sequence[IndexArray]
     monomials: Monomials
@@ -45,18 +45,18 @@ class RiccatiRecursion:
     def _lower_terms(self) -> _LowerOrderTerms:
         """Return the blocks' entries (terms of d, entries) of each degree d below the last."""
         kept = np.concatenate(self.blocks)
-        own = np.zeros((self.roots.size, kept.size), bool)
+        own = np.zeros((self.eigenvalues.size, kept.size), bool)
         column = 0
         for block in self.blocks:
             own[block, column:column + block.size] = True
             column += block.size
-        gap = self.roots[:, None] - self.roots[kept]
+        gap = self.eigenvalues[:, None] - self.eigenvalues[kept]
         gap[own] = np.inf  # no component of X in its own block
         scale = -1.0 / gap
-        start = np.zeros((1, self.roots.size, kept.size), complex)
+        start = np.zeros((1, self.eigenvalues.size, kept.size), complex)
         start[0, kept, np.arange(kept.size)] = 1.0
         couplings, subspace, found = self.couplings, [start], [self._entries(
-            start * self.roots[kept])]
+            start * self.eigenvalues[kept])]
         if self.monomials.variables == 0:  # nothing depends on the operating point
             none = np.zeros((0, found[0].shape[1]), complex)
             return _LowerOrderTerms(found + self.monomials.degree * [none], couplings, start)

@@ -67,25 +67,25 @@ class Accuracy:
     limits: Tolerances
     band: tuple[float, float]
 
-    def matters(self, roots: ComplexArray) -> Any:
+    def matters(self, eigenvalues: ComplexArray) -> Any:
         """Tell of (P, n) which are close to growing, or the least stable in the band."""
-        oscillating = roots.imag > self.limits.oscillation
+        oscillating = eigenvalues.imag > self.limits.oscillation
         growing = np.where(
-            oscillating, roots.real > self.tolerances.matters,
-            (roots.real > self.tolerances.growth) & (
-                np.abs(roots.imag) <= self.limits.oscillation))
+            oscillating, eigenvalues.real > self.tolerances.matters,
+            (eigenvalues.real > self.tolerances.growth) & (
+                np.abs(eigenvalues.imag) <= self.limits.oscillation))
         low, high = (_TURN * end for end in self.band)
-        growth = np.where(oscillating & (roots.imag >= low) & (roots.imag <= high),
-                          roots.real, -np.inf)
+        growth = np.where(oscillating & (eigenvalues.imag >= low) & (eigenvalues.imag <= high),
+                          eigenvalues.real, -np.inf)
         least = growth.max(axis=1, keepdims=True, initial=-np.inf)
         return growing | (np.isfinite(growth) & (growth >= least - self.tolerances.growth))
 
-    def in_tolerances(self, roots: ComplexArray, errors: ComplexArray) -> FloatArray:
+    def in_tolerances(self, eigenvalues: ComplexArray, errors: ComplexArray) -> FloatArray:
         """Return how large errors of eigenvalues are, in tolerances; 0 where none matters."""
-        allowed = self.tolerances.allowed(roots)
-        turning = np.maximum(allowed, _FREQUENCY * np.abs(roots.imag))
+        allowed = self.tolerances.allowed(eigenvalues)
+        turning = np.maximum(allowed, _FREQUENCY * np.abs(eigenvalues.imag))
         off = np.maximum(np.abs(errors.real) / allowed, np.abs(errors.imag) / turning)
-        return np.asarray(np.where(self.matters(roots), off, 0.0))
+        return np.asarray(np.where(self.matters(eigenvalues), off, 0.0))
 
     def deviation(self, found: ComplexArray, truth: ComplexArray) -> Deviation:
         """Compare two spectra (n,), (m,): each mode that matters in one with the other."""

@@ -94,16 +94,16 @@ class SpectralExpansion:
         lower = Monomials(self.monomials.variables, self.monomials.degree - 1)
         return replace(self, monomials=lower, series=self.series[:lower.count])
 
-    def differences(self, roots: ComplexArray, others: ComplexArray) -> ComplexArray:
+    def differences(self, eigenvalues: ComplexArray, others: ComplexArray) -> ComplexArray:
         """Return (P, n) eigenvalues less the nearest in the same block of others (P, n)."""
         found, start = [], 0
         for size, count in self._sizes():
             mine, theirs = (each[:, start:start + size * count].reshape(-1, count, size)
-                            for each in (roots, others))
+                            for each in (eigenvalues, others))
             start += size * count
             apart = mine[..., :, None] - theirs[..., None, :]
             nearest = np.abs(apart).argmin(axis=-1)[..., None]
-            found.append(np.take_along_axis(apart, nearest, axis=-1).reshape(len(roots), -1))
+            found.append(np.take_along_axis(apart, nearest, axis=-1).reshape(len(eigenvalues), -1))
         return np.concatenate(found, axis=-1)
 
     @property

@@ -83,9 +83,9 @@ class TableTolerances:
         return cls(growth=_GROWTH * scale if growth is None else growth,
                    matters=-_MATTERS * scale)
 
-    def allowed(self, roots: Any) -> Any:
+    def allowed(self, eigenvalues: Any) -> Any:
         """Return the largest error of each eigenvalue [1/s]."""
-        return np.maximum(self.growth, -self.decay * roots.real)
+        return np.maximum(self.growth, -self.decay * eigenvalues.real)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,21 +147,21 @@ class BlockInvariants:
 
         """
         first, middle, end = self._ends
-        roots = invariants.copy()
-        errors = np.empty(roots.shape)
+        eigenvalues = invariants.copy()
+        errors = np.empty(eigenvalues.shape)
         errors[...] = bounds
         if end > first:
             mean, s = invariants[..., first:middle], np.sqrt(invariants[..., middle:end])
             off, square = bounds[..., first:middle], bounds[..., middle:end]
-            roots[..., first:end:2], roots[..., first + 1:end:2] = mean + s, mean - s
+            eigenvalues[..., first:end:2], eigenvalues[..., first + 1:end:2] = mean + s, mean - s
             off = off + np.minimum(np.sqrt(square), square / (np.abs(s) + _TINY))
             errors[..., first:end:2] = errors[..., first + 1:end:2] = off
         for place in self.larger:
             there = ~np.isnan(invariants[..., place.start])
             if there.any():
-                roots[there, place], errors[there, place] = _solved(
+                eigenvalues[there, place], errors[there, place] = _solved(
                     invariants[there, place], errors[there, place])
-        return roots, errors
+        return eigenvalues, errors
 
     def places_in(self, other: 'BlockInvariants') -> tuple[IndexArray, IndexArray]:
         """Return where eigenvalues and invariants (n,) stand in a layout of more blocks."""
@@ -229,20 +229,22 @@ class TableCell:
         return self.layout.eigenvalues((terms @ self.series).view(complex), self.bounds)
 
 
-def not_known(roots: ComplexArray, errors: FloatArray, mirrored: Any, omitted_below: Any,
+def not_known(eigenvalues: ComplexArray, errors: FloatArray, mirrored: Any, omitted_below: Any,
               tolerances: TableTolerances, limits: Tolerances) -> Any:
     """
     Tell which of the eigenvalues (..., n) of cells are not known well enough.
 
     Those are modes that matter with errors above the tolerance, and pairs that became real.
     """
-    failing = (errors > tolerances.allowed(roots)) & (roots.real + errors > omitted_below)
-    return failing | (mirrored & (roots.imag <= limits.oscillation))
+    failing = (errors > tolerances.allowed(eigenvalues)) & (
+        eigenvalues.real + errors > omitted_below)
+    return failing | (mirrored & (eigenvalues.imag <= limits.oscillation))
 
 
-def verdict_within_error(roots: ComplexArray, errors: FloatArray, tolerances: Tolerances) -> Any:
+def verdict_within_error(eigenvalues: ComplexArray, errors: FloatArray,
+                         tolerances: Tolerances) -> Any:
     """Tell which verdicts hang on the errors."""
-    return np.abs(roots.real - tolerances.growth) <= errors
+    return np.abs(eigenvalues.real - tolerances.growth) <= errors
 
 
 def _polynomial(eigenvalues: ComplexArray) -> ComplexArray:
@@ -250,8 +252,8 @@ def _polynomial(eigenvalues: ComplexArray) -> ComplexArray:
     mean = eigenvalues.mean(axis=-1, keepdims=True)
     coefficients = np.zeros((*eigenvalues.shape[:-1], eigenvalues.shape[-1] + 1), complex)
     coefficients[..., 0] = 1.0
-    for root in np.moveaxis(eigenvalues - mean, -1, 0):
-        coefficients[..., 1:] -= root[..., None] * coefficients[..., :-1]
+    for eigenvalue in np.moveaxis(eigenvalues - mean, -1, 0):
+        coefficients[..., 1:] -= eigenvalue[..., None] * coefficients[..., :-1]
     return np.concatenate([mean, coefficients[..., 2:]], axis=-1)
 
 

@@ -79,7 +79,7 @@ def _divergence(case: Case) -> ClaimResult:
     start = case.by_law(SLOW)
     found = [[m.growth_rate for m in complex_modes(case.model, q).modes if m.kind == 'divergence']
              for q in (start, replace(start, friction_slope=0.0))]
-    return said('divergence comes with the slope', 'fig. 15', 'appears', f'{len(found[0])} roots, '
+    return said('divergence comes with the slope', 'fig. 15', 'appears', f'{len(found[0])} modes, '
                 f'{max(found[0], default=0.0):.0f} 1/s; without slope {len(found[1])}',
                 bool(found[0]) and not found[1])
 

@@ -79,9 +79,10 @@ def _loci(frequency: Any, growth: Any, record: Sweep, numbers: Sequence[int], st
     (parameter,) = record.axes
     x = axis_of(record, parameter)[0]
     for i, number in enumerate(numbers):
-        colour, roots, merged = COLOURS[i % len(COLOURS)], record.of(number), record.merged(
+        colour, eigenvalues, merged = COLOURS[i % len(COLOURS)], record.of(number), record.merged(
             number)
-        for axes, values in ((frequency, roots.imag / (2.0 * np.pi)), (growth, roots.real)):
+        for axes, values in ((frequency, eigenvalues.imag / (2.0 * np.pi)),
+                             (growth, eigenvalues.real)):
             axes.plot(x, np.where(merged, np.nan, values), color=colour, linestyle=style,
                       linewidth=1.6, label=f'mode {number}{words}', **_marks(x, i, markers))
             if merged.any():
@@ -161,18 +162,18 @@ def _lines(axes: Any, record: Sweep, x: FloatArray, numbers: Sequence[int],
     axes.axhline(0.0, color='0.4', linewidth=0.8, zorder=1.6)  # over the grid
     floor = 0.0
     for i, number in enumerate(numbers):
-        roots = record.of(number)
-        if not np.isfinite(roots).any():
+        eigenvalues = record.of(number)
+        if not np.isfinite(eigenvalues).any():
             continue
         # at one end of the sweep or between, where it is worst
-        worst = int(np.nanargmax(roots.real))
+        worst = int(np.nanargmax(eigenvalues.real))
         colour = COLOURS[i % len(COLOURS)]
         name = str(record.names(number)[worst])  # of a merged pair both numbers
-        axes.plot(x, roots.real, color=colour, linewidth=1.6,
+        axes.plot(x, eigenvalues.real, color=colour, linewidth=1.6,
                   linestyle=LINES[i // (1 if markers else len(COLOURS)) % len(LINES)],
                   **_marks(x, i, markers),
-                  label=f'{name}: {roots.imag[worst] / 2.0 / np.pi:.0f} Hz')
-        floor = min(floor, -np.nanmax(roots.real))
+                  label=f'{name}: {eigenvalues.imag[worst] / 2.0 / np.pi:.0f} Hz')
+        floor = min(floor, -np.nanmax(eigenvalues.real))
     axes.set_ylim(bottom=1.2 * floor)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc='upper left', bbox_to_anchor=(1.0, 1.0), frameon=False, title='mode')

@@ -155,7 +155,7 @@ def test_tracking_keeps_the_damping_scale(kang: BrakeModel) -> None:
     points = [replace(POINT, contact_stiffness=0.35e11, damping_scale=0.5, friction=mu)
               for mu in (0.1, 0.12)]
     *_, last = track(kang, points)
-    roots = np.sort_complex(last.spectrum.roots)
+    roots = np.sort_complex(last.spectrum.eigenvalues)
     assert roots == pytest.approx(np.sort_complex(eigenvalues(kang, points[1])), abs=1e-6)
 
 

@@ -26,8 +26,8 @@ from squeal_core.common.arrays import ComplexArray
 from squeal_core.stability.eigensolution import complex_modes, eigenvalues
 from squeal_core.stability.parameter_paths import PARAMETERS
 from squeal_core.stability.sensitivity import (
+    eigenvalue_sensitivity,
     parameter_sensitivity,
-    root_sensitivity,
 )
 from support.eigenvalues import companion
 from support.engine_models import dense_model
@@ -60,7 +60,7 @@ def viscous_model(seed: int) -> BrakeModel:
 Value = Coefficients | OperatingPoint
 Kind = tuple[Callable[..., Mapping[str, complex]], Callable[[OperatingPoint], Value],
              Callable[[BrakeModel, Any], ComplexArray]]
-OF_COEFFICIENTS: Kind = root_sensitivity, OperatingPoint.coefficients, roots_at
+OF_COEFFICIENTS: Kind = eigenvalue_sensitivity, OperatingPoint.coefficients, roots_at
 OF_PARAMETERS: Kind = parameter_sensitivity, lambda point: point, eigenvalues
 
 
@@ -118,9 +118,9 @@ def test_shipped_model_against_differences(speed: float, kind: Kind, name: str,
 def test_only_what_the_model_has(kang: BrakeModel) -> None:
     point = falling(kang, 5.0)
     root = complex_modes(kang, point).unstable[0].eigenvalue
-    assert tuple(root_sensitivity(kang, point, root)) == OF_K09
+    assert tuple(eigenvalue_sensitivity(kang, point, root)) == OF_K09
     bare = BrakeModel(angular_frequencies=[1e3, 2e3], negative_slope=[[1e-3, 1e-4], [1e-4, 1e-3]])
-    found = root_sensitivity(bare, POINT, complex_modes(bare, POINT).modes[0].eigenvalue)
+    found = eigenvalue_sensitivity(bare, POINT, complex_modes(bare, POINT).modes[0].eigenvalue)
     assert tuple(found) == ('negative_slope', 'material_damping')
 
 
@@ -129,7 +129,7 @@ def test_one_mode_in_closed_form() -> None:
     model = BrakeModel(angular_frequencies=[1e3], damping_ratios=0.01,
                        contact_stiffness=[[2e-4]], negative_slope=[[3e-4]])
     root = complex_modes(model, POINT).modes[0].eigenvalue
-    found = root_sensitivity(model, POINT, root)
+    found = eigenvalue_sensitivity(model, POINT, root)
     damping = 20.0 - 5e4 * 3e-4
     # one mode: nothing but rounding
     assert found['negative_slope'] == pytest.approx(
@@ -147,7 +147,7 @@ def test_the_tangent_is_first_order() -> None:
             at, (1, -1, 1, 1, -1, 1, -1, 1, 1), strict=True)))
         moved = roots_at(model, there)
         change = float(moved[np.abs(moved - root).argmin()].real - root.real)
-        slopes = root_sensitivity(model, POINT, root)
+        slopes = eigenvalue_sensitivity(model, POINT, root)
         tangent = sum(slopes[name].real * (after - before) for name, before, after in zip(
             Coefficients._fields, at, there, strict=True) if name in slopes)
         return tangent - change, change

@@ -21,7 +21,7 @@ from squeal_core.surrogate.expansion_table import TableModes
 def modes_at(found: TableModes, place: int) -> ComplexModes:
     """Return the modes at a point; `ComplexModes` finds the unstable ones among them."""
     first, count = found.divergent[place], found.counts[place]
-    roots = found.roots[place, :count]
+    roots = found.eigenvalues[place, :count]
     return ComplexModes(
         roots[:first], roots[first:], roots, found.errors[place, :count], found.tolerances,
         'table', found.numbers[place, :count], float(found.omitted_below[place]))

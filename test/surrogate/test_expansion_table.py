@@ -83,10 +83,10 @@ def test_eigenvalues_alone_are_those_of_the_modes(
     """Where a verdict hangs on an error, too."""
     x, limits = places(table, 50), Tolerances.of(model)
     modes = table.evaluate(x, limits)
-    growth = float(modes.roots.real[0, :modes.counts[0]].max())
+    growth = float(modes.eigenvalues.real[0, :modes.counts[0]].max())
     found, answered = table.eigenvalues(x, limits)
     oscillating = np.where(found.imag > limits.oscillation, found, np.nan)
-    listed = np.where(modes.roots.imag > limits.oscillation, modes.roots, np.nan)
+    listed = np.where(modes.eigenvalues.imag > limits.oscillation, modes.eigenvalues, np.nan)
     for ours, theirs in zip(oscillating[modes.answered], listed[modes.answered], strict=True):
         np.testing.assert_array_equal(np.sort(ours[~np.isnan(ours)]),
                                       np.sort(theirs[~np.isnan(theirs)]))
@@ -142,7 +142,7 @@ def test_points_have_the_same_bits_in_any_company(
     for place in range(60):
         alone = table.evaluate(x[place:place + 1], limits)
         assert alone.cells[0] == found.cells[place]
-        for name in ('roots', 'errors', 'numbers'):
+        for name in ('eigenvalues', 'errors', 'numbers'):
             np.testing.assert_array_equal(getattr(alone, name)[0], getattr(found, name)[place])
 
 
@@ -213,7 +213,7 @@ def test_files_come_back_bit_for_bit_and_only_for_their_model(
         table.domain, table.tolerances, dict(table.about))
     x = places(table, 50)
     ours, theirs = (one.evaluate(x, Tolerances.of(model)) for one in (table, read))
-    np.testing.assert_array_equal(ours.roots, theirs.roots)
+    np.testing.assert_array_equal(ours.eigenvalues, theirs.eigenvalues)
     np.testing.assert_array_equal(ours.errors, theirs.errors)
     np.testing.assert_array_equal(ours.numbers, theirs.numbers)
     other = random_model(10, 1, friction_law=FrictionLaw(decay=2.0))

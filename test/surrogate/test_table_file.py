@@ -60,7 +60,7 @@ def same(ours: ExpansionTable, theirs: ExpansionTable) -> bool:
     places = DOMAIN.low + DOMAIN.width * np.random.default_rng(0).uniform(-0.1, 1.1, (40, 3))
     first, second = (table.evaluate(places, Tolerances.of(MODEL)) for table in (ours, theirs))
     return all(np.array_equal(getattr(first, name), getattr(second, name), equal_nan=True)
-               for name in ('roots', 'errors', 'numbers', 'cells', 'omitted_below'))
+               for name in ('eigenvalues', 'errors', 'numbers', 'cells', 'omitted_below'))
 
 
 # ---------------------------------------------------------------- what comes back
