@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""An alarm that does not chatter: hysteresis and a hold over a risk that flickers."""
+"""Alarm with hysteresis and a hold over a risk that flickers."""
 
 from squeal_core.monitor.settings import MonitorSettings
 
@@ -53,7 +53,7 @@ class Alarm:
         return cls(settings.risk_warning, settings.risk_hysteresis, settings.risk_hold)
 
     def update_settings(self, warning: float, hysteresis: float, hold: float) -> None:
-        """Take other settings; an alarm that is up stays up by the new ones."""
+        """Apply other settings; an alarm that is up stays up by the new ones."""
         self._warning, self._low = warning, warning - hysteresis
         self._hold = round(hold * _SECOND)
 

@@ -102,7 +102,7 @@ class AlarmEvents:
         self._changed: dict[str, str] = {}  # settings since which a risk is below its level
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings; an alarm that is up stays up by the new ones."""
+        """Apply other settings; an alarm that is up stays up by the new ones."""
         names = [name for name in _OF_ALARMS
                  if getattr(settings, name) != getattr(self._settings, name)]
         self._settings = settings
@@ -114,7 +114,7 @@ class AlarmEvents:
                                   settings.risk_hold)
 
     def is_up(self, brake: str) -> bool:
-        """Tell whether the alarm of a brake is up."""
+        """Return whether the alarm of a brake is up."""
         return brake in self._up
 
     def update(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
@@ -171,7 +171,7 @@ def _ended(before: AlarmEvent, found: Assessment, changed: str = '') -> AlarmEve
 
 
 def _conditions(found: Assessment) -> str:
-    """Return what raised the risk: how far and how fast a mode built up, and where."""
+    """Return the conditions that raised the risk, in words: build-up, growth and inputs."""
     speed, pressure = found.inputs['rotor_speed'].value, found.inputs['pressure'].value
     now = ' now, after growing,' if found.growth_rate < 0.0 else ''  # a build-up outlasts growth
     return (f'build-up {found.build_up:.1f} nepers, growth {found.growth_rate:+.1f} 1/s{now} at '

@@ -197,7 +197,7 @@ def from_stability(context: AssessmentContext, found: BrakeStability | np.linalg
 
 
 def explained(found: Assessment) -> Assessment:
-    """Say of a friction by temperature why it is not the measured one."""
+    """Return an assessment with the reason why its friction is by temperature, if it is."""
     if found.friction_source == 'temperature' and 'friction' in found.inputs:
         instead = found.inputs['friction'].described('friction')
         return replace(found, reason=f'{found.reason}; friction by temperature, as {instead}')

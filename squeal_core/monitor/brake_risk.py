@@ -54,7 +54,7 @@ class BrakeRisk:
 
 
 def unknown_risk(instability_probability: float, basis: str, unknown: str) -> BrakeRisk:
-    """Return what there is without growth rates of an ensemble."""
+    """Return the risk of a brake without growth rates of an ensemble."""
     return BrakeRisk(unknown=unknown, result=RiskResult(
         squeal_risk=math.nan, error=math.nan, peak_risk=math.nan,
         instability_probability=instability_probability, build_up=math.nan,

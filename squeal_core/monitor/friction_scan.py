@@ -106,7 +106,7 @@ class FrictionScan:
 
 
 def _first_zeros(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return where chords of y (B, n) over x first change sign, (B,); NaN where y is not known."""
+    """Return the first zero of chords of y (B, n) over x, (B,); NaN where y is not known."""
     each, near = np.arange(len(x)), ((y[:, 1:] > 0.0) != (y[:, :-1] > 0.0)).argmax(axis=1)
     one, other = y[each, near], y[each, near + 1]
     return np.asarray(x[each, near] + one / (one - other) * (x[each, near + 1] - x[each, near]))

@@ -198,7 +198,7 @@ class MarginEvaluator:
 
 def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerances,
                  band_hz: tuple[float, float], rows: FloatArray, kind: Kind) -> ComplexArray:
-    """Return what `Growth` does, by look-up; where a verdict hangs on an error, too."""
+    """Return eigenvalues as `Growth`, by look-up, also where a verdict is within the error."""
     x = coordinates(rows * (1.0, model.contact_pressure(1.0), 1.0))
     eigenvalues, answered = table.eigenvalues(x, tolerances)
     found = least_stable(eigenvalues, kind, band_hz, tolerances)

@@ -37,14 +37,14 @@ _SPREADS = ((3, 'contact_stiffness_deviation', 'contact stiffness'),
 
 
 def why_unknown(risk: SquealRisk | None, settings: MonitorSettings) -> str:
-    """Return why no squeal risk is known by an ensemble, and the remedy; else nothing."""
+    """Return the reason and remedy for an unknown squeal risk; empty where it is known."""
     if risk is None:
         return TURNED_OFF if settings.growth_emulator == NONE else NO_EMULATOR
     return '' if risk.families.size else NO_FAMILY
 
 
 def risk_warnings(risk: SquealRisk | None, settings: MonitorSettings) -> tuple[str, ...]:
-    """Return, in words with a remedy, what of the settings does not suit the squeal risk."""
+    """Return, in words with a remedy, the settings that do not suit the squeal risk."""
     found = [] if risk is None else [*_outside(risk, settings)]
     rate = min(settings.rate, settings.risk_rate)
     if rate < _LEAST_RATE:
@@ -55,7 +55,7 @@ def risk_warnings(risk: SquealRisk | None, settings: MonitorSettings) -> tuple[s
 
 
 def _outside(risk: SquealRisk, settings: MonitorSettings) -> Iterator[str]:
-    """Yield that most members are outside the emulator's domain at any operating point."""
+    """Yield a warning if most members are outside the emulator's domain at any point."""
     if not isinstance(risk.emulator, GrowthEmulator):
         return
     domain, members = risk.emulator.domain, risk.ensemble

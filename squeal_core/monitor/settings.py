@@ -34,7 +34,7 @@ MAX_NAME = 100  # letters of a brake's name
 
 @dataclass(frozen=True, kw_only=True)
 class MonitorSettings:
-    """Everything the monitor is told, checked; fields as `MONITOR_KEYS`, SI units."""
+    """Checked settings of the monitor; fields as `MONITOR_KEYS`, SI units."""
 
     brakes: tuple[BrakeSettings, ...]
     model: str
@@ -119,7 +119,7 @@ def band_of(settings: MonitorSettings) -> tuple[float, float]:
 
 
 def ensemble_prior(settings: MonitorSettings) -> EnsemblePrior:
-    """Return what an uncalibrated ensemble of brakes is drawn from."""
+    """Return the prior of an uncalibrated ensemble of brakes."""
     return EnsemblePrior(
         damping=settings.damping_deviation, contact_stiffness=settings.contact_stiffness_deviation,
         friction=settings.friction_bias_deviation, slope=settings.friction_slope_deviation,

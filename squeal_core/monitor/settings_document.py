@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The settings file that is its own manual: every key with meaning, unit, range and default."""
+"""The documented settings file: every key with meaning, unit, range and default."""
 
 import json
 import math

@@ -12,12 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""At which ticks something is due that comes once in so long, for several brakes in turn."""
+"""Ticks at which periodic work is due, for several brakes in turn."""
 
 
 def is_due(time: int, period: int, interval: int, place: int = 0, count: int = 1) -> bool:
     """
-    Tell whether a tick is the first one in an interval of absolute time.
+    Return whether a tick is the first one in an interval of absolute time.
 
     Whatever the ticks before, so that the same things are due in a replay of any part of a drive.
 

@@ -94,7 +94,7 @@ def _conditions(found: Assessment) -> SlidingConditions:
 
 def front_brakes(brakes: Sequence[str], axles: Sequence[str]) -> tuple[bool, ...]:
     """
-    Return which brakes are on the front axle, that of the first brake; none without two axles.
+    Return whether each brake is on the front axle, the first brake's; none without two axles.
 
     Brakes without a partner on the other side are an axle each.
     """

@@ -53,7 +53,7 @@ class VehicleEvaluator:
         self.risk = VehicleRisk(model, settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings; what is known of brake applications stays."""
+        """Apply other settings; what is known of brake applications stays."""
         self.stability.update_settings(settings)
         self.risk.update_settings(settings)
 
@@ -85,7 +85,7 @@ class VehicleEvaluator:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Return what is precomputed and what the risk rests on, in lines for a log."""
+        """Return lines for a log: precomputed data, and the basis of the risk."""
         return tuple(filter(None, (self.stability.note, self.risk.note)))
 
     def figures(self) -> dict[str, float]:

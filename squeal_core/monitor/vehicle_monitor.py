@@ -79,7 +79,7 @@ class BrakeMonitor:
         self._take_latest()
 
     def update_settings(self, brake: BrakeSettings, settings: MonitorSettings) -> None:
-        """Take other settings of the same brake and inputs; samples stay."""
+        """Apply other settings of the same brake and inputs; samples stay."""
         self._adopt(brake, settings)
         for signal, limits in brake.inputs.items():
             self._inputs[signal].update_settings(limits, settings, self._validated[signal])
@@ -158,7 +158,7 @@ class BrakeMonitor:
                 and abs(speed.value) < self._settings.minimum_rotor_speed)
 
     def read(self, time: int) -> dict[Signal, Reading]:
-        """Return what is known of each input at a time [ns]."""
+        """Return the readings of all inputs at a time [ns]."""
         if self._time is not None and time < self._time:
             for one in self._inputs.values():
                 one.go_back(time)
@@ -230,7 +230,7 @@ class VehicleInputs:
         self.cross_checks = CrossChecks(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings of the same brakes from the next assessment on; samples stay."""
+        """Apply other settings of the same brakes from the next assessment on; samples stay."""
         self.settings = settings
         self.cross_checks.update_settings(settings)
         for brake in settings.brakes:
@@ -281,7 +281,7 @@ class VehicleMonitor(VehicleInputs):
         super().__init__(settings, model, self.evaluator)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings of the same brakes from the next assessment on; samples stay."""
+        """Apply other settings of the same brakes from the next assessment on; samples stay."""
         super().update_settings(settings)
         self.evaluator.update_settings(settings)
 

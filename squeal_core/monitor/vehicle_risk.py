@@ -87,7 +87,7 @@ class VehicleRisk:
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings; brake applications stay, unless the band is another one."""
+        """Apply other settings; brake applications stay, unless the band is another one."""
         self._period, self._interval = settings.period, settings.risk_interval
         self._audit_every, self._settings = round(settings.audit_interval), risk_settings(settings)
         loaded = self._loaded
@@ -122,7 +122,7 @@ class VehicleRisk:
 
     @property
     def note(self) -> str:
-        """Return what the risk rests on, in a line for a log; empty where none is known."""
+        """Return the basis of the risk, in a line for a log; empty where no risk is known."""
         if self._risk is None:
             return ''
         error = self._risk.emulator.error
@@ -172,7 +172,7 @@ class VehicleRisk:
 
     def _plan(self, ticks: Sequence[PreparedTick],
               found: Iterator[Evaluated]) -> Iterator[_Step]:
-        """Yield what is known of each brake at each tick, and whether its risk is evaluated."""
+        """Yield each brake at each tick, its stability, and whether its risk is evaluated."""
         for tick in ticks:
             if not 0 <= tick[0].time - self._planned <= 1e9 * self._settings.longest_interval:
                 self._sliding.clear()
@@ -251,7 +251,7 @@ class VehicleRisk:
 
 
 def risk_settings(settings: MonitorSettings) -> RiskSettings:
-    """Return what counts as squeal by the settings of a monitor."""
+    """Return the settings of the squeal risk from those of a monitor."""
     interval = 1.0 / min(settings.rate, settings.risk_rate)
     return RiskSettings(
         band_hz=band_of(settings), noise_floor=1e-9 * settings.noise_floor_nm,

@@ -63,7 +63,7 @@ class VehicleStability:
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings; the table and the counts of its answers stay."""
+        """Apply other settings; the table and the counts of its answers stay."""
         self._band = band_of(settings)
         self.solver.band, self.solver.audit_every = self._band, round(settings.audit_interval)
         margins, known = _margin_settings(self.model, settings, self.solver.table), (
@@ -87,7 +87,7 @@ class VehicleStability:
 
     @property
     def note(self) -> str:
-        """Return what is precomputed, in a line for a log."""
+        """Return a line for a log about precomputed data."""
         table = self.solver.table
         if table is None:
             return ('no table: each assessment of a brake is a full solution, and there are no '
@@ -178,7 +178,7 @@ def _table(model: BrakeModel, settings: MonitorSettings) -> ExpansionTable | Non
 
 def _margin_settings(model: BrakeModel, settings: MonitorSettings,
                      table: ExpansionTable | None) -> MarginSettings:
-    """Look for margins where the model was validated and the table has answers."""
+    """Return the bounds of margins in which the model was validated and the table answers."""
     assert model.caliper is not None
     per_pressure, per_preload = model.contact_pressure(1.0), model.caliper.preload(1.0)
     bounds = {'friction': (0.0, settings.validated_friction_high),

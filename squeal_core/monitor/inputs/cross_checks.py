@@ -65,7 +65,7 @@ class CrossChecks:
         self.reset()
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings of the same brakes; what was gathered stays."""
+        """Apply other settings of the same brakes; what was gathered stays."""
         self._settings = settings
         self.partners = axle_partners(tuple(self._wheels), settings.axles)
         order = list(self._wheels)

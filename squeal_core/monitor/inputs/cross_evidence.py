@@ -141,7 +141,7 @@ class Wheel:
         self.forget()
 
     def update_settings(self, brake: BrakeSettings) -> None:
-        """Take other settings of the same inputs."""
+        """Apply other settings of the same inputs."""
         for signal, window in self.windows.items():
             one = brake.inputs[signal]
             window.update_settings(one.max_age, one.minimum, one.maximum)

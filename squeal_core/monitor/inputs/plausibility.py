@@ -173,7 +173,7 @@ class _LongRamp:
         self._direction = self._pieces = 0
 
     def check(self, stamp: int, value: float) -> bool:
-        """Take a sample, and tell whether the change has lasted for a second."""
+        """Take a sample, and return whether the change has lasted for a second."""
         passed = stamp - self._last.stamp
         if self._begin is None or not 0 <= passed <= max(self._longest_gap, _PIECE):
             self._start(stamp, value)
@@ -275,7 +275,7 @@ class RpmGuard:
         return f'{_TO_RPM}, until {end}' if rpm else ''
 
     def _forgiven(self, stamp: int) -> bool:
-        """Tell whether what was told for a while is long past."""
+        """Return whether what was told for a while is long past."""
         return self._rpm and self._rpm_until is not None and stamp > self._rpm_until
 
 

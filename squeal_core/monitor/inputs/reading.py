@@ -116,7 +116,7 @@ class ValidatedRange:
     margin: float = 0.0
 
     def admits(self, value: float) -> bool:
-        """Tell whether the model was validated for a value."""
+        """Return whether the model was validated for a value."""
         if self.may_rest:
             return abs(value) <= self.high
         return self.low - self.margin <= value <= self.high + self.margin

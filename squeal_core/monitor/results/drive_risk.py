@@ -110,7 +110,7 @@ def _why_unknown(summary: DriveSummary) -> str:
 
 def _prepared(inputs: VehicleInputs, signals: BrakeSignals,
               period: int) -> Iterator[PreparedTick]:
-    """Give each sample to the inputs at its time, and yield the ticks in between."""
+    """Pass each sample to the inputs at its time, and yield the ticks in between."""
     tick = -(-_ORIGIN // period)
     for row, elapsed in enumerate(signals.time.tolist()):
         stamp = _ORIGIN + round(1e9 * elapsed)

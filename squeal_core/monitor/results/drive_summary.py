@@ -202,7 +202,7 @@ class DriveSummary:
             _note(brake, found, braking=sliding is not False)
 
     def slides(self, found: Assessment) -> bool | None:
-        """Tell whether a brake slides under load; None: what is known does not say."""
+        """Return whether a brake slides under load; None: what is known does not say."""
         if found.state == 'steady' or found.state in _AT_REST:
             return found.state == 'steady'
         if all(reading.status == 'good' for reading in found.inputs.values()):
@@ -262,7 +262,7 @@ class DriveSummary:
 
 
 def _value(reading: Reading | None) -> float:
-    """Return what is known of an input: NaN where it is not known."""
+    """Return the believed value of an input: NaN where it is not known."""
     return reading.value if reading is not None and reading.is_believed else math.nan
 
 

@@ -73,7 +73,7 @@ def sources_of(model: BrakeModel, settings: MonitorSettings) -> dict[str, Any]:
 
 
 def _basis(model: BrakeModel, settings: MonitorSettings) -> str:
-    """Return what the level of the squeal risk rests on."""
+    """Return the basis of the level of the squeal risk."""
     if not settings.calibration:
         return NOT_CALIBRATED
     ensemble = read_calibration(settings.calibration, model)
