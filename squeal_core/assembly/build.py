@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""From a brake description to its modal model: modes, contact faces, arrays, audit."""
+"""Modal model of a brake from its description: modes, contact faces, arrays, audit."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -217,7 +217,7 @@ def sample_contact(brake: Brake, *, panels: tuple[int, int], points: int, disc_o
 
 def _supports(brake: Brake, pads: tuple[ModalBasis, ModalBasis], disc_modes: int,
               kind: str) -> FloatArray | None:
-    """Return what holds the pads at their back faces, None where nothing does."""
+    """Return stiffness or damping of the supports of the pads, None where both are zero."""
     blocks = []
     half = 0.5 * brake.rotor_thickness
     for side, pad, basis, support in zip((1.0, -1.0), brake.pads, pads, brake.supports,

@@ -38,7 +38,7 @@ _SHARES = {0.6: 10.0, 0.8: 5.0}  # of the modes -> what a growth rate may change
 
 @dataclass(frozen=True)
 class Check:
-    """One check: its name, its number and the limit it should keep, and what that means."""
+    """One check: its name, its number, the limit it should keep, and its meaning."""
 
     name: str
     value: float
@@ -117,7 +117,7 @@ def nodal_diameters(disc: ModalBasis, circle: Quadrature) -> list[int]:
 
 
 def _doublets(disc: ModalBasis, circle: Quadrature) -> Check:
-    """Modes with n > 0 nodal diameters come in pairs; count those without their partner."""
+    """Count modes with n > 0 nodal diameters without their partner: they come in pairs."""
     w = disc.angular_frequencies
     alone = 0
     for n in set(nodal := nodal_diameters(disc, circle)) - {0}:
@@ -146,7 +146,7 @@ def _points(model: BrakeModel) -> list[OperatingPoint]:
 
 
 def _truncation(model: BrakeModel) -> Iterable[Check]:
-    """Growth rates of the modes that matter with a part of the modes against all of them."""
+    """Yield checks of the growth rates that matter, with a fraction of the modes against all."""
     for share, limit in _SHARES.items():
         part, worst = truncated(model, share), 0.0
         for point in _points(model):

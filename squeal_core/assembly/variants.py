@@ -34,7 +34,7 @@ _FURTHER = 4  # modes of each part
 
 class BrakeVariants:
     """
-    Gives models of a brake at changed values of its description, in the coordinates of one.
+    Models of a brake at changed values of its description, in the coordinates of one.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class BrakeVariants:
         return parse_brake(content, folder=self._folder, warn=lambda _: None)
 
     def affine(self, path: str) -> bool:
-        """Tell whether the model follows a parameter without any part being solved again."""
+        """Return whether the model follows a parameter without any part being solved again."""
         return self._same_modes(self._brake(scaled(self.content, path, 0.999)))
 
     def __call__(self, path: str, factor: float) -> BrakeModel:

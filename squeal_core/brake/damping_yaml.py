@@ -83,7 +83,7 @@ def read_retardation_time(layer: QuantityReader) -> float:
 
 
 def read_support(pad: QuantityReader) -> Support:
-    """Return what holds a pad at its back face: its `support` and its `shim`."""
+    """Return the support of a pad at its back face: its `support` and its `shim`."""
     section = pad.section('support', required=False)
     held = {f'{way}_{kind}': 0.0 for way in _DIRECTIONS for kind in SUPPORT}
     if section is not None:
@@ -96,7 +96,7 @@ def read_support(pad: QuantityReader) -> Support:
 
 
 def _add_shim(held: dict[str, float], shim: QuantityReader) -> None:
-    """Hold a pad by a viscoelastic layer on a rigid backing, in the directions it is stiff in."""
+    """Add a viscoelastic layer on a rigid backing to a support, along its stiff directions."""
     time = read_retardation_time(shim)
     axial, shear = (shim.number(name, quantity) for name, quantity in SHIM.items())
     shim.finish()

@@ -68,7 +68,7 @@ def number_paths(content: Mapping[str, Any]) -> tuple[str, ...]:
 def leaves(content: Mapping[str, Any],
            wanted: Callable[[Mapping[str, Any], str], bool] = lambda *_: True,
            before: str = '') -> Iterator[tuple[str, Any]]:
-    """Yield what is no section by its path; of a mapping with a 'value' that one."""
+    """Yield all values that are no sections, by path; of a mapping with a 'value' that one."""
     for key, item in content.items() if isinstance(content, Mapping) else ():
         if not wanted(content, key):
             continue

@@ -108,7 +108,7 @@ class BrakeApplication:
 
 def inputs_of(applications: Sequence[BrakeApplication]) -> FloatArray:
     """
-    Return what a regression or a table may know of applications, (A, 5).
+    Return the inputs of a regression or a table for applications, (A, 5).
 
     ln of mean pressure and speed, temperature (friction where there is none in any), friction,
     ln duration.
@@ -179,7 +179,7 @@ def match_events(applications: Sequence[BrakeApplication], events: Sequence[Meas
                  places: Mapping[str, Sequence[str]], *,
                  zero: Mapping[str, float] | None = None) -> MatchedEvents:
     """
-    Return what was heard of each application; one without an event was silent.
+    Return the observations of all applications; one without an event was silent.
 
     Parameters
     ----------

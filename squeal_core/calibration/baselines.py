@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Plain predictions that one by physics has to beat: base rate, table, logistic regression."""
+"""Baselines for a physical prediction: base rate, table, logistic regression."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ _TERCILES = (1.0 / 3.0, 2.0 / 3.0)
 
 
 def has_sklearn() -> bool:
-    """Tell whether scikit-learn is there."""
+    """Return whether scikit-learn is there."""
     from importlib.util import find_spec
     return find_spec('sklearn') is not None
 

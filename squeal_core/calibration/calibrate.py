@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Calibration: from brake applications and what was heard of them to an ensemble of brakes."""
+"""Calibration of an ensemble of brakes by brake applications and the squeal observed in them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The calibration file: a small YAML of an ensemble of brakes, and how it came to be."""
+"""The calibration file: a small YAML of an ensemble of brakes, and its origin."""
 
 from collections.abc import Iterator, Mapping
 import json

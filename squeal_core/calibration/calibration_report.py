@@ -75,7 +75,7 @@ def parameter_rows(found: Calibration) -> list[ParameterRow]:
 
 
 def factor_in_words(row: ParameterRow) -> str:
-    """Return what the logarithm of a factor means in %, beside the model; '' for the others."""
+    """Return a factor, given by its logarithm, in % and words; '' for other parameters."""
     percent = round(100.0 * float(np.expm1(row.mean)))
     if row.name not in _OF_FACTORS or not percent:
         return ''
@@ -83,7 +83,7 @@ def factor_in_words(row: ParameterRow) -> str:
 
 
 def remarks(found: Calibration) -> list[str]:
-    """Return what a reader must know: how far the data went, and what they leave open."""
+    """Return remarks for the reader: how far the data went, and what they leave open."""
     if not found.likelihood_power:
         return ['no event was fitted: the ensemble is the prior, not calibrated; record squeal'
                 if not found.heard else 'data and model contradict each other: no draw of the '

@@ -57,7 +57,7 @@ class _Row(NamedTuple):
 @dataclass(frozen=True)
 class MeasuredEvent:
     """
-    Squeal that was heard.
+    One event of measured squeal.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def _rows(path: Path) -> Iterator[_Row]:
 
 
 def _delimiter(header: str) -> str:
-    """Return what separates the names of columns."""
+    """Return the delimiter of the names of columns."""
     return max(_DELIMITERS, key=lambda mark: sum(
         name.strip(' \t\r\n"') in _KNOWN for name in header.split(mark)))
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Likelihood of what was heard: hits, misses and pitches, with errors of ears and labels."""
+"""Likelihood of observations: hits, misses and pitches, with errors of ears and labels."""
 
 from collections.abc import Sequence
 import math

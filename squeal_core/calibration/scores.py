@@ -31,7 +31,7 @@ _RESAMPLES = 200  # of the bootstrap
 @dataclass(frozen=True)
 class Score:
     """
-    Scores of probabilities against what was heard; NaN where not defined.
+    Scores of probabilities against observations; NaN where not defined.
 
     Parameters
     ----------

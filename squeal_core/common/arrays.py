@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Array types; how a record takes hold of an array, and how it is shown."""
+"""Array types, their conversion in records, and their display."""
 
 from dataclasses import fields
 import reprlib

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The one opener of files that are read: regular files only, of a bounded size.
+Opening of files to read: regular files only, of a bounded size.
 
 A pipe would make a reader wait for ever, a device such as /dev/zero would never end; both are
 refused before a byte is read, as is a file that is larger than its format ever is.
@@ -31,14 +31,14 @@ from typing import BinaryIO
 from squeal_core.common.errors import SquealError
 
 ErrorOf = Callable[[object, str, str], SquealError]
-"""Makes the caller's error of where, what and remedy."""
+"""Constructor of the caller's error from where, what and remedy."""
 
 _KINDS = ((stat.S_ISDIR, 'a folder'), (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'),
           (stat.S_ISFIFO, 'a pipe'), (stat.S_ISSOCK, 'a socket'))
 
 
 def kind_of(mode: int) -> str:
-    """Return what a file is that is no regular one, in words; '' for a regular file."""
+    """Return the kind of a file that is no regular one, in words; '' for a regular file."""
     return next((words for test, words in _KINDS if test(mode)),
                 '' if stat.S_ISREG(mode) else 'no regular file')
 

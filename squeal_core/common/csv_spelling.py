@@ -63,7 +63,7 @@ def encoding_of(path: Path, head: bytes) -> str:
 
 
 def likeness(cell: str) -> float:
-    """Return how much a cell looks like a number, a date or a time, 0 to 1."""
+    """Return the likeness of a cell to a number, a date or a time, 0 to 1."""
     cell = cell.strip()
     if _NUMBER.fullmatch(cell):
         return 0.5 if ' ' in cell else 1.0  # rather two numbers than one with thousands

@@ -20,7 +20,7 @@ from typing import Any
 
 def plain(value: Any) -> Any:
     """
-    Return what JSON can hold.
+    Return a value as JSON can hold it.
 
     Named tuples as objects, complex numbers as [re, im], what is not finite as null.
     """

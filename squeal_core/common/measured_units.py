@@ -46,7 +46,7 @@ class Unit:
     reference: str = ''
 
     def converts_like(self, other: 'Unit') -> bool:
-        """Tell whether numbers of both units are the same values."""
+        """Return whether numbers of both units are the same values."""
         return self.quantity == other.quantity and math.isclose(
             self.scale, other.scale, rel_tol=1e-6) and self.offset == other.offset and not (
             self.reference and other.reference and self.reference != other.reference)
@@ -116,7 +116,7 @@ def find_unit(text: str) -> Unit | None:
 
 
 def unit_remedy(text: str, quantities: Iterable[str]) -> str:
-    """Return which unit to write in place of one that is not known, the nearest first."""
+    """Return the remedy for a unit that is not known: units to write, the nearest first."""
     if text.strip().casefold() in _AMBIGUOUS:
         return f'write {_AMBIGUOUS[text.strip().casefold()]}'
     own = [unit.name for unit in UNITS.values() if unit.quantity in quantities]

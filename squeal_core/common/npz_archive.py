@@ -42,7 +42,7 @@ Arrays: TypeAlias = dict[str, Any]
 @dataclass(frozen=True, kw_only=True)
 class ArchiveKind:
     """
-    One kind of our own files: how it is told from others, and what is said of bad ones.
+    One kind of our own files: its marks, and the error for bad ones.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def read_archive(path: str | Path, kind: ArchiveKind, wanted: Wanted,
 
 
 def is_archive(path: str | Path, kind: ArchiveKind) -> bool:
-    """Tell whether a file is an archive of a kind, of whatever version, by its header."""
+    """Return whether a file is an archive of a kind, of whatever version, by its header."""
     try:
         with npz_reader(path, kind.error) as reader:
             return _stated(Path(path), kind, reader).get('format') in (kind.format, *kind.earlier)
@@ -250,7 +250,7 @@ def _wrong_layout(path: Path, kind: ArchiveKind, name: str, layout: ArrayLayout)
 
 
 def _depth(value: Any) -> int:
-    """Return how deep mappings and lists are nested, without recursion; stops counting early."""
+    """Return the depth of nested mappings and lists, without recursion; stops counting early."""
     depth, level = 0, [value]
     while level and depth <= MAX_DEPTH:
         depth += 1

@@ -56,7 +56,7 @@ __all__ = ['check_target', 'make_folder', 'Output', 'output_file', 'OutputError'
 def check_target(path: str | Path, *, overwrite: bool = False, folder: bool = False,
                  inputs: Iterable[str | Path] = ()) -> Path:
     """
-    Return where an output goes; refuse, before any work, what could not be written there.
+    Return the target of an output; refuse, before any work, one that could not be written.
 
     A link is followed: what it points to is written and the link stays. Leftovers of killed runs
     in the folder are removed, and a small file is written and removed again, so a missing,
@@ -113,14 +113,14 @@ def make_folder(path: str | Path) -> Path:
 
 @contextmanager
 def output_file(path: str | Path, *, overwrite: bool = False) -> Iterator[Path]:
-    """Give the temporary path of one output file, which is renamed when the context ends well."""
+    """Yield the temporary path of one output file, renamed when the context ends well."""
     with OutputFiles(overwrite=overwrite) as files:
         yield files.add(path).partial
 
 
 @contextmanager
 def named_as(path: str | Path) -> Iterator[None]:
-    """Name the output that was asked for where one of the files of which it is made fails."""
+    """Raise errors under the name of the requested output where one of its files fails."""
     try:
         yield
     except OutputError as error:

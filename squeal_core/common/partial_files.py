@@ -188,7 +188,7 @@ def remove(path: Path) -> None:
 
 
 def synchronise(path: Path) -> None:
-    """Have everything of a file or folder written to the disk."""
+    """Flush a file, or all of a folder, to disk."""
     for part in (*path.rglob('*'), path) if path.is_dir() else (path,):
         synchronise_one(part)
 

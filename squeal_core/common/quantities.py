@@ -55,13 +55,13 @@ class Quantity:
     zero: bool = False
 
     def admits(self, value: float) -> bool:
-        """Tell whether a value is within the limits."""
+        """Return whether a value is within the limits."""
         if self.closed:
             return self.above <= value <= self.below
         return self.above < value < self.below
 
     def usual(self, value: float) -> bool:
-        """Tell whether a value is plausible; if not, its unit may be wrong."""
+        """Return whether a value is plausible; if not, its unit may be wrong."""
         if self.plausible is None or (self.zero and value == 0.0):
             return True
         low, high = self.plausible
@@ -188,7 +188,7 @@ class QuantityReader:
         return values
 
     def finish(self) -> None:
-        """Refuse keys nobody asked for: a misspelt key must not pass for a default."""
+        """Refuse keys that were not asked for: a misspelt key must not pass for a default."""
         for key in self.content:
             if key not in self._used:
                 raise BrakeDescriptionError(

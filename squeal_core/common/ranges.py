@@ -69,7 +69,7 @@ class ImplausibleWarning(UserWarning):
 
 
 def warn_implausible(text: str) -> None:
-    """Emit an ImplausibleWarning: what readers do with a doubt unless they are told otherwise."""
+    """Emit an ImplausibleWarning: the default of readers for an unusual value."""
     warnings.warn(text, ImplausibleWarning, stacklevel=3)
 
 

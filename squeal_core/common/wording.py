@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Numbers and lists as messages say them."""
+"""Numbers and lists as text for messages."""
 
 from collections.abc import Iterable
 import math

@@ -111,7 +111,7 @@ def _received(worker: Any) -> Any:
 
 @contextmanager
 def _workers(function: Callable[..., Any]) -> Iterator[Callable[[], Connection]]:
-    """Give what starts a process and returns the pipe to it; all are ended with the context."""
+    """Yield a function that starts a process and returns its pipe; all end with the context."""
     context = multiprocessing.get_context('spawn')  # a forked process may keep locked locks
     pipes, processes = list[Connection](), []
 
@@ -165,7 +165,7 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def no_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C back while workers are started: they inherit that, and are deaf from birth."""
+    """Block SIGINT while workers are started, so that they inherit the mask."""
     if not hasattr(signal, 'pthread_sigmask'):
         yield
         return

@@ -70,7 +70,7 @@ class YamlSection:
         return self._error_of(self.where(key), what, remedy)
 
     def take(self, key: str) -> Any:
-        """Return what stands at a key; None: nothing."""
+        """Return the value at a key; None where there is none."""
         self._used.add(key)
         return self.content.get(key)
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Models at changed values of what a model is affine in, where no description of its brake is."""
+"""Models at changed values of a model's affine quantities, without a brake description."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -64,7 +64,7 @@ class AffineVariants:
                         if getattr(model, f'support_{kind}') is not None]
 
     def affine(self, _: str) -> bool:
-        """Tell that each of them needs no part solved again."""
+        """Return True: no parameter needs a part solved again."""
         return True
 
     def __call__(self, path: str, factor: float) -> BrakeModel:

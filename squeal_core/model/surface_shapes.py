@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Mode shapes on a coarse grid of surfaces: for pictures only, no result depends on them."""
+"""Mode shapes on a coarse grid of surfaces: for plots only, no result depends on them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -91,7 +91,7 @@ class SurfaceShapes:
     @classmethod
     def of(cls, parts: Sequence[tuple[Patch, SampledShapes, FloatArray]]) -> 'SurfaceShapes':
         """
-        Put the surfaces of components together, their modes in the order of the model.
+        Return the surfaces of components together, their modes in the order of the model.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ class SurfaceShapes:
 
     def displaced(self, vector: ComplexArray, size: float) -> tuple[FloatArray, FloatArray]:
         """
-        Return where the points are at the extreme of a complex mode, and how far they moved.
+        Return points at the extreme of a complex mode, and magnitudes of displacement.
 
         Parameters
         ----------
@@ -168,7 +168,7 @@ class SurfaceShapes:
 
     @classmethod
     def read(cls, patches: Any, arrays: Mapping[str, FloatArray]) -> 'SurfaceShapes | None':
-        """Return what a model file holds; None from one that holds no surfaces."""
+        """Return the surfaces of a model file; None from one that holds none."""
         if not patches:
             return None
         found = tuple(Patch(str(p['name']), int(p['rows']), int(p['columns']), bool(p['closed']))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Modes of one component of a brake, as its file has them, held against the brake it is to fit."""
+"""Modes of one component of a brake, as its file has them, checked against the brake."""
 
 from dataclasses import dataclass, replace
 import math

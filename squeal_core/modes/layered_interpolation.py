@@ -40,7 +40,7 @@ class Layer:
     outer: float
 
     def reaches(self, inner: float, outer: float) -> bool:
-        """Tell whether the layer fills all from one radius to the other."""
+        """Return whether the layer fills all from one radius to the other."""
         slack = 1e-6 * self.outer
         return self.inner <= inner + slack and outer <= self.outer + slack
 
@@ -67,7 +67,7 @@ class LayeredShapes(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class LayeredBasis:
-    """Exact shapes in the place of interpolated ones: what is left is the grid's own error."""
+    """Exact shapes in place of interpolated ones: only the grid's own error remains."""
 
     modes: ModalBasis
     layers: tuple[Layer, ...]

@@ -149,7 +149,7 @@ class PlanarModes:
         return self.grid.across(start, stop, max(PANEL, round((stop - start) / self.grid.step)))
 
     def _along_rows(self, shapes: FloatArray) -> None:
-        """Put the grid's theta derivative in the place of the shapes' own."""
+        """Replace the shapes' own theta derivative by the grid's."""
         if not self._is_ring or self.grid.derivative == 'local':
             return
         rows, d = shapes.reshape(2, 3, len(self.names), -1, self.grid.around), self.grid.step

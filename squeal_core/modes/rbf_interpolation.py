@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Interpolation of what is known at scattered nodes of a plane, theta derivative included."""
+"""Interpolation of values at scattered nodes of a plane, theta derivative included."""
 
 import math
 
@@ -29,7 +29,7 @@ _CHUNK = 4096  # points at a time: 70 MB of interpolation systems
 def local_weights(radius: FloatArray, angle: FloatArray, at_radius: FloatArray,
                   at_angle: FloatArray, *, degree: int = 4) -> tuple[csr_matrix, csr_matrix]:
     """
-    Return what interpolates from scattered nodes, and what differentiates that in theta.
+    Return matrices for values and theta derivatives interpolated from scattered nodes.
 
     Polyharmonic splines rho^5 with polynomials, through the nearest nodes of each point (Bayona
     et al., J. Comput. Phys. 332 (2017) 257-273), in r and arc length r0 (theta - theta0), in

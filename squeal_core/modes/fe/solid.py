@@ -222,7 +222,7 @@ def solid_modes(mesh: skfem.Mesh, material: Material, count: int, *,
 
 
 def at_radius(radius: float, *, tolerance: float = 1e-4) -> Callable[[FloatArray], Any]:
-    """Return what tells whether points (3, ...) lie at a radius [m], to a relative tolerance."""
+    """Return a test whether points (3, ...) lie at a radius [m], to a relative tolerance."""
     return lambda x: np.abs(np.hypot(x[0], x[1]) - radius) <= tolerance * radius
 
 

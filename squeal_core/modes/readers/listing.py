@@ -117,7 +117,7 @@ def _field(rows: list[list[float]], where: str) -> NodeField:
 
 
 def _next(text: Text, i: int, line: str, found: _Found, section: _Section) -> _Section:
-    """Return what a line that is no row of numbers begins, ends, or leaves as it is."""
+    """Return the section after a line that is no row of numbers: begun, ended or unchanged."""
     words = line.replace(',', ' ').split()
     _check_kind(text, i, line)
     if line.partition(',')[0].strip() == '*NODE':  # not *NODE OUTPUT

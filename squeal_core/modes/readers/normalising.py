@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""To unit modal mass: from masses that are stated, or from the density and the elements."""
+"""Normalisation to unit modal mass: by masses that are stated, or by density and elements."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""From a file's units and axes to ours: metres, kilograms, the rotation axis along z."""
+"""Conversion of a file's units and axes to ours: metres, kilograms, the rotation axis along z."""
 
 from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
@@ -76,7 +76,7 @@ def placed(raw: RawModes, length_unit: str, axis: str,
 
 
 def choice(raw: RawModes, name: str, value: str, choices: dict[str, Any]) -> Any:
-    """Return what a word stands for."""
+    """Return the value that a word stands for."""
     if value not in choices:
         raise ReaderError(raw.source, f'{name} is {short_repr(value)}',
                           f'give one of {", ".join(choices)}')

@@ -188,7 +188,7 @@ def _places(path: Path, ids: IntArray, field: NodeField) -> IntArray:
 
 def _blocks(path: Path, ids: IntArray,
             cells: Mapping[str, Sequence[Sequence[int]] | IntArray]) -> tuple[ElementBlock, ...]:
-    """Elements by place of their nodes."""
+    """Return elements by place of their nodes."""
     order = np.argsort(ids)
     blocks = []
     for kind, numbers in cells.items():

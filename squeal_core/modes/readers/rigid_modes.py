@@ -127,7 +127,7 @@ def _triangular(parts: FloatArray, columns: list[int]) -> FloatArray:
 
 def rigid_mass_fractions(modes: NodalModes, mass: Any) -> FloatArray:
     """
-    Return what fractions of the mass the modes carry in rigid motion: (6,), rising, 0 to 1.
+    Return the fractions of mass that modes carry in rigid motion: (6,), rising, 0 to 1.
 
     One near zero says that the component can move as a rigid body in a way in which no mode
     does: a free component whose file lacks a rigid mode.

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Modes as a table, one line a node: what a script or a spreadsheet can write.
+Modes as a table, one line a node, as a script or a spreadsheet can write it.
 
     # comment
     frequency_hz, 0, 3442.5
