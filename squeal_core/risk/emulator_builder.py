@@ -169,7 +169,7 @@ def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArra
 
 
 def _matters(values: ComplexArray, band: FloatArray, growth: float) -> Any:
-    """Tell which modes (N,) grow by more than a rate anywhere in the band, by (P, N)."""
+    """Return whether each mode (N,) exceeds a growth rate in the band anywhere, by (P, N)."""
     inside = (values.imag >= band[0]) & (values.imag <= band[1])
     return (inside & (values.real > growth)).any(axis=0)
 
@@ -244,7 +244,7 @@ def _weights(fits: Sequence[Sequence[FittedGroup]], sizes: Sequence[int]
 
 def _described(model: BrakeModel, reference: ReferenceModes,
                families: Sequence[IndexArray]) -> tuple[ModeFamily, ...]:
-    """Return what is said of families, by the solution without friction."""
+    """Return the records of families, by the solution without friction."""
     point = OperatingPoint(rotor_speed=1e-3, friction=0.0, contact_pressure=0.0,
                            contact_stiffness=model.nominal_contact_stiffness)
     [values] = solution_at(model, reference, point).eigenvalues

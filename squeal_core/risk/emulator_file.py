@@ -56,7 +56,7 @@ KIND = ArchiveKind(
 
 
 def emulator_path(table: str | Path) -> Path:
-    """Return where the emulator of a table file is: beside it; its own path as it is."""
+    """Return the path of a table file's emulator: beside it; its own path as it is."""
     path = Path(table)
     return path if path.name.endswith(SUFFIX) else path.with_suffix(SUFFIX)
 
@@ -123,12 +123,12 @@ def read_emulator_header(path: str | Path) -> dict[str, Any]:
 
 
 def is_emulator(path: str | Path) -> bool:
-    """Tell whether a file is an emulator file, by its header."""
+    """Return whether a file is an emulator file, by its header."""
     return is_archive(path, KIND)
 
 
 def cached_emulator_path(model: BrakeModel) -> Path:
-    """Return where the user's cache has the emulator of a model, under the model's hash."""
+    """Return the path of a model's emulator in the user's cache, under the model's hash."""
     return resources.cache_folder() / f'growth_{model_hash(model)[:16]}_{SCHEMA}{SUFFIX}'
 
 

@@ -41,7 +41,7 @@ class EmulatorDomain:
     steepest: float = math.inf
 
     def covers(self, inputs: FloatArray) -> Any:
-        """Tell which rows (...) of inputs (..., 6) are covered."""
+        """Return whether each row (...) of inputs (..., 6) is covered."""
         inside = ((inputs >= self.low) & (inputs <= self.high)).all(axis=-1)
         with np.errstate(over='ignore', invalid='ignore'):
             load = np.exp(inputs[..., 1] - inputs[..., 0]) * inputs[..., 2]

@@ -162,7 +162,7 @@ class Ensemble:
     def inputs(self, rotor_speed: ArrayLike, contact_pressure: ArrayLike,
                friction: ArrayLike) -> FloatArray:
         """
-        Return what a growth emulator takes for each member, (..., M, 6).
+        Return the inputs of a growth emulator for each member, (..., M, 6).
 
         Parameters
         ----------

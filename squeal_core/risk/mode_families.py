@@ -113,7 +113,7 @@ def _followed(model: BrakeModel, stiffnesses: FloatArray) -> Iterator[FloatArray
 
 def mixing(eigenvalues: ComplexArray, projections: FloatArray) -> FloatArray:
     """
-    Return how much modes mix while their eigenvalues are near, (N, N), symmetric.
+    Return the degree to which modes mix while eigenvalues are near, (N, N), symmetric.
 
     Parameters
     ----------

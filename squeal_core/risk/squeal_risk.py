@@ -105,7 +105,7 @@ class SquealRisk:
         return MemberGrowth(parts[0], parts[1], parts[2], cap, np.asarray(known))
 
     def knows(self, growth: MemberGrowth) -> bool:
-        """Tell whether the emulator covers half of the members or more."""
+        """Return whether the emulator covers half of the members or more."""
         return float(self.ensemble.weights @ growth.known) >= LEAST_KNOWN
 
     def exceedances(self, energy: RealArray) -> FloatArray:

@@ -39,7 +39,7 @@ Slopes: TypeAlias = Callable[[int, Sequence[complex]], FloatArray]
 
 @dataclass(frozen=True)
 class _Member:
-    """One brake of the ensemble, solved: rates at the nodes of its scatter, what holds them."""
+    """One brake of the ensemble, solved: eigenvalues, scatter, decay and limits of build-up."""
 
     place: int
     eigenvalues: ComplexArray

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Build-up of the modes of one brake, by whatever finds its modes: table or full solutions.
+Build-up of the modes of one brake, with modes from a table or full solutions.
 
 A mode is followed from tick to tick by its eigenvalue: old and new modes are assigned one to one
 with the least sum of distances. Where two modes merge, both have the energy of the pair from then

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Brake applications of a replay, those together that measured squeal cannot tell apart."""
+"""Brake applications of a replay, grouped where measured squeal cannot distinguish them."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Predictions(Protocol):
 @dataclass(frozen=True)
 class Braking:
     """
-    Brakes that were applied together, which measured squeal cannot tell apart; or a single one.
+    Brakes applied together, which measured squeal cannot distinguish; or a single one.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Braking:
 def groups_of(brakes: Sequence[str], places: Mapping[str, Sequence[str]],
               named: Iterable[str]) -> tuple[tuple[str, ...], ...]:
     """
-    Return the brakes that events tell apart: those of one place are not.
+    Return the groups of brakes that events distinguish: those of one place are one group.
 
     Parameters
     ----------

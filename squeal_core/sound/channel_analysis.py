@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""One channel of a sound as it streams by: tones, background, and when nothing is heard."""
+"""One channel of a sound, block by block: tones, background, and times when nothing is heard."""
 
 from dataclasses import dataclass, replace
 
@@ -78,7 +78,7 @@ class ChannelRecord:
         return np.asarray(self.lead + self.step * np.asarray(frame, dtype=float))
 
     def why_unknown(self, settings: ListeningSettings) -> str:
-        """Return why nothing is known of the channel; '' where something is."""
+        """Return the reason why nothing is known of the channel; '' where something is."""
         if not self.heard.size:
             return 'it is shorter than one window'
         if not self.heard.any():
@@ -142,7 +142,7 @@ class ChannelAnalysis:
         self._loudest = max(self._loudest, 10.0 * np.log10(mean.max() + 1e-20) + self._offset)
 
     def _condition(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Note what is wrong in each hop, and return finite samples."""
+        """Record faults of each hop, and return finite samples."""
         hop = self.spectra.hop
         usable = np.abs(samples) < 1e15  # squares of larger ones overflow; NaN is not either
         size = samples.size // hop * hop
@@ -159,7 +159,7 @@ class ChannelAnalysis:
         return samples
 
     def finish(self) -> ChannelRecord:
-        """Return what was found."""
+        """Return the record of the channel."""
         bad, flat, clipped = (np.concatenate([*parts, np.zeros(0, dtype=bool)])
                               for parts in (self._bad, self._flat, self._clipped))
         heard = ~(_windows(bad, self._frames) | _windows(flat, self._frames, every=True))

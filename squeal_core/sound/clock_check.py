@@ -29,7 +29,7 @@ _NEAR = 1.0  # s around a recording in which an event is of its time
 
 def check_clocks(results: Sequence[Predictions], listenings: Sequence[Listening]) -> list[str]:
     """
-    Return what is assumed of the listening, and what is outside of all recordings.
+    Return notes on assumptions of the listening, and on tables outside of all recordings.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def times_of(results: Sequence[Predictions]) -> dict[str, Ends]:
 
 
 def is_within(event: MeasuredEvent, one: Listening, recordings: Mapping[str, Ends]) -> bool:
-    """Tell whether an event is within the time of a recording that it may be of."""
+    """Return whether an event is within the time of a recording that it may be of."""
     return any(start - _NEAR <= event.time <= end + _NEAR
                for name, (start, end) in recordings.items()
                if event.recording in ('', name) and one.recording in ('', name))
@@ -63,7 +63,7 @@ def _range(recording: Any) -> Ends:
 
 
 def _inside(one: Listening, recordings: Mapping[str, Ends]) -> bool:
-    """Tell whether an event, or where there is none the listening, is in a recording."""
+    """Return whether an event, or where there is none the listening, is in a recording."""
     if one.events:
         return any(is_within(event, one, recordings) for event in one.events)
     return one.span is None or any(

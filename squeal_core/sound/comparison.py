@@ -71,7 +71,7 @@ class Comparison:
 
     @property
     def unit(self) -> str:
-        """Return what an application is of: a brake, or brakes that events do not tell apart."""
+        """Return the unit of an application: a brake, or brakes that events do not distinguish."""
         groups = self.matches.groups
         if all(len(group) == 1 for group in groups):
             return 'brake'
@@ -93,7 +93,7 @@ class Comparison:
 
     @property
     def hits(self) -> dict[str, int]:
-        """Return how many hits there are, and of how many pitch or time or both were right."""
+        """Return the number of hits, and of those with right pitch, time or both."""
         hits = [one for one in self.matches.applications if one.outcome == 'hit']
         return {'count': len(hits), 'pitch_within_2_percent': sum(one.pitch_fits for one in hits),
                 'alarm_first': sum(one.alarm_first for one in hits),
@@ -177,7 +177,7 @@ class Comparison:
         return [f'alarm: {words}'] if words else []
 
     def lead_in_words(self) -> str:
-        """Return how far alarms were ahead of squeal, or late; empty where it is not known."""
+        """Return the lead time of alarms before squeal, in words; empty where not known."""
         found = self._lead_time()
         if not found['hits']:
             return ''

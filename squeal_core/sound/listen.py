@@ -71,7 +71,7 @@ class SoundRecord:
 
     @property
     def notes(self) -> list[str]:
-        """Return what is wrong with the file and its samples."""
+        """Return the faults of the file and its samples."""
         return [*self.sound.notes, *(
             f'channel {i + 1}: {one.unusable} sample{"s are" if one.unusable > 1 else " is"} no '
             'usable number (NaN, infinite or above 1e15); what is around counts as not heard'

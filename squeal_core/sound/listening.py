@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Tables of measured squeal, and what is known of the listening: when, how well, which pitches."""
+"""Tables of measured squeal, and the times, quality and pitches of the listening."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -72,13 +72,13 @@ class Listening:
     not_heard: tuple[Ends, ...] = ()
 
     def covers(self, recording: str, start: float, end: float) -> bool:
-        """Tell whether somebody listened to all of a stretch [s] of a recording."""
+        """Return whether somebody listened to all of a stretch [s] of a recording."""
         return self.recording in ('', recording) and (
             self.span is None or self.span[0] <= start and end <= self.span[1]
         ) and not any(first < end and start < last for first, last in self.not_heard)
 
     def hears(self, frequency_hz: float) -> bool:
-        """Tell whether a pitch could be heard; one that is not known could."""
+        """Return whether a pitch could be heard; one that is not known could."""
         return self.band_hz is None or not (
             frequency_hz < self.band_hz[0] or frequency_hz > self.band_hz[1])
 
@@ -133,7 +133,7 @@ def _with_sound(path: Path, events: tuple[MeasuredEvent, ...],
 
 
 def listening_of(measured: MeasuredSqueal) -> Listening:
-    """Return what was heard in a sound, on the clock of the sound."""
+    """Return the squeal measured in a sound, on the clock of the sound."""
     sound, shift = measured.record.sound, measured.clock.shift
     pressure = measured.record.settings.scale.quantity == 'pressure'
     error = measured.clock.uncertainty

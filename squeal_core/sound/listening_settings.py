@@ -46,7 +46,7 @@ class LevelScale:
 
     @property
     def offset_db(self) -> float:
-        """Return what to add to 10 lg of a mean square of samples [dB]."""
+        """Return the level [dB] to add to 10 lg of a mean square of samples."""
         if self.quantity == 'full scale':
             return 20.0 * math.log10(math.sqrt(2.0))  # a sine at full scale has 0 dB
         return 20.0 * math.log10(self.at_full_scale / (

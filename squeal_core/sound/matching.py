@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Predicted and measured squeal of each brake application, brought together."""
+"""Predicted and measured squeal of each brake application, matched."""
 
 from bisect import bisect_right
 from collections import defaultdict
@@ -39,7 +39,7 @@ _UNTIMED = 0.5  # s that an event without an end is taken to last
 @dataclass(frozen=True)
 class MatchedApplication:
     """
-    A brake application, what was predicted of it and what was heard.
+    A brake application with its predicted and its measured squeal.
 
     Parameters
     ----------
@@ -72,13 +72,13 @@ class MatchedApplication:
 
     @property
     def pitch_fits(self) -> bool:
-        """Tell whether an unstable mode within 2 % of a measured pitch was predicted then."""
+        """Return whether an unstable mode within 2 % of a measured pitch was predicted then."""
         return any(abs(error) <= SAME_PITCH * event.frequency_hz
                    for event, error in zip(self.events, self.frequency_errors, strict=True))
 
     @property
     def alarm_first(self) -> bool:
-        """Tell whether the alarm of a hit came before its squeal."""
+        """Return whether the alarm of a hit came before its squeal."""
         return self.lead_time > 0.0
 
 
@@ -108,7 +108,7 @@ class Matches:
 def match(results: Sequence[Predictions], listenings: Sequence[Listening],
           brakes: Sequence[str], places: Mapping[str, Sequence[str]]) -> Matches:
     """
-    Return what was predicted and what was heard of each brake application.
+    Return the predicted and the measured squeal of each brake application.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The files of measured squeal: a table of events, and how they came to be."""
+"""The files of measured squeal: a table of events, and their origin."""
 
 from collections.abc import Sequence
 import csv
@@ -100,7 +100,7 @@ class MeasuredSqueal:
             'rules': self.rules()}
 
     def rules(self) -> dict[str, str]:
-        """Return what each rule of rejection says."""
+        """Return the rules of rejection, in words by name."""
         settings = self.record.settings
         return {'level': f'never louder than {settings.threshold:g} {settings.scale.unit}',
                 'duration': f'shorter than {settings.shortest:g} s', **RULES}
@@ -156,7 +156,7 @@ class MeasuredFiles:
 
     def prepare(self, inputs: Sequence[str | Path]) -> None:
         """
-        Refuse, before the work, what could not be written.
+        Refuse, before the work, files that could not be written.
 
         Raises
         ------

@@ -137,7 +137,7 @@ def _sandwich(jacobian: FloatArray, residual: FloatArray, memory: int) -> FloatA
 
 
 def _independent(residual: FloatArray, memory: int) -> float:
-    """Return how many samples that are not correlated residuals are worth."""
+    """Return the number of independent samples that correlated residuals are worth."""
     rest = residual - residual.mean()
     power = max(float(rest @ rest), 1e-12)
     total = sum((1.0 - k / (memory + 1.0)) * max(float(rest[k:] @ rest[:-k]), 0.0)

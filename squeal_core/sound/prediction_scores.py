@@ -82,7 +82,7 @@ class PredictorScore:
 @dataclass(frozen=True)
 class PredictionScores:
     """
-    Scores of the prediction and of what anyone could say.
+    Scores of the prediction and of the baselines.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _span(ends: Ends) -> str:
 
 
 def scored(applications: Sequence[MatchedApplication]) -> ScoredApplications:
-    """Return what scores need of the applications whose prediction and measurement are known."""
+    """Return the data for scores, of applications with known prediction and measurement."""
     known = [one for one in applications
              if one.outcome != 'not known' and not math.isnan(one.braking.risk)]
     return ScoredApplications(

@@ -53,7 +53,7 @@ class SoundClock:
 
     @property
     def shift(self) -> float:
-        """Return what is added to times of the sound [s]: 0 where the offset is not known."""
+        """Return the time to add to times of the sound [s]: 0 where the offset is not known."""
         return 0.0 if math.isnan(self.offset) else self.offset
 
 

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Errors of sound files and of what is told about them."""
+"""Errors of sound files and of data about them."""
 
 from squeal_core.common.errors import LocatedError
 
 
 class SoundError(LocatedError):
-    """Sound, or what is said about it, that cannot be used."""
+    """A sound, or data about it, that cannot be used."""

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Short-time spectra of a sound as it streams by, and how far each line is above its neighbours.
+Short-time spectra of a sound, block by block, and levels of lines above their neighbours.
 
 Windows are 4096 points at 48 kHz, 85.3 ms, and as long at any other rate, so that a line is
 11.7 Hz wide at all of them; they overlap by 75 %.

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""From tones to squeal events: edges, pieces joined, harmonics grouped, other sources rejected."""
+"""Detection of squeal in tones: edges, joined pieces, grouped harmonics, rejected sources."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

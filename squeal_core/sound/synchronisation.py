@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The clock of a sound by what a recording says of the same drive.
+Synchronisation of a sound with a recording of the same drive.
 
 The background of the sound rises with the speed, by road and wind, and with friction power, by the
 noise of the brakes. It is correlated with both at every offset; at the best offsets a model of the

@@ -177,13 +177,13 @@ class BoundarySearch:
         return np.asarray(found.ends[rows, :1] + spans[:, None] * parts)
 
     def _through(self, changes: FloatArray, change: FloatArray, narrower: FloatArray) -> Any:
-        """Tell where the growth rate goes through zero, by its change over the bracket."""
+        """Return whether the growth rate crosses zero, by its change over the bracket."""
         return np.isfinite(changes) & (
             changes <= np.maximum(change * narrower ** _SMOOTH, self.level))
 
 
 def one_by_one(at: Callable[[float], complex]) -> Evaluate:
-    """Return how one search is evaluated by one solution at a time."""
+    """Return an evaluation of one search by one solution at a time."""
     return lambda _, values: np.array([[at(value) for value in row] for row in values.tolist()])
 
 

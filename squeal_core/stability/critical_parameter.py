@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Critical values: where a parameter takes the brake across the stability boundary."""
+"""Critical values of a parameter, at which the brake crosses the stability boundary."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Complex modes of the brake at an operating point, and what kind each of them is."""
+"""Complex modes of the brake at an operating point, and the kind of each."""
 
 from dataclasses import dataclass
 from functools import cached_property

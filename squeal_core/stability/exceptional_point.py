@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The two-mode margin: how far two modes are from merging."""
+"""The two-mode margin: the distance of two modes from merging."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

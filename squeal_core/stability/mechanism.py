@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""By which mechanism a mode grows: what each matrix adds to Re(lambda), and who takes part."""
+"""Mechanism of a mode's growth: contribution of each matrix to Re(lambda), and participation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -135,7 +135,7 @@ def without_rotation(model: BrakeModel) -> BrakeModel:
 def contributions(model: BrakeModel, point: OperatingPoint,
                   vectors: ModeVectors) -> dict[str, float]:
     """
-    Return what each term adds to Re(lambda) [1/s], by left and right vectors.
+    Return the contribution of each term to Re(lambda) [1/s], by left and right vectors.
 
     Notes
     -----
@@ -162,7 +162,7 @@ def contributions(model: BrakeModel, point: OperatingPoint,
 
 def powers(model: BrakeModel, point: OperatingPoint, vectors: ModeVectors) -> dict[str, float]:
     """
-    Return what each term's work on the mode's own motion adds to Re(lambda) [1/s].
+    Return the contribution to Re(lambda) [1/s] of each term's work on the mode's own motion.
 
     Notes
     -----

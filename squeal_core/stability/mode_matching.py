@@ -152,7 +152,7 @@ def _planes(modes: ModeShapes) -> tuple[IndexArray, ComplexArray]:
 
 
 def _without_shapes(first: ModeShapes, second: ModeShapes) -> str:
-    """Return why shapes cannot be compared; empty where they can."""
+    """Return the reason why shapes cannot be compared; empty where they can."""
     if first.surface is None or second.surface is None:
         return 'not both carry shapes'
     grids = [[(p.name, p.rows, p.columns, p.closed) for p in one.surface.patches]

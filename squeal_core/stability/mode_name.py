@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The short name of a mode: the component modes that lead in it, for labels of pictures."""
+"""The short name of a mode: the component modes that lead in it, for labels of plots."""
 
 import re
 

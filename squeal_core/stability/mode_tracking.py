@@ -231,7 +231,7 @@ class _Match:
         self._assign()
 
     def _assign(self) -> None:
-        """Give each new mode its unit, and see what units share with others over the step."""
+        """Assign a unit to each new mode, and compute what units share over the step."""
         from scipy.optimize import linear_sum_assignment  # slow to load, and few commands follow
         self._units = list(dict.fromkeys(self._labels))
         before = _membership(self._units, self._labels)

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Quiet intervals: where along a positive parameter, such as pressure, no mode is unstable.
+Quiet intervals: ranges of a positive parameter, such as pressure, without an unstable mode.
 
 A scan in equal ratios finds the verdicts, and looks closer at extrema of the growth rate that may
 reach the other verdict between two of its values. Where verdicts differ, the boundary search
