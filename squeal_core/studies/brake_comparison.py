@@ -101,7 +101,7 @@ class ComparedBrake:
 @dataclass(frozen=True, eq=False)
 class BrakeComparison:
     """
-    Brakes side by side; the first one is what the others are matched with.
+    Brakes side by side; the others are matched with the first one.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def compared_model(name: str, model: BrakeModel, point: OperatingPoint, *,
                    bounds: tuple[float, float] = (0.0, 1.0),
                    progress: Progress = lambda _: None) -> ComparedBrake:
     """
-    Return what is compared of a model.
+    Return the modes and shapes of a model for a comparison.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def _worst(modes: Sequence[Mode]) -> complex:
 def compared_table(name: str, table: ExpansionTable, model: BrakeModel,
                    point: OperatingPoint) -> ComparedBrake:
     """
-    Return what a table says at a point: its modes there; it has neither shapes nor identities.
+    Return the modes of a table at a point; it has neither shapes nor identities.
 
     Parameters
     ----------

@@ -175,7 +175,7 @@ class DesignModels:
             return build_model(brake, parts=self._parts, **self.design.settings)
 
     def solve_part(self, values: Mapping[str, float], part: str) -> None:
-        """Have the 'disc' or the 'pads' of a brake solved and kept in the cache."""
+        """Solve the 'disc' or the 'pads' of a brake and keep them in the cache."""
         brake = self.design.brake(values, warn=lambda _: None)
         settings = {**_BUILT_WITH, **self.design.settings}
         if part == 'disc':
@@ -185,7 +185,7 @@ class DesignModels:
 
 
 def _pad_of(content: Mapping[str, Any], path: str) -> str:
-    """Return where the number of one pad stands in a description of both."""
+    """Return the path of one pad's number in a description of both."""
     sections = path.split('.')
     pads = content.get('pads')
     if sections[0] == 'pads' and sections[1:2] and sections[1] in _SIDES and (

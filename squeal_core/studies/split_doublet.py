@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Masses on the disc that split one of its doublets, and what that does to growth rates.
+Masses on the disc that split one of its doublets, and their effect on growth rates.
 
 A disc of revolution has doublets: two modes of n nodal diameters at one frequency, which friction
 couples at any strength. 2n equal masses evenly round the disc load one of the two and not the

@@ -113,7 +113,7 @@ def _boxes(spec: StudySpec) -> Iterator[Box]:
 
 def _impossible(spec: StudySpec, variants: list[Values],
                 warn: Callable[[str], None]) -> dict[int, str]:
-    """Return why brakes are impossible, by variant; raise where all are."""
+    """Return the reasons why brakes are impossible, by variant; raise where all are."""
     if not isinstance(spec.source, BrakeDesign):
         return {}
     reasons: dict[int, str] = {}

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The finished boxes of a study that is not finished."""
+"""Finished boxes of an unfinished study."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

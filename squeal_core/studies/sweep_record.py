@@ -120,7 +120,7 @@ class Sweep:
                                text.split('/')), '') for row in self.identities.tolist()])
 
     def merged(self, number: int) -> NDArray[np.bool_]:
-        """Return where (M,) a number is one of several that cannot be told apart."""
+        """Return whether a mode's number is merged with others at each point, (M,)."""
         return np.char.find(self.names(number), '/') >= 0
 
 

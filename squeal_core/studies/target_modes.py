@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The modes that are to be made stable: at one operating point, and where they begin to grow."""
+"""Modes that are to be made stable: at one operating point, and at their critical friction."""
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ OTHERS = 12  # least stable modes of the band that side effects are looked for i
 @dataclass(frozen=True)
 class TargetMode:
     """
-    A mode that is to be made stable, where it is looked at.
+    A mode that is to be made stable, at an operating point.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The finished rows of boxes of a table that is not finished."""
+"""Finished rows of boxes of an unfinished table."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass

@@ -171,7 +171,7 @@ class _Fit:
 
     def look_inside(self, coefficients: FloatArray) -> None:
         """
-        Note modes that the series has grow somewhere inside the cell.
+        Record modes that grow somewhere inside the cell by the series.
 
         Two modes that decay may meet and flutter in a region too narrow for the samples.
         """
@@ -215,7 +215,7 @@ class _Fit:
         return float(off[:, self._needed(self._roots)].max(initial=0.0))
 
     def is_hopeless(self) -> bool:
-        """Tell by the series, before most solutions, whether no polynomials will fit."""
+        """Return whether no polynomials will fit, by the series, before most solutions."""
         factor = 1.0 + _CORRECTED * self.astray()
         loose = replace(self._tolerances, growth=factor * self._tolerances.growth,
                         decay=factor * self._tolerances.decay)

@@ -105,7 +105,7 @@ class _Frame:
 
 
 def _rows(model: BrakeModel) -> IndexArray:
-    """Return which coefficients at one damping scale multiply anything."""
+    """Return the coefficients at one damping scale that multiply anything."""
     return np.array([i for i, name in enumerate(Coefficients._fields) if name not in _FIXED
                      and (array := getattr(model, name)) is not None and np.any(array)],
                     dtype=np.intp)

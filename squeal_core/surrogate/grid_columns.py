@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Figures of the points of a grid, as arrays: what is said of a spectrum."""
+"""Columns of figures of a spectrum at the points of a grid, as arrays."""
 
 from collections.abc import Mapping
 
@@ -32,7 +32,7 @@ _TURN = 2.0 * np.pi
 def columns_of(eigenvalues: ComplexArray, modes: int, limits: Tolerances,
                band: tuple[float, float]) -> Mapping[str, FloatArray]:
     """
-    Return what `COLUMNS` says of spectra.
+    Return the figures `COLUMNS` of spectra.
 
     Parameters
     ----------

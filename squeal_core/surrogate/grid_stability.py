@@ -219,19 +219,19 @@ class _Groups:
 
 
 def _measures_error(places: Any) -> Any:
-    """Tell which points are solved in full to measure the error, whatever it is."""
+    """Return whether each point is solved in full to measure the error, whatever it is."""
     return places % _CHECK_EVERY == _CHECK_EVERY // 2
 
 
 def _middle(coefficients: FloatArray) -> int:
-    """Return which point is closest to the middle of all, by the widest coefficient."""
+    """Return the place of the point closest to the middle of all, by the widest coefficient."""
     low, high = coefficients.min(axis=0), coefficients.max(axis=0)
     away = np.abs(coefficients - 0.5 * (low + high)) / np.where(high > low, high - low, 1.0)
     return int(away.max(axis=1).argmin())
 
 
 def _widest_half(coefficients: FloatArray) -> Any:
-    """Tell which points lie above the middle of the coefficient that varies most."""
+    """Return whether points lie above the middle of the coefficient that varies most."""
     low, high = coefficients.min(axis=0), coefficients.max(axis=0)
     axis = int(np.argmax((high - low) / (np.maximum(np.abs(low), np.abs(high)) + 1e-300)))
     return coefficients[:, axis] > 0.5 * (low + high)[axis]

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Eigenvalues at a group of operating points by one expansion, and how sure they are."""
+"""Eigenvalues at a group of operating points by one expansion, and their errors."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ _NO_CHANGE = 0.01  # tolerances: less of a change than that is compared with not
 @dataclass(frozen=True, eq=False)
 class LastTerms:
     """
-    The terms of the highest degree of a series: they predict how far smaller groups are off.
+    The terms of the highest degree of a series: they predict the errors of smaller groups.
 
     Parameters
     ----------
@@ -62,11 +62,11 @@ class LastTerms:
         return LastTerms(self.expansion, self.entries, factor)
 
     def predicted(self, coefficients: FloatArray) -> FloatArray:
-        """Return how far (P,) the points of a group are off, in tolerances."""
+        """Return the predicted errors (P,) at the points of a group, in tolerances."""
         return self._at(self._steps(coefficients))
 
     def far_half(self, coefficients: FloatArray) -> Any:
-        """Tell which points lie above the middle of the coefficient that matters most."""
+        """Return whether points lie above the middle of the coefficient that matters most."""
         steps = self._steps(coefficients)
         if not steps.any():
             return np.zeros(len(steps), bool)
@@ -91,7 +91,7 @@ class LastTerms:
 @dataclass(frozen=True, eq=False)
 class GroupExpansion:
     """
-    Eigenvalues at P points by one expansion, and what its last degree changes.
+    Eigenvalues at P points by one expansion, and their change by its last degree.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class GroupExpansion:
 
     def undecided(self, checks: Mapping[int, Deviation], accuracy: Accuracy, modes: int) -> Any:
         """
-        Tell at which points a verdict or the number of a mode hangs on the error.
+        Return whether a verdict or a mode's number at each point is within the error.
 
         Parameters
         ----------

@@ -133,7 +133,7 @@ class _Builder:
         return self.domain.low + half * (2.0 * np.array(place) + 1.0), half
 
     def inside(self, place: Triple, levels: Triple, x: FloatArray) -> Any:
-        """Tell which places x (P, 3) lie in a cell."""
+        """Return whether each place x (P, 3) lies in a cell."""
         centre, half = self.geometry(levels, place)
         return (np.abs(x - centre) <= half * (1.0 + 1e-9)).all(axis=1)
 

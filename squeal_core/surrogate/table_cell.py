@@ -164,7 +164,7 @@ class BlockInvariants:
         return eigenvalues, errors
 
     def places_in(self, other: 'BlockInvariants') -> tuple[IndexArray, IndexArray]:
-        """Return where eigenvalues and invariants (n,) stand in a layout of more blocks."""
+        """Return the places of eigenvalues and invariants (n,) in a layout of more blocks."""
         within = np.arange(self.sizes.size) - np.searchsorted(self.sizes, self.sizes)
         blocks = np.searchsorted(other.sizes, self.sizes) + within  # as many of the same size
         moved = (np.cumsum(other.sizes) - other.sizes)[blocks] - np.cumsum(self.sizes) + self.sizes
@@ -232,7 +232,7 @@ class TableCell:
 def not_known(eigenvalues: ComplexArray, errors: FloatArray, mirrored: Any, omitted_below: Any,
               tolerances: TableTolerances, limits: Tolerances) -> Any:
     """
-    Tell which of the eigenvalues (..., n) of cells are not known well enough.
+    Return whether each eigenvalue (..., n) of cells is not known well enough.
 
     Those are modes that matter with errors above the tolerance, and pairs that became real.
     """

@@ -103,12 +103,12 @@ class TableDomain:
                          self.friction[1]]) - self.low
 
     def contains(self, centre: FloatArray, half: FloatArray) -> bool:
-        """Tell whether some of a box is less steep than the limit."""
+        """Return whether some of a box is less steep than the limit."""
         speed, pressure, friction = centre + half * (1.0, -1.0, -1.0)
         return bool(math.exp(pressure - speed) * friction < self.steepest)
 
     def covers(self, x: FloatArray) -> Any:
-        """Tell which places x (P, 3) of the box are less steep than the limit."""
+        """Return whether each place x (P, 3) of the box is less steep than the limit."""
         return np.exp(x[:, 1] - x[:, 0]) * x[:, 2] < self.steepest
 
     def points(self, model: BrakeModel, x: FloatArray) -> OperatingPoints:

@@ -118,7 +118,7 @@ def read_table_header(path: str | Path) -> dict[str, Any]:
 
 
 def is_table(path: str | Path) -> bool:
-    """Tell whether a file is a table file, by its header."""
+    """Return whether a file is a table file, by its header."""
     return is_archive(path, KIND)
 
 
@@ -175,7 +175,7 @@ def _numbers(values: Mapping[str, Any], record: type) -> dict[str, Any]:
 
 
 def cached_path(model: BrakeModel) -> Path:
-    """Return where the user's cache has the table of a model, under the model's hash."""
+    """Return the path of a model's table in the user's cache, under the model's hash."""
     return resources.cache_folder() / f'table_{model_hash(model)[:16]}_{SCHEMA}.npz'
 
 

@@ -85,7 +85,7 @@ class CycleTable:
                        self._number(line, cells, self.speed))
 
     def _header(self) -> tuple[int, str]:
-        """Return how many lines are before the first row, and the names of the columns."""
+        """Return the line number and the text of the header; '' without one."""
         number = 0
         for number, line in enumerate(self._lines, 1):
             if line.strip() and not _is_comment(line):

@@ -35,7 +35,7 @@ _COLUMNS = Column(0, TIME, 1.0), Column(1, SPEED, 1.0)
 
 
 class DriveCycleError(SquealError):
-    """A drive cycle that cannot be used: says where, which value, and the remedy."""
+    """A drive cycle that cannot be used; the message has place, value and remedy."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -186,7 +186,7 @@ class _Driver:
             pressure, self._now.pressure - change), self._now.pressure + change))
 
     def _lost(self, stop: Stop, *speeds: float) -> float:
-        """Return what discs at a start temperature cool by between two speeds [K]."""
+        """Return the cooling of discs at a start temperature between two speeds [K]."""
         first, last = map(abs, speeds)
         above = stop.temperature - self._vehicle.ambient_temperature
         seconds = abs(first - last) / _CHANGE + self._step
@@ -216,7 +216,7 @@ class _Driver:
             self._slow_down(stop, done)
 
     def _slow_down(self, stop: Stop, fraction: float) -> bool:
-        """Brake for a step with a part of what is asked; tell whether it goes on afterwards."""
+        """Brake for a step with a fraction of the demand; return whether it goes on afterwards."""
         speed, now = abs(self._now.speed), self._now
         if stop.kind == 'drag':
             self._advance(now.speed, fraction * stop.pressure)

@@ -29,7 +29,7 @@ _FACTORS: Ends = (0.1, 10.0)
 
 
 class VehicleError(SquealError):
-    """A vehicle that cannot be used: says where, which value, and the remedy."""
+    """A vehicle that cannot be used; the message has place, value and remedy."""
 
 
 def _quantity(key: str, possible: Ends, usual: Ends, dimension: str = '', scale: float = 1.0,
@@ -157,7 +157,7 @@ class Vehicle:
         return np.maximum(-self.inertia * acceleration - self.resistance(speed), 0.0)
 
     def deceleration(self, speed: float, force: float) -> float:
-        """Return how fast the vehicle slows [m/s^2] at a speed [m/s] by a force of the brakes."""
+        """Return the deceleration [m/s^2] at a speed [m/s] by a force of the brakes."""
         return (force + float(self.resistance(np.array(speed)))) / self.inertia
 
     @property

@@ -42,7 +42,7 @@ __all__ = ['as_text', 'Case', 'Parts', 'ClaimResult', 'Verdict', 'Verification',
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Verification:
-    """Rows of the table, the sweeps behind them and K09's figures, and what was left out why."""
+    """Rows of the table, the sweeps behind them and K09's figures, and omissions with reasons."""
 
     model: BrakeModel
     rows: tuple[ClaimResult, ...]
@@ -64,7 +64,7 @@ class Verification:
 def verify(model: BrakeModel, *, progress: Callable[[str], None] = lambda _: None,
            workers: int = 0, stride: int = 1) -> Verification:
     """
-    Rerun K09 and return claim by claim what the paper says and what the model gives.
+    Rerun K09 and return, claim by claim, the paper's results and those of the model.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A model at K09's operating points, and the modes and pairs that the paper speaks of."""
+"""A model at K09's operating points, and the modes and pairs that the paper discusses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -126,5 +126,5 @@ def gap(first: Mode, second: Mode) -> float:
 
 
 def merged(first: Mode, second: Mode) -> bool:
-    """Tell whether two eigenvalues differ more in growth than in frequency: past merging."""
+    """Return whether two eigenvalues differ more in growth than in frequency: past merging."""
     return ((first.eigenvalue - second.eigenvalue)**2).real > 0.0

@@ -26,7 +26,7 @@ from squeal_core.verification.row import ClaimResult, said
 
 
 def components(case: Case) -> Iterator[ClaimResult]:
-    """Frequencies of disc and pads that K09 prints."""
+    """Yield the claims on frequencies of disc and pads that K09 prints."""
     for printed, name, words, source, why in PRINTED:
         own = case.model.angular_frequencies[case.model.names.index(name)] / 2.0 / np.pi
         off = abs(own / printed - 1.0)
@@ -36,7 +36,7 @@ def components(case: Case) -> Iterator[ClaimResult]:
 
 
 def maps(case: Case) -> Iterator[ClaimResult]:
-    """Figs 10 and 13: which pairs squeal at full stiffness, and who takes part."""
+    """Yield the claims of figs 10 and 13: pairs that squeal at full stiffness, and their parts."""
     before, meant, added = added_pairs(case)
     yield said('pairs that squeal at 5 rad/s', 'fig. 10', names([THIRD, PADS]), names(before),
                set(before) == {THIRD, PADS})
@@ -54,7 +54,7 @@ def maps(case: Case) -> Iterator[ClaimResult]:
 
 
 def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[ClaimResult]:
-    """Return what moves in the two pairs that squeal at 5 rad/s."""
+    """Yield the claims on the motion of the two pairs that squeal at 5 rad/s."""
     third = np.array([name[:-1] == 'disc (3,0)' for name in case.model.names])
     for pair, words, part in ((THIRD, 'third disc doublet', third),
                               (PADS, 'rigid pads', case.rigid)):
@@ -91,7 +91,7 @@ def _gyroscopic(case: Case, found: Mechanism) -> ClaimResult:
 
 
 def _further(others: Mapping[Pair, Mechanism]) -> ClaimResult:
-    """Pairs that squeal at 20 rad/s and that the text does not name."""
+    """Return the claim on pairs that squeal at 20 rad/s and that the text does not name."""
     leads = {other.participation[0].name for other in others.values()}
     growth = ', '.join(f'{other.participation[0].name} by {other.mode.growth_rate:.1f} 1/s'
                        for other in others.values())

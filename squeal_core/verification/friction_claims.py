@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Claims of K09 about growing friction and what rotation changes: figs 11 and 12."""
+"""Claims of K09 about growing friction and the effect of rotation: figs 11 and 12."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ class _Variants:
 
 
 def third_doublet(case: Case) -> Iterator[ClaimResult]:
-    """Fig. 12 and what section 3.1 says of rotation."""
+    """Yield the claims of fig. 12, and of section 3.1 on rotation."""
     variants, slow = _Variants(case), case.at(SLOW)
     still = variants.still
     first, second = still.pair(THIRD, slow)
@@ -61,7 +61,7 @@ def third_doublet(case: Case) -> Iterator[ClaimResult]:
 
 
 def pad_pair(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
-    """Fig. 11: two rigid modes of the pads."""
+    """Yield the claims of fig. 11: two rigid modes of the pads."""
     variants, slow = _Variants(case), case.at(SLOW)
     still = variants.still
     first, second = still.pair(PADS, slow)
@@ -81,7 +81,7 @@ def pad_pair(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
 
 
 def _mergings(still: Case, softer: Sequence[tuple[Mode, Mode]]) -> str:
-    """Frictions at which pairs merge at the softer contact stiffnesses."""
+    """Return frictions at which pairs merge at the softer contact stiffnesses, in words."""
     found = (nearest_exceptional_point(still.model, still.at(SLOW, stiffness=k),
                                        modes=pair).value.real
              for k, pair in zip(SOFTER, softer, strict=True))
@@ -100,7 +100,7 @@ def _why_apart(apart: float, near: str, parts: Parts | None) -> str:
 
 
 def _raised(variants: _Variants, softer: tuple[Mode, Mode]) -> ClaimResult:
-    """Return what the radial term does to the critical friction, at full and at 71 % stiffness."""
+    """Return the claim on critical friction by the radial term, at full and at 71 % stiffness."""
     both = variants.still, variants.damped
     low, high = (case.critical_friction(PADS) for case in both)
     soft = [case.critical_friction([mode.index for mode in softer], stiffness=SOFTER[1])

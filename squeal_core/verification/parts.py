@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The modes that a model of K09's brake was built from, solved anew: for what needs shapes."""
+"""The modes that a model of K09's brake was built from, solved anew where shapes are needed."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

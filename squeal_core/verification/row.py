@@ -29,7 +29,7 @@ _HEAD = ('claim', 'source', 'K09', 'here', 'tolerance', 'verdict')
 @dataclass(frozen=True, kw_only=True)
 class ClaimResult:
     """
-    One claim of the paper, in our words, and what becomes of it here.
+    One claim of the paper, in our words, and its result here.
 
     `known` says that a difference is understood, and `reason` why; see `Verification.passed`.
     """
@@ -68,7 +68,7 @@ def table(rows: Sequence[ClaimResult], skipped: Sequence[str], *, passed: bool) 
 
 
 def _reasons(rows: Sequence[ClaimResult], skipped: Sequence[str]) -> list[str]:
-    """Each reason once, with all claims that share it."""
+    """Return each reason once, with all claims that share it."""
     reasons: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         if row.reason:

@@ -31,7 +31,7 @@ from squeal_core.verification.row import ClaimResult, said
 
 
 def over_speed(case: Case, record: Sweep) -> Iterator[ClaimResult]:
-    """Fig. 15: growth rates over speed, friction by its law; of a tracked sweep."""
+    """Yield the claims of fig. 15: growth rates over speed, friction by its law, tracked."""
     yield _torsion_over_speed(case, record)
     yield from _pads_over_speed(case, record)
     yield from _doublets(case, record)
@@ -85,7 +85,7 @@ def _divergence(case: Case) -> ClaimResult:
 
 
 def torsion(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
-    """Fig. 16 and section 3.2: in-plane torsion squeals by the negative slope alone."""
+    """Yield the claims of fig. 16 and section 3.2: torsion squeals by the negative slope alone."""
     place = case.model.names.index(TORSION)
     size = max(float(np.abs(array[:, place]).max() / np.abs(array).max()) for array in (
         case.model.contact_stiffness, case.model.friction_couple) if array is not None)

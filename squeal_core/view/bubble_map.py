@@ -122,7 +122,7 @@ def spread(heights: Sequence[float], gap: float, top: float) -> list[float]:
 
 
 def _legend(figure: Any, modes: Sequence[UnstableMode], scale: float) -> None:
-    """Name mechanisms with how many bubbles each has, and the sizes of three damping ratios."""
+    """Draw the legend: mechanisms with numbers of bubbles, sizes of three damping ratios."""
     handles = [Line2D([], [], color='0.7', linewidth=1.0, label='modes that oscillate')]
     for mechanism, look in MECHANISMS.items():
         count = sum(mode.mechanism == mechanism for mode in modes)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The picture of a drive: speed, pressure, risk and unstable frequencies over time."""
+"""Plot of a drive: speed, pressure, risk and unstable frequencies over time."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any

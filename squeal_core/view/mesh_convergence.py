@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The picture of how the matrices converge with the planar mesh, and what they make unstable."""
+"""Plot of the convergence of the matrices with the planar mesh, and of growth rates."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

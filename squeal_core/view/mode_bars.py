@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Bars of modes: damping ratios against a threshold, and what adds up to a growth rate."""
+"""Bars of modes: damping ratios against a threshold, and terms of a growth rate."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -36,7 +36,7 @@ _RISE, _FALL, _TOTAL = Look('#D55E00', '', '//'), Look('#0072B2', '', '\\\\'), L
 
 
 class DampingBar(NamedTuple):
-    """A bar: name of the mode, frequency [Hz], damping ratio [%] and what is said of it."""
+    """A bar: name of the mode, frequency [Hz], damping ratio [%] and verdict."""
 
     name: str
     frequency_hz: float

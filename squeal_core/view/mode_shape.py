@@ -96,7 +96,7 @@ def check_shapes(model: BrakeModel) -> SurfaceShapes:
 
 def shape_view(model: BrakeModel, vector: ComplexArray, title: str, about: str) -> ShapeView:
     """
-    Return what is drawn of a mode.
+    Return the drawing of a mode.
 
     Parameters
     ----------

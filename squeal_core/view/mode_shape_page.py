@@ -88,7 +88,7 @@ def shape_page(view: ShapeView, *, moving: bool) -> str:
 
 
 def shape_figure(view: ShapeView, *, moving: bool) -> dict[str, Any]:
-    """Return what plotly.js draws: surfaces at the extreme, and the frames of a cycle."""
+    """Return the figure for plotly.js: surfaces at the extreme, and the frames of a cycle."""
     figure: dict[str, Any] = {'data': [*_surfaces(view, 0.0), *map(_outline, view.surfaces)],
                               'layout': _layout(view, moving=moving)}
     if moving:

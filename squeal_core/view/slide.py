@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Pictures for a slide: its size and fonts, and what tells mechanisms and brakes apart."""
+"""Figures for a slide: size and fonts, and styles of mechanisms and brakes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -70,7 +70,7 @@ SEVERAL = (Look(_BLUE, 'o', ''), Look(_ORANGE, 's', '//', '--'), Look(_GREEN, '^
 def slide(path: FigureTarget, title: str, about: str, *,
           overwrite: bool = True) -> Iterator[Any]:
     """
-    Give the figure of a slide to draw in, which is saved when the context ends well.
+    Yield the figure of a slide to draw in, which is saved when the context ends well.
 
     Parameters
     ----------

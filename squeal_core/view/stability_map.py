@@ -89,7 +89,7 @@ def _stiffness(record: Sweep, brief: bool) -> list[str]:
 
 
 def shown_to(record: Sweep, top: float) -> str:
-    """Say up to which frequency [Hz] modes are drawn, where there are others above it."""
+    """Return the frequency [Hz] up to which modes are drawn, in words; '' if all are."""
     above = (record.frequencies_hz > top) & np.isin(record.kinds, ('flutter', 'stable'))
     if not above.any():
         return ''
@@ -100,7 +100,7 @@ def shown_to(record: Sweep, top: float) -> str:
 @contextmanager
 def sheet(path: FigureTarget, record: Sweep, heading: str, title: str, *,
           paper: tuple[float, float] | None, overwrite: bool, more: str = '') -> Iterator[Any]:
-    """Give the figure of a slide, or of a size on paper [in], with a title; save it."""
+    """Yield the figure of a slide, or of a size on paper [in], with a title; save it."""
     if paper is None:
         with slide(path, title or heading, conditions(record) + more,
                    overwrite=overwrite) as figure:

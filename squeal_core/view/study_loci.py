@@ -77,7 +77,7 @@ def draw_loci(figure: Any, study: Study) -> None:
 
 
 def _looks(count: int, points: int) -> list[dict[str, Any]]:
-    """Return how lines of each value of the second parameter look."""
+    """Return the line styles of each value of the second parameter."""
     colours = COLOURS if count <= len(MARKERS) else colormaps['viridis'](
         np.linspace(0.0, 0.9, count))
     return [{'color': colours[i], 'marker': MARKERS[i % len(MARKERS)], 'markersize': 6.0,
@@ -86,7 +86,7 @@ def _looks(count: int, points: int) -> list[dict[str, Any]]:
 
 
 def _explain(figure: Any, panels: Any, study: Study, looks: list[dict[str, Any]]) -> None:
-    """Say what colours and line styles are of."""
+    """Draw the legend of colours and line styles."""
     names = list(study.axes)
     values, words = study_axis(study, names[1])
     rest = {name: study_axis(study, name) for name in names[2:]}

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Pictures of studies: lines over one parameter, a map over two, a matrix of projections over more.
+Plots of studies: lines over one parameter, a map over two, a matrix of projections over more.
 
 A projection shows two parameters; of all others it takes the worst point, and says so.
 """
@@ -164,7 +164,7 @@ def _legend(study: Study, shown: _Shown) -> str:
 
 
 def _shade(panel: Any, study: Study, pair: tuple[int, int], shown: _Shown) -> Any:
-    """Shade a projection on two axes, the first one upwards; return what the colours mean."""
+    """Shade a projection on two axes, the first one upwards; return what a colour bar takes."""
     names = list(study.axes)
     others = tuple(i for i in range(len(names)) if i not in pair)
     values = shown.worst.reduce(shown.values, axis=others) if others else shown.values

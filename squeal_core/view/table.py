@@ -125,7 +125,7 @@ def _cells(row: AssessmentRecord) -> tuple[str | Text, ...]:
 
 
 def _reason(row: AssessmentRecord) -> str:
-    """Return what the other columns do not say of a row."""
+    """Return the reason of a row, without what other columns show."""
     return row.reason.partition('; ')[2] if row.state == 'steady' else row.reason
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Charts of what to change: a tornado of parameters, growth rates over the angle of masses."""
+"""Charts of sensitivities: a tornado of parameters, growth rates over the angle of masses."""
 
 from collections.abc import Mapping, Sequence
 import math

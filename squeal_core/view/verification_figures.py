@@ -85,7 +85,7 @@ def check_figures(folder: str | Path, *, overwrite: bool) -> None:
 
 
 def _drawings(*, with_shapes: bool) -> dict[str, Callable[[Verification, FigureTarget], None]]:
-    """Return what draws each figure, by its number."""
+    """Return the function that draws each figure, by its number."""
     drawings: dict[str, Callable[[Verification, FigureTarget], None]] = {
         '09': _friction_curves, '10': _map_slow, '11': _loci_pads, '12': _loci_third,
         '13': _map_fast, '15': _growth_over_speed, '11_softer': _loci_softer}

@@ -183,7 +183,7 @@ def worst_levels(runs: Sequence[Run]) -> Figure:
 
 
 def _groups(runs: Sequence[Run]) -> Iterator[tuple[str, list[ApplicationRecord]]]:
-    """Yield what has a curve of its own: all and each brake of one run, or each run."""
+    """Yield the groups with a curve each: all and each brake of one run, or each run."""
     if len(runs) > 1:
         yield from ((label(run.name), run.known) for run in runs)
         return

@@ -39,7 +39,7 @@ _NO_BRAKE = ''
 
 
 class NamedStretch(NamedTuple):
-    """A stretch of a recording, its heading and what it is of."""
+    """A stretch of a recording, its heading and its description."""
 
     title: str
     words: str
@@ -141,7 +141,7 @@ def _named(run: Run, result: ReplayResult, title: str, ends: Stretch) -> NamedSt
 
 
 def _path(run: Run, worst: Located | None) -> tuple[ApplicationPath, str]:
-    """Return what collects the application of the worst event, and what it is."""
+    """Return a collector for the application of the worst event, and its description."""
     if worst is None:
         return ApplicationPath(_NO_BRAKE, 0.0, 0.0), ''
     one = worst.record

@@ -38,7 +38,7 @@ class Curve(NamedTuple):
 
 @dataclass(eq=False)
 class _Extremes:
-    """Smallest and largest value of each interval of one brake, and what is not known of it."""
+    """Smallest and largest value of each interval of one brake, and unknown intervals."""
 
     low: dict[str, FloatArray]
     high: dict[str, FloatArray]

@@ -85,7 +85,7 @@ class Figure:
     wide: bool = False
 
     def as_plotly(self) -> dict[str, Any]:
-        """Return what the page's script draws."""
+        """Return the figure as the page's script draws it."""
         return {'id': self.name, 'data': list(self.traces),
                 'layout': {'height': self.height, 'margin': {'l': 65, 'r': 20, 't': 20, 'b': 50},
                            **self.layout}}
@@ -110,7 +110,7 @@ def fitted_range(values: ArrayLike) -> list[float]:
 
 
 def points(count: int) -> Trace:
-    """Return what draws so many markers: a browser has only few places for WebGL."""
+    """Return the trace type for so many markers: a browser has only few places for WebGL."""
     return {'type': 'scattergl' if count > _MOST_IN_SVG else 'scatter', 'mode': 'markers'}
 
 

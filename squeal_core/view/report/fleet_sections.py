@@ -35,7 +35,7 @@ _COLUMNS = ('braking time', 'risk not known', 'applications', 'known', 'squeal p
 
 
 def known_section(data: FleetData) -> Iterator[Markup]:
-    """Yield how much of the braking is known, what failed, and why the rest is not known."""
+    """Yield the section on known risk: fraction of the braking, failures, reasons."""
     total, manifest = data.total, data.folder.manifest
     if manifest.get('partial'):
         yield element('p', f'In part only: {manifest["partial"]}.', class_='warning')
@@ -83,7 +83,7 @@ def _failures(data: FleetData) -> Iterator[Markup]:
 
 
 def _counting(manifest: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what counts, and how surely."""
+    """Yield notes on counting and on confidence intervals."""
     if copies := manifest['recordings_copied']:
         yield f'Copies of other recordings, which count once: {copies}.'
     yield ('Intervals (95 %) take as many independent trials as there were brakings of a vehicle: '
@@ -92,7 +92,7 @@ def _counting(manifest: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _notes(data: FleetData) -> Iterator[Markup]:
-    """Yield what was lost or supposed as recordings were read."""
+    """Yield notes on data lost or assumed as recordings were read."""
     rows = [(label.recording, label.vehicle or DASH, one.notes)
             for label, one in data.recordings if one.notes]
     if rows:
@@ -109,7 +109,7 @@ def _more(count: int, most: int, name: str) -> Iterator[Markup]:
 
 
 def _reasons(data: FleetData) -> Iterator[Markup]:
-    """Yield why the risk was not known, by braking time: the main reason of each recording."""
+    """Yield the reasons for unknown risk, by braking time: the main one of each recording."""
     found: dict[str, tuple[float, int, str]] = {}
     for _, one in data.recordings:
         unknown = one.braking_s - one.risk_known_s

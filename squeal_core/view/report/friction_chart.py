@@ -91,7 +91,7 @@ def friction_chart(runs: Sequence[Run], boundary: FrictionBoundary) -> Figure:
 
 
 def _of_boundary(boundary: FrictionBoundary, lines: int) -> str:
-    """Return what the lines of the stability boundary are, or why there are none."""
+    """Return the caption of the lines of the stability boundary, or the reason for none."""
     if not boundary.known:
         return ('The predicted stability boundary is not known: no tick has a friction margin, '
                 'which takes a look-up table (`squeal tabulate`).')

@@ -29,7 +29,7 @@ _MOST_LINES = 12
 
 
 def known_section(run: Run) -> list[Markup]:
-    """Return what is known of a run: how much of the braking, of which recordings, by what."""
+    """Return the section on known risk: how much of the braking, which recordings, its basis."""
     return [*_warnings(run), element('p', _headline(run), class_='headline'),
             *risk_bases(one.summary for one in run.results), _recordings(run), *_reasons(run),
             *_notes(run), _versions(run)]
@@ -49,7 +49,7 @@ def _headline(run: Run) -> str:
 
 
 def risk_bases(summaries: Iterable[Mapping[str, Any]]) -> Iterator[Markup]:
-    """Yield what the level of the squeal risk rests on."""
+    """Yield the basis of the level of the squeal risk."""
     bases = [one.get('risk_basis') or ('' if one.get('calibration') else NOT_CALIBRATED)
              for one in summaries]
     for basis in filter(None, dict.fromkeys(bases)):
@@ -99,7 +99,7 @@ def _recordings(run: Run) -> Markup:
 
 
 def _reasons(run: Run) -> Iterator[Markup]:
-    """Yield why the risk was not known, by braking time."""
+    """Yield the reasons for unknown risk, by braking time."""
     found: dict[tuple[str, str, str], float] = {}
     for one in run.results:
         rate = float(one.summary['rate_hz'])

@@ -31,7 +31,7 @@ _LISTED = 20  # applications
 
 
 def measured_section(found: Comparison, of_run: str) -> list[Markup]:
-    """Return what is not known of a comparison, then outcomes, pitches, lead times and scores."""
+    """Return the notes of a comparison, then outcomes, pitches, lead times and scores."""
     return [element('h3', f'Measured squeal{of_run}'),
             element('ul', [element('li', prose(note)) for note in found.notes]),
             _outcomes(found), *_pitches(found), *_scores(found), *_applications(found)]

@@ -100,7 +100,7 @@ def occurrence(runs: Sequence[Run], condition: Condition,
 
 
 def _without(runs: Sequence[Run], name: str) -> str:
-    """Return why no application has a condition."""
+    """Return the reason why no application has a condition."""
     inputs = {one['signal'] for run in runs for result in run.results
               for one in result.summary.get('inputs') or ()}
     return f'Not known: no brake application has a {name}' + (

@@ -40,7 +40,7 @@ _MOST_CHANGES = 40  # lines of settings
 
 
 def summary_section(run: Run) -> list[Markup]:
-    """Return how often squeal is predicted, by brake, and the worst events."""
+    """Return the predicted squeal of a run by brake, and the worst events."""
     return [_applications(run), *_worst_events(run)]
 
 
@@ -95,7 +95,7 @@ def _worst_events(run: Run) -> Iterator[Markup]:
 
 
 def _of_events(count: int) -> str:
-    """Return what the table of events shows, and how its risks and times are to be read."""
+    """Return the caption of the table of events, with the meaning of its risks and times."""
     words = 'The predicted squeal event' if count == 1 else (
         f'The worst {_WORST_EVENTS} of {count} predicted squeal events, by risk'
         if count > _WORST_EVENTS else f'{count} predicted squeal events, worst first, by risk')
@@ -124,7 +124,7 @@ _EVENT: tuple[tuple[str, Callable[[Run, Located], str]], ...] = (
 
 
 def differences_section(runs: Sequence[Run]) -> list[Markup]:
-    """Return how each further run differs from the first: figures, models, settings."""
+    """Return the differences of further runs from the first: figures, models, settings."""
     return [*_stretches(runs), _figures(runs), *_versions(runs)]
 
 
@@ -205,7 +205,7 @@ def _signed(change: float, words: Callable[[float], str]) -> str:
 
 
 def _versions(runs: Sequence[Run]) -> Iterator[Markup]:
-    """Yield which model, table and settings differ, and the lines that do."""
+    """Yield the models, tables and settings that differ, and the lines that do."""
     first = runs[0].results[0].summary
     for run in runs[1:]:
         other = run.results[0].summary

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The ticks of a table, brake by brake, as what the page accumulates takes them."""
+"""The ticks of a table, brake by brake, as the page's accumulators take them."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, Protocol, TypeAlias

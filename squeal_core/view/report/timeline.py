@@ -40,7 +40,7 @@ _LANES, _MODES = 'y2', 'y8'
 
 
 class _Panel(NamedTuple):
-    """A row of the figure: what it shows, in which unit, and its part of the height."""
+    """A row of the figure: its column, title and unit, and its fraction of the height."""
 
     axis: str
     column: str
@@ -100,7 +100,7 @@ def timeline(envelope: StretchEnvelope, *, name: str, title: str, what: str,
 
 
 def _areas(envelope: StretchEnvelope) -> Iterator[Trace]:
-    """Yield what is behind all panels: braking of any brake, and what is not known of any."""
+    """Yield the areas behind all panels: braking of any brake, and unknown of any."""
     every = envelope.brakes.values()
     sliding = envelope.stretches(np.any([one.sliding for one in every], axis=0))
     unknown = envelope.stretches(np.any([one.unknown for one in every], axis=0))

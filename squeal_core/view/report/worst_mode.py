@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The worst mode of a run: its shape in three dimensions, and what makes it grow."""
+"""The worst mode of a run: its shape in three dimensions, and its mechanism."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -180,7 +180,7 @@ def _meshes(surface: Any, points: FloatArray, amplitude: FloatArray) -> Iterator
 
 
 def mechanism_figure(found: WorstMode, name: str, of: str = '') -> Figure:
-    """Return what each term adds to the growth rate, as bars that sum to it."""
+    """Return the contributions of terms to the growth rate, as bars that sum to it."""
     about: dict[str, Any] = {'name': name, 'title': f'Mechanism of the worst mode{of}'}
     if found.mechanism is None:
         return Figure(**about, unknown=found.unknown)
