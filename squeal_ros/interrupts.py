@@ -59,7 +59,7 @@ class EndAtOnce:
                 signal.signal(number, self._end)
 
     def only_note(self) -> None:
-        """Let signals end nothing from now on, and set `came`."""
+        """Only set `came` at a signal from now on, and end nothing."""
         self._noting = True
 
     def _end(self, *_: object) -> None:
@@ -120,7 +120,7 @@ class InterruptOnce:
 
 
 def _within(code: CodeType, frame: FrameType | None) -> bool:
-    """Tell whether a function is among those that run: one that would drop an exception."""
+    """Return whether a function is among those that run: one that would drop an exception."""
     while frame is not None and frame.f_code is not code:
         frame = frame.f_back
     return frame is not None

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Entry point of `squeal`: signals are in hand before anything slow is imported."""
+"""Entry point of `squeal`: signals are handled before anything slow is imported."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 

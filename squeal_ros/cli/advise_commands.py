@@ -177,7 +177,7 @@ def _map(model: BrakeModel, chosen: MonitorSettings, risks: VehicleRisk, hold: f
 
 def _about(name: str, model: BrakeModel, chosen: MonitorSettings, risks: VehicleRisk,
            hold: float) -> dict[str, str]:
-    """Return what a map is of, in words."""
+    """Return the description of a map, by key."""
     low, high = band_of(chosen)
     about = {
         'model': name, 'model hash': f'sha256 {model_hash(model)}',

@@ -90,7 +90,7 @@ def positive(name: str, value: float) -> float:
 
 
 def is_there(path: Path) -> bool:
-    """Tell whether there is something at a path."""
+    """Return whether there is something at a path."""
     try:
         return path.exists()
     except (OSError, ValueError):  # a name too long, a NUL
@@ -98,7 +98,7 @@ def is_there(path: Path) -> bool:
 
 
 def is_description(name: str) -> bool:
-    """Tell whether a brake is given by its description, and not by a model."""
+    """Return whether a brake is given by its description, and not by a model."""
     return Path(name).suffix.lower() in ('.yaml', '.yml')
 
 

@@ -111,7 +111,7 @@ def _stiffness(options: argparse.Namespace, swept: Collection[str], table: bool)
 
 
 def _friction(options: argparse.Namespace, swept: Collection[str]) -> str:
-    """Return what keeps friction and its slope from following the law."""
+    """Return the option that keeps friction and its slope from following the law, with remedy."""
     by = ('--over friction' if 'friction' in swept else
           '--friction' if options.friction is not None else '')
     if not by or (options.friction_law and 'friction_slope' not in swept):
@@ -122,7 +122,7 @@ def _friction(options: argparse.Namespace, swept: Collection[str]) -> str:
 
 
 def _caliper(options: argparse.Namespace, load: str) -> str:
-    """Return what keeps the load from being a brake pressure."""
+    """Return the load that keeps a brake pressure from being used, with remedy."""
     if load == 'pressure' or (not load and options.pressure is not None):
         return ''
     by = f'--over {load}' if load else 'a preload'

@@ -181,7 +181,7 @@ def _in_words(found: Calibration, about: Mapping[str, Any]) -> str:
 
 
 def _distrust(found: Calibration, evaluation: Evaluation | None) -> str:
-    """Return why the calibration is not to be trusted, as far as it can be told; '': it is."""
+    """Return the reason not to trust the calibration, as far as known; '' for none."""
     if not found.heard:
         return 'no event was fitted, so the ensemble is the prior and not calibrated'
     if found.likelihood_power < found.power:

@@ -26,7 +26,7 @@ BAD_INPUT = 2  # exit code
 
 
 class CommandParser(argparse.ArgumentParser):
-    """Says what is wrong in one line, with the nearest option or command."""
+    """Parser whose errors are one line, with the nearest option or command."""
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)

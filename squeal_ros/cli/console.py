@@ -32,12 +32,12 @@ def report_progress(text: str) -> None:
 
 
 def warn(text: str) -> None:
-    """Say on stderr what is doubted; the command goes on."""
+    """Print a warning on stderr; the command goes on."""
     print(f'squeal: warning: {in_one_line(text)}', file=sys.stderr)
 
 
 def note(text: str) -> None:
-    """Say on stderr what is good to know."""
+    """Print a note on stderr."""
     print(f'squeal: {in_one_line(text)}', file=sys.stderr)
 
 
@@ -84,7 +84,7 @@ class ProgressBar:
 
 
 def time_left(begun: float, done: int, total: int) -> str:
-    """Say how long the rest takes, of work begun at a `time.monotonic`; empty before any."""
+    """Return the time left in words, of work begun at a `time.monotonic`; empty before any."""
     if done <= 0:
         return ''
     left = (time.monotonic() - begun) / done * (total - done)

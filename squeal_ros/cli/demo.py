@@ -89,7 +89,7 @@ class DemoFiles:
         return self.folder / 'drive.png'
 
     def described(self) -> Iterator[tuple[str, Path]]:
-        """Yield what each file is, and its path."""
+        """Yield the description of each file, and its path."""
         yield 'plot of the drive', self.picture
         yield 'recorded inputs', self.inputs
         yield 'table of the node', self.live_table
@@ -162,7 +162,7 @@ def own_domain() -> Iterator[int]:
 
 
 def how_to_listen(domain: int) -> str:
-    """Return how a terminal joins the demo."""
+    """Return instructions for a terminal to join the demo."""
     return (f'in ROS domain {domain}, namespace {NAMESPACE}; to listen: ROS_DOMAIN_ID={domain} '
             f'{_RANGE}={_LOCALHOST} ros2 topic list')
 
@@ -199,14 +199,14 @@ def _remapped(settings: MonitorSettings) -> Iterator[str]:
 
 
 def _end_with_parent() -> None:
-    """Have the kernel end this process when its parent is killed (Linux; elsewhere nothing)."""
+    """End this process when its parent is killed (Linux; elsewhere nothing)."""
     if sys.platform == 'linux':
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def run_live(signals: BrakeSignals, config: Path, files: DemoFiles, display: DriveDisplay, *,
              settings: MonitorSettings, speed_up: float, domain: int) -> LiveDrive:
-    """Play the signals to a node of its own; record them, show and write what it answers."""
+    """Play the signals to a node of its own; record them, show and write its answers."""
     done = lost = 0
     with (OutputFiles() as outputs, monitor_process(config, settings, domain) as process,
           BrakePlayer(signals, namespace=NAMESPACE, domain=domain) as player,
@@ -247,7 +247,7 @@ def replay_inputs(files: DemoFiles, settings: MonitorSettings, model: BrakeModel
 
 
 def compare(files: DemoFiles) -> Agreement:
-    """Compare what the node answered with the replay."""
+    """Compare the node's answers with the replay."""
     return agreement(files.live_rows(), files.replayed_rows())
 
 

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""`squeal fleet`: the monitor over the recordings of a fleet, on many processors."""
+"""`squeal fleet`: run the monitor on the recordings of a fleet, on many processors."""
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Measured squeal that a command is given: a table of events, or a sound to listen to."""
+"""Measured squeal for a command: from a table of events, or a sound to listen to."""
 
 import argparse
 from collections.abc import Collection

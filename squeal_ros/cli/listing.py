@@ -53,7 +53,7 @@ def counts_in_words(modes: Sequence[tuple[str, float]]) -> str:
 
 
 def points_in_words(counts: Mapping[str, Any]) -> str:
-    """Say at how many points there is an instability, or a boundary of one; of loci nothing."""
+    """Return the number of points with an instability or boundary, in words; of loci ''."""
     kinds = {'squeal': 'squeal', 'flutter': 'flutter', 'divergence': 'divergence',
              'boundary': 'a stability boundary'}
     return ', '.join(f'{words} at {counts[name]}' for kind, words in kinds.items()
@@ -61,7 +61,7 @@ def points_in_words(counts: Mapping[str, Any]) -> str:
 
 
 def point_in_words(model: BrakeModel, point: OperatingPoint) -> str:
-    """Say where a brake operates; with the brake pressure where the model has a caliper."""
+    """Return an operating point in words; the brake pressure where the model has a caliper."""
     pressure, contact = brake_pressure(model, point), f'{point.contact_pressure / 1e5:.3f} bar'
     load = (f'contact pressure {contact}' if pressure is None else
             f'brake pressure {pressure / 1e5:.4g} bar (contact {contact})')

@@ -96,14 +96,14 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def _drop_output() -> None:
-    """Let what could not be written go: the interpreter would try again as it ends."""
+    """Discard output that could not be written: the interpreter would try again as it ends."""
     stream = sys.__stdout__
     if stream is not None and sys.stdout is stream:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _remedy(error: Exception) -> str:
-    """Return how to install what is not there, where the error does not say it."""
+    """Return how to install a missing package, where the error does not say it."""
     missing = (error.name or '') if isinstance(error, ModuleNotFoundError) else ''
     if not missing.startswith('rcl') and not missing.endswith(('_msgs', '_interfaces')):
         return ''

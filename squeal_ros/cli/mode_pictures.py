@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Pictures that `squeal modes` draws: a mode's shape, still or moving, and bars."""
+"""Plots that `squeal modes` draws: a mode's shape, still or moving, and bars."""
 
 import argparse
 from collections.abc import Sequence
@@ -52,7 +52,7 @@ def add_picture_options(p: argparse.ArgumentParser) -> None:
 
 
 def check_pictures(options: argparse.Namespace) -> None:
-    """Refuse before any work what could not be drawn or written."""
+    """Refuse before any work plots that could not be drawn or written."""
     model = resources.find('models', options.model, '.npz')
     suffixes = (*PICTURES, '.html') if options.picture == 'shape' else PICTURES
     for option, path, kinds in (('--plot', options.plot, suffixes),

@@ -88,7 +88,7 @@ def _limited(lines: Iterable[str]) -> Iterator[str]:
 
 
 def _by_table(model: BrakeModel) -> str:
-    """Say how contact stiffness follows the contact pressure, where it does."""
+    """Return the range of a contact stiffness table, in words; empty without a table."""
     table = model.stiffness_table
     return '' if table is None else (
         f', by table {table.stiffness[0]:.3g} to {table.stiffness[-1]:.3g} N/m^3 over '

@@ -123,7 +123,7 @@ class BrakePlayer:
     def play(self, *, speed_up: float = 1.0, simulated: bool = True, lag: float = math.inf,
              record: Record = lambda *_: None) -> Iterator[list[Progress]]:
         """
-        Publish all signals in step with time; yield after each what the monitor said since.
+        Publish all signals in step with time; yield after each the monitor's answers since.
 
         What the player is late by, be it kept by the machine or by its caller, it does not make
         up for: a burst of times would be a jump of the clock to the monitor.

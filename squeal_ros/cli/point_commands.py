@@ -76,7 +76,7 @@ def build(options: argparse.Namespace) -> int:
 
 
 def info(options: argparse.Namespace) -> int:
-    """Show what a model file holds, or the file of a table or of a growth emulator."""
+    """Show the contents of a model file, or of the file of a table or of a growth emulator."""
     if is_emulator(options.model):
         print(json.dumps(plain(read_emulator_header(options.model))) if options.json
               else '\n'.join(emulator_lines(options.model)))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""`squeal replay`: the monitor over one or many recordings."""
+"""`squeal replay`: run the monitor on one or many recordings."""
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
@@ -54,7 +54,7 @@ _TABLES: dict[str, tuple[TableFormat, ...]] = {
 
 
 def replay(options: argparse.Namespace) -> int:
-    """Run the monitor over recordings."""
+    """Run the monitor on recordings."""
     if not 1 <= options.jobs <= MOST_WORKERS:
         raise SquealError(f'--jobs: is {options.jobs}; give 1 to {MOST_WORKERS}')
     task = replay_task(options)
@@ -75,7 +75,7 @@ def found_recordings(options: argparse.Namespace, task: ReplayTask) -> list[Path
 
 
 def replay_task(options: argparse.Namespace) -> ReplayTask:
-    """Return what the options of `add_monitor_options` say."""
+    """Return the task by the options of `add_monitor_options`."""
     if options.table != 'csv':
         # says now which extra is missing
         import squeal_core.monitor.results.parquet_table  # noqa: F401
@@ -84,7 +84,7 @@ def replay_task(options: argparse.Namespace) -> ReplayTask:
 
 
 def monitor_task(options: argparse.Namespace) -> ReplayTask:
-    """Return what --config, --model, --rate, --signals, --types and --namespace say."""
+    """Return the task by --config, --model, --rate, --signals, --types and --namespace."""
     settings = load_settings(options.config or resources.config_folder() / 'monitor.yaml')
     if options.model:
         settings = replace(settings, model=options.model)
@@ -188,7 +188,7 @@ def _read(options: argparse.Namespace, settings: MonitorSettings) -> Iterator[st
 @contextmanager
 def _shown(batch: Sequence[BatchRecording]
            ) -> Iterator[tuple[BatchProgress, Callable[[], None]]]:
-    """Give the progress of a batch and what shows it; a signal stops the batch meanwhile."""
+    """Yield the progress of a batch and a function that shows it; a signal stops the batch."""
     progress = BatchProgress([size_of(one.path) for one in batch])
     total, begun = max(sum(progress.sizes), 1), time.monotonic()
     words = f'MB of {len(batch)} recording{"s" * (len(batch) > 1)}'

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""`squeal report`: one page of what replays found."""
+"""`squeal report`: one page of the results of replays."""
 
 import argparse
 import json

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""`squeal sensitivity`: what to change on a brake."""
+"""`squeal sensitivity`: sensitivities of a brake to its parameters."""
 
 import argparse
 from collections.abc import Callable

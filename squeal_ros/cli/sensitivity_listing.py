@@ -91,7 +91,7 @@ def _line(effect: ParameterEffect, place: int, target: TargetMode, value: float,
 
 
 def advice(own: ModeEffect, target: TargetMode) -> str:
-    """Say which way the growth rate falls, and which other mode that brings nearest to growing."""
+    """Return the change that lowers the growth rate, and the mode it brings nearest to growing."""
     way = -math.copysign(1.0, own.growth_rate)
     text = 'less' if way < 0.0 else 'more'
     found = side_effect(own, target)
@@ -120,7 +120,7 @@ def side_effect(own: ModeEffect, target: TargetMode) -> tuple[str, float, float,
 
 def sensitivity_json(study: SensitivityStudy, effects: Sequence[ParameterEffect], units: Units,
                      note: str, options: argparse.Namespace) -> dict[str, Any]:
-    """Return what `--json` prints."""
+    """Return the output of `--json`."""
     risks = study.risks()
     return {
         'model': str(options.model), 'note': note, 'per': '1 % of the parameter',
@@ -151,7 +151,7 @@ def _side_json(own: ModeEffect, target: TargetMode) -> dict[str, Any] | None:
 
 
 def method(study: SensitivityStudy, parameter: str) -> str:
-    """Return how a derivative was computed: 'affine' or 'rebuilt'."""
+    """Return the method of a derivative: 'affine' or 'rebuilt'."""
     if parameter in OPERATING or study.variants.affine(parameter):
         return 'affine'
     return 'rebuilt'

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""`squeal signals`: what a recording holds, and a proposed file of signals."""
+"""`squeal signals`: the contents of a recording, and a proposed file of signals."""
 
 import argparse
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ from squeal_ros.recordings.survey import contents_of
 
 
 def signals(options: argparse.Namespace) -> int:
-    """List what a recording holds and propose a file of signals."""
+    """List the contents of a recording and propose a file of signals."""
     check_output('--output', options.output, force=options.force, inputs=(options.recording,))
     report_progress(f'reading {options.recording}')
     contents = contents_of(options.recording, options.types)

@@ -141,7 +141,7 @@ def _refuse_divergence(model: BrakeModel, points: list[OperatingPoint]) -> None:
 
 
 def _of_drive(model: BrakeModel, options: argparse.Namespace) -> OperatingHistory:
-    """Return what brakes of a vehicle do in a part of a drive cycle."""
+    """Return the operating history of a vehicle's brakes in a part of a drive cycle."""
     cycle, vehicle = drive_and_vehicle(options.drive, options.vehicle)
     signals = signals_of(cycle, vehicle, model, rate=_SIGNAL_RATE)
     low = float(signals.time[0]) if options.from_ is None else options.from_

@@ -103,7 +103,7 @@ def _line(name: str, mode: ModeOverAngle, angles: Any) -> str:
 
 def split_json(masses: SplitDoublet, growth: SplitGrowth, point: OperatingPoint,
                options: argparse.Namespace) -> dict[str, Any]:
-    """Return what `--json` prints."""
+    """Return the output of `--json`."""
     def mode_json(mode: ModeOverAngle) -> dict[str, Any]:
         return {'identity': str(mode.identity), 'frequency_hz': mode.frequency_hz,
                 'growth_rate_without': mode.without, 'growth_rates': mode.over_angle.tolist(),

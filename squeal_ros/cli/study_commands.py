@@ -49,7 +49,7 @@ _FEW = 20_000  # points of a map of one or two parameters that are all solved in
 
 
 def is_study(options: argparse.Namespace, axes: dict[str, FloatArray], most: int) -> bool:
-    """Tell whether parameters, or their points, are more than a sweep of full solutions takes."""
+    """Return whether parameters or points exceed those of a sweep of full solutions."""
     return (len(axes) > most or not set(axes) <= set(PARAMETERS)
             or math.prod(map(len, axes.values())) > _FEW or bool(options.scheduler)
             or getattr(options, 'exact', False) or getattr(options, 'error', None) is not None)
@@ -84,7 +84,7 @@ def study(options: argparse.Namespace, source: StudySource, axes: dict[str, Floa
 
 @contextmanager
 def _runner(options: argparse.Namespace) -> Iterator[Run]:
-    """Give what runs jobs: processes of this machine, or those of a scheduler."""
+    """Yield a function that runs jobs: in processes of this machine, or on a scheduler."""
     if not options.scheduler:
         yield partial(run_jobs, workers=options.workers)
         return
@@ -138,7 +138,7 @@ def _warn_some(texts: list[str]) -> None:
 
 
 def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dict[str, Any]:
-    """Return what a study found, in short."""
+    """Return a summary of a study's results."""
     about = found.about
     shown: dict[str, Any] = {name: about[name] for name in (
         'task', 'point', 'friction_law', 'rotation', 'parameter', 'band', 'counts', 'impossible')

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The commands that look at more than one point: maps, loci, critical values."""
+"""The commands for more than one point: maps, loci, critical values."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -201,7 +201,7 @@ def _critical_study(options: argparse.Namespace, source: StudySource,
 
 
 def verify(options: argparse.Namespace) -> int:
-    """Rerun the paper: its claims, what this gives, and what is not reproduced with the reason."""
+    """Rerun the paper: its claims, our results, and claims not reproduced with the reason."""
     from squeal_core import verification
 
     check_workers(options.workers)
@@ -228,7 +228,7 @@ def _check(options: argparse.Namespace) -> None:
 
 def _start(options: argparse.Namespace,
            default: str) -> tuple[StudySource, dict[str, FloatArray], Law]:
-    """Return what is swept, of which brake, and what follows the friction law."""
+    """Return the brake, the swept parameters, and the quantities that follow the friction law."""
     check_point(options)
     source = StudySource(options.model, cache_of(options))
     axes = read_axes(options.over or [], source)
@@ -258,7 +258,7 @@ def _run(model: BrakeModel, axes: dict[str, FloatArray], options: argparse.Names
 def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
             numbers: Sequence[int] = (), without: Sweep | None = None) -> int:
     """
-    Save what was asked for and say what there is; 1 where an interrupt cut it short.
+    Save requested outputs and print a summary; 1 where an interrupt cut it short.
 
     Without a file the result itself is printed.
     """

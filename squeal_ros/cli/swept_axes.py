@@ -149,7 +149,7 @@ def _axis(text: str, source: StudySource) -> tuple[str, FloatArray]:
 
 def settle_point(options: argparse.Namespace, axes: dict[str, FloatArray],
                  source: StudySource, searched: str = '') -> Law:
-    """Settle speed and friction that are swept or not given, and return what follows the law."""
+    """Set speed and friction that are swept or not given, and return what follows the law."""
     refuse_conflicts(options, axes, searched, stiffness_table=source.has_stiffness_table)
     if options.rotor_speed is None:
         options.rotor_speed = float(axes['rotor_speed'][0] if 'rotor_speed' in axes
@@ -164,7 +164,7 @@ def settle_point(options: argparse.Namespace, axes: dict[str, FloatArray],
 
 
 def follows_law(has_law: bool, options: argparse.Namespace, *swept: str) -> Law:
-    """Return what follows the friction law as the speed changes: by default what is not given."""
+    """Return the quantities that follow the friction law over speed: default, those not given."""
     if 'rotor_speed' not in swept or 'friction_slope' in swept:
         return False
     if 'friction' in swept or options.friction is not None:

@@ -50,7 +50,7 @@ class AdviceReports:
         self.update_settings(settings, advice)
 
     def update_settings(self, settings: MonitorSettings, advice: VehicleAdvice) -> None:
-        """Take other settings, and the advice by them; what was advised is forgotten."""
+        """Apply other settings, and the advice by them; what was advised is forgotten."""
         self._advice, self._turns = advice, len(settings.brakes) + 1
         self._period, self._interval = settings.period, round(1e9 / settings.diagnostics_rate)
         self._at_once = math.ceil(
@@ -95,7 +95,7 @@ class AdviceReports:
                 self._take_split(done.value)
 
     def _may_search(self, found: Sequence[Assessment]) -> bool:
-        """Tell whether the split is not known, which costs nothing, or is due."""
+        """Return whether the split is not known, which costs nothing, or is due."""
         if any(one.state != 'steady' for one in found):
             return True
         now, began = found[0].time, self._began

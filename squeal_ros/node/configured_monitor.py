@@ -104,7 +104,7 @@ class ConfiguredMonitor:
                              evaluator.risk.squeal_risk)
 
     def begin(self) -> None:
-        """Forget what came before: the queues hold messages of when nobody took them."""
+        """Discard earlier samples, also messages queued while nobody took them."""
         self.inputs.begin()
         self.monitor.reset()
 
@@ -114,7 +114,7 @@ class ConfiguredMonitor:
         self.outputs.destroy()
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings of the same brakes and topics from the next tick on."""
+        """Apply other settings of the same brakes and topics from the next tick on."""
         self.router = Router.of(settings, self.router.problems)
         self.monitor.update_settings(settings)
         self._warn()
@@ -125,7 +125,7 @@ class ConfiguredMonitor:
             self.pictures.update_settings(settings)
 
     def assess(self, tick: Tick) -> None:
-        """Assess all brakes at a tick and publish what came out."""
+        """Assess all brakes at a tick and publish the results."""
         assessments = self.monitor.assess(tick.time)
         self.outputs.publish(assessments)
         self._tell(tick.time, self.alarms.update(assessments))
@@ -135,7 +135,7 @@ class ConfiguredMonitor:
             self.pictures.update(assessments, time.monotonic_ns())
 
     def say_unknown(self, reason: str) -> None:
-        """Publish that nothing is known of any brake, and why."""
+        """Publish that nothing is known of any brake, with the reason."""
         now = self._node.get_clock().now().nanoseconds
         assessments = tuple(
             Assessment(brake=name, time=now, state='stale', reason=reason,
@@ -174,7 +174,7 @@ class ConfiguredMonitor:
             self._library, time, [messages.event_status(name, event) for event in events]))
 
     def _warn(self) -> None:
-        """Say why no squeal risk is known, and what does not suit it."""
+        """Log the reason for an unknown squeal risk, and settings that do not suit it."""
         risk = self.monitor.evaluator.risk
         for text in risk.warnings:
             self._complain(text)

@@ -38,7 +38,7 @@ class CostlyFigures:
         self.update_settings(settings)
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings from the next tick on."""
+        """Apply other settings from the next tick on."""
         statuses = len(settings.brakes) + 1
         ticks = max(settings.rate / settings.diagnostics_rate, 1.0)
         self._at_once = math.ceil(len(messages.COSTLY) * statuses / ticks)
@@ -49,7 +49,7 @@ class CostlyFigures:
         self._found: dict[int, dict[str, object]] = {}
 
     def begin(self, places: Set[int]) -> None:
-        """Have the figures of brakes computed from this tick on, unless they are being already."""
+        """Start to compute the figures of brakes from this tick on, unless that is under way."""
         for place in sorted(places - self._waiting.keys()):
             self._waiting[place], self._found[place] = list(messages.COSTLY), {}
 

@@ -87,12 +87,12 @@ class Reporter:
                         'emulator mismatches': Growth()}
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings from the next report on."""
+        """Apply other settings from the next report on."""
         self._settings = settings
         self._costly.update_settings(settings)
 
     def report(self, assessments: Sequence[Assessment]) -> None:
-        """Take note of a tick, and publish diagnostics if they are due."""
+        """Record a tick, and publish diagnostics if they are due."""
         self._confirmed |= {one.brake: one.time for one in assessments if one.stability
                             and one.stability.margins.friction.confirmed}
         levels = messages.levels(assessments, self._alarms)
@@ -171,7 +171,7 @@ class Reporter:
 
 
 def _model_values(model: BrakeModel) -> dict[str, Any]:
-    """Return what the model is, and what its audit found when it was built."""
+    """Return the description of the model, and the result of its audit when it was built."""
     found = model.provenance.get('audit')
     checks = [check for check in (found if isinstance(found, list | tuple) else ())
               if isinstance(check, Mapping)]

@@ -70,7 +70,7 @@ class DeferredCallbackGroup(MutuallyExclusiveCallbackGroup):  # type: ignore[mis
     open = False  # noqa: A003
 
     def can_execute(self, entity: Any) -> bool:
-        """Tell rclpy whether an entity may be executed: only while the group is open."""
+        """Return whether an entity may be executed: only while the group is open."""
         return self.open and bool(super().can_execute(entity))
 
 
@@ -85,7 +85,7 @@ def report_exceptions(callback: Callable[..., None], report: Report) -> Callable
 
 
 def guard_services(node: Node, report: Report) -> None:
-    """Let every service of a node answer, if only that it refuses (rclpy#1209 and others)."""
+    """Make every service of a node answer, if only by refusal (rclpy#1209 and others)."""
     for service in node.services:
         service.callback = _answering(service.callback, report)
 
@@ -101,7 +101,7 @@ def _answering(callback: Callable[..., Any], report: Report) -> Callable[..., An
 
 
 def _refusal(request: Any, response: Any, reason: str) -> Any:
-    """Say no in the words that a response has; what was done before the exception stays said."""
+    """Return a response that refuses in its own fields; earlier results stay in it."""
     refused = SetParametersResult(successful=False, reason=reason)
     fields = response.get_fields_and_field_types()
     if 'success' in fields:

@@ -25,7 +25,7 @@ _MOST_NAMES = 12  # listed of what there is
 
 
 def hint(path: FieldPath, message: Any) -> str:
-    """Return what a message offers where a field path does not fit it."""
+    """Return the fields that a message offers where a field path does not fit it."""
     owner, value = message, message
     for kind, name, key in path.steps:
         try:

@@ -163,7 +163,7 @@ class _Sight:
         self.last, self.without = received, None
 
     def misses(self, received: int, max_age: int) -> bool:
-        """Take a message about something else; tell whether the value is missed by now."""
+        """Take a message about something else; return whether the value is missed by now."""
         for time in (self.last, self.without):
             if time is not None and received < time:  # the clock was set back
                 self.last = self.without = None

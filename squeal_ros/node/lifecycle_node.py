@@ -88,7 +88,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         return self._parameters_of_ours.settings
 
     def report(self, error: Exception) -> None:
-        """Log and count what one moment raised; the node goes on."""
+        """Log and count an exception at one moment; the node goes on."""
         if not self.context.ok():  # it ended amid it: nothing can be published any more
             return
         self.health.errors += 1
@@ -107,7 +107,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self.trigger_activate()
 
     def shut_down(self) -> None:
-        """Go to the final state from any other; an active node first says its last word."""
+        """Go to the final state from any other; an active node first publishes its last state."""
         if self._state_machine.current_state[1] != 'finalized':
             self.trigger_shutdown()
 
@@ -202,7 +202,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
                 f'{self.settings.rate:g} Hz: lower `rate`, run less beside the node{slower}')
 
     def _clock_stopped(self, reason: str) -> None:
-        """Say now and at the rate of diagnostics that nothing is known while the clock stands."""
+        """Publish at the rate of diagnostics that nothing is known while the clock stands."""
         steady = time.monotonic_ns()
         if self._last_unknown is None:
             self.health.clock_stops += 1
@@ -214,7 +214,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
             self._configured.say_unknown(reason)
 
     def _leave_active(self) -> None:
-        """Stop ticking; the last word, which late subscribers get, is that nothing is known."""
+        """Stop ticking; publish last, for late subscribers, that nothing is known."""
         self._ticker.stop()
         if self._configured is not None:
             say_unknown = report_exceptions(self._configured.say_unknown, self.report)
@@ -249,7 +249,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _serve(context: Context, signals: interrupts.EndAtOnce) -> None:
-    """Bring the node up and serve it until a signal comes; its last word then gets out."""
+    """Bring the node up and serve it until a signal comes; its last messages then get out."""
     node = SquealMonitor(alone=True, context=context)
     executor = ResilientExecutor(context=context, report=node.report)
     executor.add_node(node)

@@ -56,11 +56,11 @@ class ModeShapes:
 
     @property
     def status(self) -> str:
-        """Return what there is to see, in words."""
+        """Return the status of the markers, in words."""
         return 'published' if self._model.surface else 'no shapes in this model: build it again'
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Take other settings from the next picture on."""
+        """Apply other settings from the next picture on."""
         self._settings = settings
 
     def update(self, assessments: Sequence[Assessment], steady: int) -> None:

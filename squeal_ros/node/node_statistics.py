@@ -73,7 +73,7 @@ class Health:
         self.lateness.add(late)
 
     def end(self, work: int, period: int) -> None:
-        """Note how long a tick took [ns]; so does one that took longer than a period."""
+        """Record the duration of a tick [ns]; one longer than a period missed its deadline."""
         self.deadline_misses += work > period
         self.work.add(work)
 
@@ -124,7 +124,7 @@ class Growth:
         self._at: int | None = None
 
     def recent(self, count: int, steady: int) -> bool:
-        """Tell whether a count grew recently, at a steady time [ns]."""
+        """Return whether a count grew recently, at a steady time [ns]."""
         if count != self._count:
             self._count, self._at = count, steady
         return self._at is not None and steady - self._at < RECENT

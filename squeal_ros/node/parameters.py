@@ -81,7 +81,7 @@ class NodeParameters:
         node.add_post_set_parameters_callback(self._take)
 
     def _as_declared(self, parameters: list[Parameter]) -> list[Parameter]:
-        """Let a whole number stand for a real one, as it does in a file at the start."""
+        """Convert whole numbers to real ones, as in a file at the start."""
         unknown = [p.name for p in parameters if not self._node.has_parameter(p.name)]
         if unknown:  # rclpy would refuse them without saying which
             raise ParameterNotDeclaredException(unknown)

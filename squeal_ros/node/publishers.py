@@ -129,7 +129,7 @@ class OutputTopics:
 
 
 def why_no_state(library: RosMessages) -> str:
-    """Return why `squeal_msgs/BrakeSqueal` cannot be published here; empty if it can."""
+    """Return the reason why `squeal_msgs/BrakeSqueal` cannot be published; empty if it can."""
     unknown = Assessment(brake='', time=0, state='stale', reason='')
     try:
         fields = library.fields(state_message.TYPE)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Says which input topics bring nothing: pure, of counts and steady times handed in [ns]."""
+"""Detection of silent input topics: pure, of counts and steady times handed in [ns]."""
 
 from collections.abc import Mapping
 

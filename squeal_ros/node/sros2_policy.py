@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The SROS2 policy of the node for given settings: what it may publish, hear and answer."""
+"""The SROS2 policy of the node for given settings: its permitted topics and services."""
 
 from collections.abc import Iterable, Iterator
 from itertools import groupby
@@ -105,6 +105,6 @@ def _parameters(settings: MonitorSettings) -> Iterator[str]:
 
 
 def _place(name: str) -> tuple[int, str]:
-    """Sort and group by what a parameter belongs to: first the node, then each input."""
+    """Return the sorting key of a parameter: first those of the node, then those of each input."""
     group = name.rpartition('.')[0]
     return group.count('.') + bool(group), group

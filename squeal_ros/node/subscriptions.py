@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Subscriptions of the node: any message type, any publisher; what comes, and what does not."""
+"""Subscriptions of the node: any message type, any publisher; received messages and silence."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -131,7 +131,7 @@ class InputTopics:
                 topic.subscription = None
 
     def begin(self) -> None:
-        """Drop what waits, as if it had never come."""
+        """Discard waiting messages, as if they had never come."""
         for topic in self._topics.values():
             for _ in _queue(topic):
                 pass

@@ -41,7 +41,7 @@ class Tick:
 
 class TickGrid:
     """
-    Says when a tick is due; a replay of the same samples then ticks at the same times.
+    Determines when a tick is due; a replay of the same samples then ticks at the same times.
 
     Ticks that came while others were worked on are made up one after the other, and so are those
     that a simulated clock with long steps leaps over. Where the oldest of them would come too
@@ -74,7 +74,7 @@ class TickGrid:
         return _ceil((passed * parts // self.period + 1) * self.period, parts) - passed
 
     def due(self, now: int) -> bool:
-        """Tell whether `next_tick` would return a tick; never at a time of zero, which is none."""
+        """Return whether `next_tick` would return a tick; never at a time of zero: unset."""
         if now == 0:
             return False
         tick = now // self.period
@@ -105,7 +105,7 @@ class TickGrid:
         return Tick(tick * self.period, now - tick * self.period, lost, jump, simulated)
 
     def _step(self, tick: int, steady: int) -> tuple[Jump, int]:
-        """Return how time jumped, and how many ticks there are from the last one to this."""
+        """Return the jump of time, and the number of ticks between the last one and this."""
         if self._last is None:
             return '', 0
         if tick < self._last:
@@ -121,7 +121,7 @@ def _ceil(numerator: int, denominator: int) -> int:
 
 
 class StandstillWatch:
-    """Tells for how long a clock has not moved, on the steady clock [ns]."""
+    """Measures for how long a clock has not moved, on the steady clock [ns]."""
 
     def __init__(self, steady: int) -> None:
         self._seen: int | None = None

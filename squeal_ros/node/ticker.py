@@ -100,12 +100,12 @@ class Ticker:
         self._timer = self._guard = self._jumps = None
 
     def _moved(self, jump: Any) -> None:
-        """Hear of a new simulated time."""
+        """Handle a new simulated time."""
         if self._guard is not None:
             self._go_on()
 
     def _go_on(self) -> None:
-        """In simulated time, have a tick that is due made once the executor comes to it."""
+        """Trigger a due tick in simulated time, once the executor comes to it."""
         if self._grid.due(self._now()):
             self._guard.trigger()
 

@@ -23,7 +23,7 @@ from squeal_core.common.errors import short_repr
 
 
 def refuse_in_words(node: LifecycleNode) -> None:
-    """Let the service `change_state` log what it refuses, and what it offers instead."""
+    """Make the service `change_state` log a refused transition, and those it offers instead."""
     for service in node.services:
         if service.srv_type is ChangeState:
             service.callback = _checked(node, service.callback)

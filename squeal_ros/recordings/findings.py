@@ -91,7 +91,7 @@ class _Evidence:
 @dataclass
 class InputFindings:
     """
-    Collects, while a bag is replayed, what does not fit the settings.
+    Collects, while a bag is replayed, its misfits with the settings.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ class InputFindings:
         return ids
 
     def evidence(self, brake: str, signal: Signal) -> '_Evidence':
-        """Return what was seen of an input, to be told of its samples."""
+        """Return the evidence on an input, to be updated with its samples."""
         return self._seen[brake, signal]
 
     def value(self, brake: str, signal: Signal, sample: Sample | MissingValue, message: Any,
@@ -260,19 +260,19 @@ def full_type_name(name: str) -> str:
 
 
 def same_type_name(one: str, other: str) -> bool:
-    """Tell whether two names are of one type."""
+    """Return whether two names are of one type."""
     return full_type_name(one) == full_type_name(other)
 
 
 def _id_of(message: Any) -> tuple[object, bool]:
-    """Return what tells messages on one topic apart, and whether they are raw frames."""
+    """Return the identity of messages on one topic, and whether they are raw frames."""
     identity, varies = identity_of(message)
     data = getattr(message, 'data', None)
     return identity, varies and getattr(data, 'dtype', None) == np.uint8
 
 
 def identity_of(message: Any) -> tuple[object, bool]:
-    """Return what tells messages on one topic apart, None for nothing; whether it is a number."""
+    """Return the identity of messages on one topic, None for none; whether it is a number."""
     for name in _ID_FIELDS:
         value = getattr(message, name, None)
         if isinstance(value, int) and not isinstance(value, bool):

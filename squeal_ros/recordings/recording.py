@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""A recording of any format: what a replay needs of it."""
+"""Interface of a recording of any format for a replay."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,7 +33,7 @@ class RecordingError(LocatedError):
 
 
 class Recording(Protocol):
-    """Samples of the inputs of settings, in order of recording, and what is to be said of them."""
+    """Samples of the inputs of settings, in order of recording, and notes on them."""
 
     @property
     def path(self) -> Path:
@@ -45,19 +45,19 @@ class Recording(Protocol):
 
     @property
     def notes(self) -> list[str]:
-        """Return what is to be known of the recording, as far as it was read."""
+        """Return notes on the recording, as far as it was read."""
 
     @property
     def findings(self) -> list[Finding]:
-        """Return what of it does not fit the settings, as far as it was read."""
+        """Return the findings on the recording and the settings, as far as it was read."""
 
     @property
     def messages(self) -> int:
-        """Return how many messages or rows are to be read, or an estimate."""
+        """Return the number of messages or rows to be read, or an estimate."""
 
     @property
     def positions(self) -> Positions:
-        """Return where the vehicle was, as far as it was read."""
+        """Return the positions of the vehicle, as far as the recording was read."""
 
     def samples(self) -> Iterator[tuple[int, Samples]]:
         """

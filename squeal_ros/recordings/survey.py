@@ -23,7 +23,7 @@ from squeal_ros.recordings.signals.contents import Contents
 
 def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
     """
-    Return what a recording holds.
+    Return the contents of a recording.
 
     Parameters
     ----------

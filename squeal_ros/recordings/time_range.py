@@ -163,27 +163,27 @@ class RecordingInRange:
 
     @property
     def notes(self) -> list[str]:
-        """Return what is to be known of the recording and of the range in it."""
+        """Return notes on the recording and on the range in it."""
         return [*self._whole.notes, *self._notes]
 
     @property
     def findings(self) -> list[Finding]:
-        """Return what of the recording does not fit the settings, as far as it was read."""
+        """Return the findings on the recording and the settings, as far as it was read."""
         return self._whole.findings
 
     @property
     def messages(self) -> int:
-        """Return how many messages or rows the whole recording has, or an estimate."""
+        """Return the number of messages or rows of the whole recording, or an estimate."""
         return self._whole.messages
 
     @property
     def positions(self) -> Positions:
-        """Return where the vehicle was, as far as it was read."""
+        """Return the positions of the vehicle, as far as the recording was read."""
         return self._whole.positions
 
     def samples(self) -> Iterator[tuple[int, Samples]]:
         """
-        Yield what the whole recording yields in the range, up to the first time beyond it.
+        Yield the samples of the recording in the range, up to the first time beyond it.
 
         Raises
         ------

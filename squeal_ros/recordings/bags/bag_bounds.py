@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Bounds to what a recorded bag may make a reader do: unpack, store and decode.
+Bounds on what a recorded bag may cost a reader: unpacking, storage and decoding.
 
 The reader of the bags is rosbags; it believes sizes that a file states. What is stated is compared
 here with what is there before memory is taken.
@@ -71,18 +71,18 @@ def check_storage(path: Path, error_of: ErrorOf) -> None:
 
 
 def bound_decompression() -> None:
-    """Have rosbags unpack no chunk beyond the size that it states, and none without bounds."""
+    """Make rosbags unpack no chunk beyond the size that it states, and none without bounds."""
     storage_mcap.DECOMPRESSORS.update(zstd=unpack_zstd, lz4=unpack_lz4)
 
 
 def unpack_zstd(data: bytes, size: int = MAX_CHUNK) -> bytes:
-    """Return what zstd packed, at most one byte more than `size`."""
+    """Return data unpacked from zstd, at most one byte more than `size`."""
     _check_size(size)
     return bytes(zstd.ZstdDecompressor().decompress(data, max_length=size + 1))
 
 
 def unpack_lz4(data: bytes, size: int = MAX_CHUNK) -> bytes:
-    """Return what lz4 packed, at most one byte more than `size`."""
+    """Return data unpacked from lz4, at most one byte more than `size`."""
     _check_size(size)
     return bytes(LZ4FrameDecompressor().decompress(data, max_length=size + 1))
 

@@ -38,7 +38,7 @@ _WITHOUT_SIGNALS = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage',
 
 def bag_contents(path: Path, types: str | Path | None = None) -> Contents:
     """
-    Return what a bag holds.
+    Return the contents of a bag.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class _Topic:
         self._fields: dict[str, Statistics] = {}
 
     def is_due(self, size: int) -> bool:
-        """Tell whether the next message is to be decoded."""
+        """Return whether the next message is to be decoded."""
         if size > _LARGE:
             return not self.messages
         return self.messages < _ALL_DECODED or not self.messages % _OF_THE_REST

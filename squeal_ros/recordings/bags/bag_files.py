@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""Storage files of a recorded bag: which are read, and what its metadata.yaml says of them."""
+"""Storage files of a recorded bag: those that are read, and their metadata.yaml."""
 
 from collections import Counter
 from collections.abc import Callable

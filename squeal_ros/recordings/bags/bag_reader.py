@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Recorded bags, MCAP and sqlite3, read lazily; what is missing in one is said."""
+"""Recorded bags, MCAP and sqlite3, read lazily; with notes on missing parts."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
@@ -99,7 +99,7 @@ class Bag:
         self.types = dict(self.types)
 
     def undefined_topics(self) -> dict[str, str]:
-        """Return why, of each topic whose messages nothing defines."""
+        """Return the topics whose messages nothing defines, each with the reason."""
         found: dict[str, str] = {}
         for connection in self._connections:
             try:
@@ -186,7 +186,7 @@ class Bag:
             reader.close()
 
     def _recover(self, path: Path, error: Exception) -> RecoveredStorage:
-        """Return what is whole of a file; raise BagError where nothing is."""
+        """Return the undamaged part of a file; raise BagError where there is none."""
         if path.suffix not in RECOVERABLE:
             raise _unreadable(path, error) from None
         found = RecoveredStorage(path)

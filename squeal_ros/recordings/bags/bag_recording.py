@@ -74,7 +74,7 @@ class BagRecording:
 
     @property
     def findings(self) -> list[Finding]:
-        """Return what of the bag does not fit the settings, as far as it was read."""
+        """Return the findings on the bag and the settings, as far as it was read."""
         return self._found.listed(self._bag.types, self._bag.undecodable)
 
     @property

@@ -200,7 +200,7 @@ class BagWriter:
         self._stack.__exit__(kind, error, trace)
 
     def _finish(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Move what was written to where it is committed from, if it is whole."""
+        """Move the written bag to the place it is committed from, if it is whole."""
         if kind is not None:
             with suppress(Exception):  # the first error counts
                 self._writer.close()

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""Messages of MCAP files, chunk by chunk; one by one rosbags needs five times as long."""
+"""Messages of MCAP files, chunk by chunk; one by one rosbags takes five times as long."""
 
 from binascii import crc32
 from collections.abc import Iterator, Mapping

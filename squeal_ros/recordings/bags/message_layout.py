@@ -150,7 +150,7 @@ class MessageLayout:
 
     def read(self, messages: Sequence[bytes]) -> tuple[Any, list[Any]]:
         """
-        Return which messages are of this layout (n,), and their numbers (k,) of each key.
+        Return whether messages are of this layout (n,), and their numbers (k,) of each key.
 
         Parameters
         ----------

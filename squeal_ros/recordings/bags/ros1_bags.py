@@ -35,7 +35,7 @@ _LONGEST_HEADER = 10_000_000  # bytes; that of a connection holds a message defi
 
 
 def unpack_bz2(data: bytes, size: int = MAX_CHUNK) -> bytes:
-    """Return what bz2 packed, at most one byte more than `size`."""
+    """Return data unpacked from bz2, at most one byte more than `size`."""
     return BZ2Decompressor().decompress(data, max_length=size + 1)
 
 

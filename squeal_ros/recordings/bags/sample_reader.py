@@ -39,7 +39,7 @@ class _KnownLayout(NamedTuple):
     stamped: bool
 
     def samples(self, records: Sequence[Record]) -> tuple[Any, list[list[Sample]]]:
-        """Return which of the messages are of this layout, and their samples of each source."""
+        """Return whether messages are of this layout, and their samples of each source."""
         fits, numbers = self.layout.read([record.data for record in records])
         alike = list(compress(records, fits))
         times = [record.time for record in alike]
@@ -60,7 +60,7 @@ class _KnownLayout(NamedTuple):
 
 class SampleReader:
     """
-    Reads the samples of a bag's messages, and notes what does not fit the settings.
+    Reads the samples of a bag's messages, and records misfits with the settings.
 
     Parameters
     ----------

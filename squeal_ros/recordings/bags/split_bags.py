@@ -26,7 +26,7 @@ _LONGEST_GAP = 10_000_000_000  # ns between the parts of a bag: some topic is fa
 
 def is_one_bag(folder: Path, files: Sequence[str]) -> bool:
     """
-    Tell whether files are those that rosbag2 wrote into the folder of one bag.
+    Return whether files are those that rosbag2 wrote into the folder of one bag.
 
     They are where they are named after the folder, or, as folders are renamed, where several are
     numbered parts of one name and each begins as the one before ends. Times that cannot be read,
@@ -72,7 +72,7 @@ def _stem(file: str) -> str:
 
 
 def _follow(files: Sequence[Path]) -> bool:
-    """Tell whether each file begins as the one before ends, as far as their times are known."""
+    """Return whether each file begins as the one before ends, as far as their times are known."""
     times = [bounds for file in files if (bounds := _bounds(file))]
     return all(abs(after[0] - before[1]) <= _LONGEST_GAP for before, after in pairwise(times))
 

@@ -200,7 +200,7 @@ def _words(path: Path, error: Exception) -> str:
 
 
 def fleet_summary(manifest: Mapping[str, Any], run: FleetRun) -> dict[str, Any]:
-    """Return what became of a run, as plain data; docs/howto/fleet.md names the keys."""
+    """Return the outcome of a run, as plain data; docs/howto/fleet.md names the keys."""
     return {key: manifest[key] for key in (
         'recordings_found', 'recordings_evaluated', 'recordings_copied', 'recordings_failed',
         'recordings_not_reached', 'recordings_with_notes', 'totals', 'failures')} | {

@@ -273,7 +273,7 @@ class _Guard:
         self._last = self._probed = self._with_workers = time.monotonic()
 
     def check(self) -> None:
-        """Ask the scheduler how it is, now and then."""
+        """Check the state of the scheduler, now and then."""
         now = time.monotonic()
         if now - self._probed < min(_PROBE, self.timeout):
             return

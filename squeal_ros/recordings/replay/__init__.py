@@ -12,4 +12,4 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Replays: the monitor over recordings, its processes, outputs and what they say first."""
+"""Replays: run of the monitor on recordings, its processes, outputs and reports."""

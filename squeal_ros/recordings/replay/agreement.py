@@ -48,7 +48,7 @@ class Agreement:
 
     @property
     def in_words(self) -> str:
-        """Return how well replay and node agree, in a sentence."""
+        """Return the agreement of replay and node, in a sentence."""
         late = self.compared - self.same_inputs
         return (f'replay of the recorded inputs: {self.compared} assessments, {self.equal} of '
                 f'{self.same_inputs} with the same samples equal bit for bit; {late} saw '

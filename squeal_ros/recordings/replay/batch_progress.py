@@ -37,7 +37,7 @@ class BatchProgress:
         self._parts = context.RawArray('d', len(self.sizes))
 
     def stop(self) -> None:
-        """Have every process end the recording it is at, and begin no other."""
+        """Make every process end its present recording, and begin no other."""
         self._stop.value = 1
 
     @property
@@ -46,7 +46,7 @@ class BatchProgress:
         return bool(self._stop.value)
 
     def set_part(self, place: int, part: float) -> None:
-        """Take what part of a recording is done, 0 to 1."""
+        """Set the fraction of a recording that is done, 0 to 1."""
         self._parts[place] = min(part, 1.0)
 
     @property

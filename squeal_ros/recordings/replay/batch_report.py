@@ -98,7 +98,7 @@ class BatchReport:
                 *self._total()]
 
     def _unknown(self) -> Iterator[str]:
-        """Yield for how much of the braking the risk is known, and of what it is not."""
+        """Yield the fraction of the braking with a known risk, and the unknown rest."""
         count = f'{len(self._replayed)} of {self._count} recordings'
         if self._braking:
             share = percent_down(self._known / self._braking)
@@ -119,7 +119,7 @@ class BatchReport:
         yield from _shortened([*self._reasons()])
 
     def _reasons(self) -> Iterator[str]:
-        """Yield of each recording of which the risk is not all known why, and the remedy."""
+        """Yield the reasons and remedies of each recording with a risk not known throughout."""
         for one in self._replayed:
             assert one.report is not None
             summary = one.report.summary

@@ -84,7 +84,7 @@ def write_replay(replay: Replay, outputs: Outputs, *, parallel: bool | None = No
 
 @contextmanager
 def _rare_collections() -> Iterator[None]:
-    """Look for cyclic garbage, of which ticks leave none, less often."""
+    """Collect cyclic garbage, of which ticks leave none, less often."""
     before = gc.get_threshold()
     gc.set_threshold(ALLOCATIONS)
     try:

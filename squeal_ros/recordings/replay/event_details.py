@@ -39,7 +39,7 @@ def with_details(events: Iterable[SquealEvent], replay: Replay) -> list[SquealEv
 
 
 def _mechanism(event: SquealEvent, model: BrakeModel, mechanisms: LikelyMechanism) -> str:
-    """Return why the worst mode of an event grows; empty where that is not known."""
+    """Return the mechanism of an event's worst mode; empty where it is not known."""
     eigenvalue = complex(event.growth_rate_1_s, 2.0 * math.pi * event.frequency_hz)
     conditions = event.rotor_speed_rad_s, event.pressure_pa, event.friction
     if not np.isfinite((eigenvalue, *conditions)).all():

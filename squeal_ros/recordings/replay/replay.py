@@ -72,19 +72,19 @@ class Replay:
 
     @property
     def findings(self) -> list[Finding]:
-        """Return what of the recording does not fit the settings, as far as it was read."""
+        """Return the findings on the recording and the settings, as far as it was read."""
         return self.recording.findings
 
     @property
     def notes(self) -> list[str]:
-        """Return what else is to be known of recording and settings, as far as it was read."""
+        """Return further notes on recording and settings, as far as it was read."""
         beyond = [f'{self._beyond} messages recorded before 1970 or after January 2038, which a '
                   'time of ROS cannot hold, are left out'] if self._beyond else []
         return [*self.recording.notes, *beyond, *self.risk_warnings]
 
     @property
     def messages(self) -> int:
-        """Return how many messages are to be read, or an estimate."""
+        """Return the number of messages to be read, or an estimate."""
         return self.recording.messages
 
     def __iter__(self) -> Iterator[tuple[Assessment, ...]]:

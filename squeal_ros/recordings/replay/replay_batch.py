@@ -205,7 +205,7 @@ def check_batch(batch: Sequence[BatchRecording], *, overwrite: bool) -> None:
 def run_batch(task: ReplayTask, batch: Sequence[BatchRecording], progress: BatchProgress,
               workers: int, show: Callable[[], None]) -> Iterator[ReplayOutcome]:
     """
-    Yield what became of each recording, as it ends; a bad one does not keep the others.
+    Yield the outcome of each recording, as it ends; a bad one does not keep the others.
 
     Parameters
     ----------

@@ -182,7 +182,7 @@ class Outputs:
 
 @contextmanager
 def _opened(kind: TableFormat, path: Path) -> Iterator[Callable[[AssessmentRecord], None]]:
-    """Give what writes a row into a table of a format."""
+    """Yield a function that writes a row into a table of a format."""
     if kind == 'parquet':
         from squeal_core.monitor.results.parquet_table import ParquetWriter
         with ParquetWriter(path) as rows:

@@ -144,7 +144,7 @@ class ReplayReport:
 
     @property
     def top_reason(self) -> list[str]:
-        """Return what cost most braking time and its remedy, in two lines; none: nothing did."""
+        """Return the reason that cost most braking time and its remedy, in two lines; none: []."""
         worst = worst_reason(self.summary.brakes.values())
         if worst is None:
             return []
@@ -155,7 +155,7 @@ class ReplayReport:
 
     @property
     def why_not_all(self) -> str:
-        """Return why the squeal risk is not known of all the braking, and the remedy."""
+        """Return the reason for braking without a known squeal risk, and the remedy."""
         return '; '.join(map(str.strip, self.top_reason)) or '; '.join(
             f'finding: {finding}' for finding in self._of_risk[:1])
 
@@ -176,7 +176,7 @@ class ReplayReport:
                 *([f'  and {more} more: see the table'] if more > 0 else [])]
 
     def _first_lines(self) -> Iterator[str]:
-        """Yield for how much of the braking the squeal risk is known, and was assessed."""
+        """Yield the fractions of the braking with a known squeal risk, and assessed."""
         summary = self.summary
         if math.isnan(summary.share):
             yield f'no braking in {counted(summary.ticks, "tick")}, so nothing to assess'
@@ -194,7 +194,7 @@ class ReplayReport:
                + (f'; never assessed: {", ".join(never)}' if never else ''))
 
     def remedy(self, reason: Reason, brake: BrakeSummary) -> str:
-        """Return what helps against a reason: by the bag, else by the state of the inputs."""
+        """Return the remedy for a reason: by the bag, else by the state of the inputs."""
         own = [f'{brake.name}.{signal}' for signal in reason.inputs]
         remedies: dict[str, list[str]] = {}
         for finding in self.findings:
@@ -213,7 +213,7 @@ class ReplayReport:
 
 
 def _risk_findings(summary: DriveSummary) -> list[Finding]:
-    """Return why the squeal risk of sliding brakes is not known, and the remedy of each."""
+    """Return findings on the unknown squeal risk of sliding brakes, each with a remedy."""
     found: dict[str, list[BrakeSummary]] = defaultdict(list)
     for brake in summary.brakes.values():
         for why in brake.unknown_risks:

@@ -83,7 +83,7 @@ def _number_layout() -> tuple[struct.Struct, bytes]:
 
 @lru_cache(maxsize=256)
 def _before_doubles(count: int) -> bytes:
-    """Return what stands before so many frequencies."""
+    """Return the bytes before so many frequencies."""
     whole = _serialised(messages.frequency_list(BagMessages(), [0.0] * count),
                         messages.TYPES['unstable_frequencies'])
     return whole[:len(whole) - 8 * count]

@@ -28,7 +28,7 @@ from squeal_ros.recordings.signals.signals_file import Signals
 
 def task_sources(model: BrakeModel, settings: MonitorSettings, signals: Signals | None,
                  types: str | Path | None) -> dict[str, Any]:
-    """Return what `sources_of` does, and the files of signals and message types or None."""
+    """Return the sources of `sources_of`, and the files of signals and message types or None."""
     return {
         **sources_of(model, settings),
         'signals': signals and {'path': str(signals.path), 'sha256': signals.sha256},

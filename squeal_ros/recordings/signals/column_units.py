@@ -57,7 +57,7 @@ def unit_of_field(message_type: str, path: str) -> str:
 
 def contradiction(source: SignalSource, name: str, text: str) -> Iterator[str]:
     """
-    Yield what is to be said where a column states another unit than the file of signals.
+    Yield a note where a column states another unit than the file of signals.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ _MOST_LISTED = 400
 
 
 def listing(contents: Contents) -> Iterator[str]:
-    """Yield what a recording holds, line by line."""
+    """Yield the contents of a recording, line by line."""
     span = ''
     if not math.isnan(contents.start_s):
         span = (f', {contents.end_s - contents.start_s:.6g} s from {contents.start_s:.6f}')

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-The file of `--signals`: which column or topic field is which input of which brake.
+The file of `--signals`: columns or topic fields for the inputs of brakes.
 
 docs/howto/recordings.md is its manual; `squeal signals` writes one.
 """
@@ -53,7 +53,7 @@ class SignalsError(LocatedError):
 @dataclass(frozen=True, kw_only=True)
 class SignalSource:
     """
-    One input of one brake, and what it is read from.
+    One input of one brake, and its source.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class SignalSource:
 
 @dataclass(frozen=True)
 class CoordinateSource:
-    """Column or channel of latitude or longitude, and what makes degrees of its numbers."""
+    """Column or channel of latitude or longitude, and its conversion to degrees."""
 
     where: str
     name: str
@@ -132,7 +132,7 @@ class Signals:
     sha256: str = ''
 
     def of(self, kind: Kind) -> 'Signals | None':
-        """Return what it says of recordings with columns, or with topics; None: nothing."""
+        """Return the signals for recordings with columns, or with topics; None without any."""
         own = tuple(source for source in self.sources if source.kind == kind)
         of_tables = kind == 'topic' and len(own) < len(self.sources)
         return replace(self, sources=own, clock=ClockSpec() if of_tables else self.clock,
@@ -239,7 +239,7 @@ def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
 
 
 def _named(entry: YamlSection, *others: str) -> tuple[str, str]:
-    """Return which key names a column or something else, and what stands there."""
+    """Return the key that names a column or something else, and its value."""
     keys = ('column', 'channel', *others)
     named = [key for key in keys if key in entry.content]
     if len(named) != 1:

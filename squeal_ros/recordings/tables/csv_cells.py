@@ -43,7 +43,7 @@ TimeReader = Callable[[str], int | None]
 
 def number_reader(decimal: str, thousands: str) -> Callable[[str], float | None]:
     """
-    Return what reads a number as it is written; NaN for a missing value, None for a text.
+    Return a function that reads a number as written; NaN: missing, None: a text.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def number_reader(decimal: str, thousands: str) -> Callable[[str], float | None]
 def time_reader(clock: ClockSpec, unit: str, number: Callable[[str], float | None],
                 where: object) -> TimeReader:
     """
-    Return what reads the times of a table.
+    Return a function that reads the times of a table.
 
     Parameters
     ----------

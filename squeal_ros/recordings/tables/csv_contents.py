@@ -54,7 +54,7 @@ class _Clock(NamedTuple):
 
 def csv_contents(path: Path) -> Contents:
     """
-    Return what a table holds; it is read whole, row by row.
+    Return the contents of a table; it is read whole, row by row.
 
     Raises
     ------
@@ -120,7 +120,7 @@ class _Survey:
                     statistics.time(seconds)
 
     def entries(self) -> list[Entry]:
-        """Return what is known of each column."""
+        """Return an entry of each column."""
         layout, found = self._layout, []
         for place, (name, column) in enumerate(zip(layout.names, self._columns, strict=True)):
             kind = 'time' if place in self._places else (

@@ -75,7 +75,7 @@ class CsvLayout:
         return split(line, self.delimiter)
 
     def place(self, column: str) -> int | None:
-        """Return where a column is, by its name or its number from 1."""
+        """Return the place of a column, by its name or its number from 1."""
         if column in self.names:
             return self.names.index(column)
         bare = [name.strip() for name in self.names]
@@ -127,7 +127,7 @@ def lines_of(path: Path, encoding: str) -> Iterator[str]:
 
 def read_layout(path: Path, spec: TableSpec) -> CsvLayout:
     """
-    Return how a table is written, by its first lines where `spec` does not say.
+    Return the layout of a table, by its first lines where `spec` does not say.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _rows(lines: Sequence[str], delimiter: str) -> list[list[str]]:
 
 
 def _start(rows: Sequence[list[str]], delimiter: str, spec: TableSpec) -> _Start:
-    """Return where rows of values begin, of one number of cells; 0 columns: nowhere."""
+    """Return the first row of values, of one number of cells; 0 columns: none."""
     full = [at for at, row in enumerate(rows) if any(cell.strip() for cell in row)]
     shares = {at: sum(map(likeness, rows[at])) / sum(bool(cell.strip()) for cell in rows[at])
               for at in full}

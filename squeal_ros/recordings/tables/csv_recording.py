@@ -128,7 +128,7 @@ class CsvRecording:
 
     @property
     def notes(self) -> list[str]:
-        """Return what is to be known of the table, as far as it was read."""
+        """Return notes on the table, as far as it was read."""
         local = ['times without a zone are taken as UTC; clock.timezone says another']
         return [*self._about, *(local if self._local else []), *self._times.notes(),
                 *self._row_notes(),
@@ -145,7 +145,7 @@ class CsvRecording:
 
     @property
     def findings(self) -> list[Finding]:
-        """Return which inputs have no value."""
+        """Return findings on inputs without values."""
         marks = f'decimals are read with {self.layout.decimal!r}'
         if self.layout.thousands:
             marks += f', thousands with {self.layout.thousands!r}'

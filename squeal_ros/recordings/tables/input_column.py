@@ -31,7 +31,7 @@ _LONGEST_CELL = 30  # characters in a note
 @dataclass
 class InputColumn:
     """
-    One input, and what was seen of it.
+    One input, and counts of its cells.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class InputColumn:
     def sample(self, number: float | None, time: int, text: str, where: str
                ) -> tuple[str, Signal, Sample | MissingValue] | None:
         """
-        Return what a cell gives; None for a missing value.
+        Return the sample of a cell; None for a missing value.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class InputColumn:
         return brake, signal, Sample(time, self.read(number))
 
     def notes(self) -> Iterator[str]:
-        """Yield what is missing of it."""
+        """Yield notes on missing values."""
         name = short_repr(self.source.name)
         if self.texts:
             yield (f'{self.name}: {self.texts} cells of {name} are no number, the first '

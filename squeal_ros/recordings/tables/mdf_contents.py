@@ -23,7 +23,7 @@ from squeal_ros.recordings.tables.mdf_file import Channel, MdfFile
 
 def mdf_contents(path: Path) -> Contents:
     """
-    Return what a measurement holds; it is read whole, channel by channel.
+    Return the contents of a measurement; it is read whole, channel by channel.
 
     Raises
     ------

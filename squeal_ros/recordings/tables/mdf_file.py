@@ -167,7 +167,7 @@ class MdfFile:
 
     @property
     def lost_notes(self) -> list[str]:
-        """Return what could not be read."""
+        """Return notes on records that could not be read."""
         return [f'group {channel.group} is damaged: {count} of its {channel.records} records '
                 f'cannot be read (channel {short_repr(channel.name)}) and are left out'
                 for channel, count in self.lost.items()]

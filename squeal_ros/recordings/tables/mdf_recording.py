@@ -104,7 +104,7 @@ class MdfRecording:
 
     @property
     def messages(self) -> int:
-        """Return how many records the groups have."""
+        """Return the number of records of all groups."""
         return sum({channel.group: channel.records for channel in self._all}.values())
 
     @property
@@ -113,7 +113,7 @@ class MdfRecording:
 
     @property
     def notes(self) -> list[str]:
-        """Return what is to be known of it, as far as it was read."""
+        """Return notes on the measurement, as far as it was read."""
         of_times = (f'group {group}: {note.replace("line", "record")}' for group, times in
                     self._times.items() for note in times.notes())
         return [*self._about, *(self._file.lost_notes if self._file else ()), *of_times,
@@ -122,7 +122,7 @@ class MdfRecording:
 
     @property
     def findings(self) -> list[Finding]:
-        """Return which inputs have no value."""
+        """Return findings on inputs without values."""
         return without_values(self._columns, 'check the channel and its conversion')
 
     def samples(self) -> Iterator[tuple[int, Samples]]:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Times of rows in order; late, repeated and missing ones and clock steps are counted and said."""
+"""Times of rows in order; late, repeated and missing ones and clock steps are counted."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -106,7 +106,7 @@ class RowTimes:
         self._seen.setdefault(what, _Count()).see(row, size)
 
     def notes(self) -> Iterator[str]:
-        """Yield what was seen of the times, in words."""
+        """Yield notes on the times, in words."""
         if self._shift:
             yield (f'times begin before zero, which ROS has no time for: '
                    f'{self._shift // _SECOND} s are added to all of them')
