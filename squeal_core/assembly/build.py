@@ -204,7 +204,7 @@ def sample_contact(brake: Brake, *, panels: tuple[int, int], points: int, disc_o
                    pad_elements: tuple[int, int, int] = (9, 18, 3)
                    ) -> tuple[tuple[operators.ContactFace, operators.ContactFace], SurfaceShapes]:
     """
-    Return both contact faces at quadrature points, and the surface shapes to tell modes by.
+    Return both contact faces at quadrature points, and surface shapes that identify modes.
 
     `panels` and `points` are those of the quadrature, the others those of `build_model`.
     """

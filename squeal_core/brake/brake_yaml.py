@@ -189,7 +189,7 @@ def _pad(section: QuantityReader, folder: Path) -> Pad | ModalResults:
 
 def _modal_results(section: QuantityReader, quantities: Mapping[str, Quantity], thickness: str,
                    folder: Path) -> ModalResults:
-    """Read what says where a component's modes are: `modes_from`, and what no file can say."""
+    """Read the source of a component's modes: `modes_from`, and data that no file contains."""
     source = section.required_section('modes_from')
     origin = tuple(source.numbers('origin_m')) if 'origin_m' in source.content else (0.0,) * 3
     if len(origin) != 3:

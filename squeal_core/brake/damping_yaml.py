@@ -33,7 +33,7 @@ _DIRECTIONS = ('radial', 'tangential', 'axial')
 
 
 def read_damping(root: QuantityReader) -> float | ComponentDamping:
-    """Return the one `damping_ratio` of all components, or what `damping` says of each."""
+    """Return the one `damping_ratio` of all components, or the entries of `damping` for each."""
     section = root.section('damping', required=False)
     if section is None:
         return root.number('damping_ratio', DAMPING_RATIO)

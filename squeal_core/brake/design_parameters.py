@@ -80,7 +80,7 @@ def leaves(content: Mapping[str, Any],
 
 def _is_design(section: Mapping[str, Any], key: str) -> bool:
     name = key.removesuffix(f'_{unit_suffix(key)}')
-    # what a file holds of a part does not change with its density or thickness
+    # modes from a file do not change with a component's density or thickness
     return name not in _LEFT_OUT and ('modes_from' not in section or name in ('support', 'shim'))
 
 
@@ -92,7 +92,7 @@ def _number(value: Any) -> float | None:
 
 
 def unit_suffix(path: str) -> str:
-    """Return the suffix that says in which unit a number is, as 'mm'; '' of a plain number."""
+    """Return the suffix with the unit of a number, as 'mm'; '' of a plain number."""
     return next((suffix for suffix in _SUFFIXES if path.endswith(f'_{suffix}')), '')
 
 

@@ -153,7 +153,7 @@ class Observation:
 @dataclass(frozen=True)
 class MatchedEvents:
     """
-    Observations of all applications, and what was left out.
+    Observations of all applications, and the events and applications left out.
 
     Parameters
     ----------

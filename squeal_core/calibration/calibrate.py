@@ -101,7 +101,7 @@ def calibrate(model: BrakeModel, emulator: GrowthSource,
               settings: RiskSettings | None = None, seed: int = 0, workers: int = 0,
               progress: Callable[[SamplingRound], None] = lambda _: None) -> Calibration:
     """
-    Return the calibration of a model by what was heard of brake applications.
+    Return the calibration of a model by the squeal observed in brake applications.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ class WeightedSample:
         return np.asarray((self.weights[:, None] * from_mean).T @ from_mean)
 
     def proposal(self, least_variance: float = LEAST_VARIANCE) -> Proposal:
-        """Return mean and covariance of what further draws are to be drawn from."""
+        """Return mean and covariance of the distribution of further draws."""
         return self.mean, self.covariance + least_variance * np.eye(self.values.shape[1])
 
     def resampled(self, count: int) -> FloatArray:

@@ -120,7 +120,7 @@ def chance_error(probability: FloatArray, *, seed: int = 0) -> float:
 
 def unbiased_error(probability: FloatArray, heard: NDArray[np.bool_]) -> float:
     """
-    Return the root mean square calibration error less what the number of labels makes of it.
+    Return the root mean square calibration error, less its bias by the number of labels.
 
     The square of each bin's difference has the variance of its fraction heard in it, which is
     subtracted (C. A. T. Ferro and T. E. Fricker, Q. J. R. Meteorol. Soc. 138 (2012) 1954); zero

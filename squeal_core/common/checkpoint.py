@@ -58,9 +58,9 @@ class Checkpoint(ABC, Generic[_Part]):
     say: Callable[[str], None] = field(default=lambda _: None)
 
     kind: ClassVar[ArchiveKind]
-    whole: ClassVar[str]  # what a part is of, such as 'table'
+    whole: ClassVar[str]  # the file that a part is of, such as 'table'
     suffix: ClassVar[str]  # of the folder
-    kept: ClassVar[str]  # what is said of `found` parts of `total`
+    kept: ClassVar[str]  # the message on `found` parts of `total`
     wanted: ClassVar[Mapping[str, str]]  # arrays of a part, as of `read_archive`
 
     @abstractmethod

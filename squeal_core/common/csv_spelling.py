@@ -30,7 +30,7 @@ _DATE_TIME = re.compile(
     r'\d+:\d\d(:\d\d)?([.,]\d+)?(\s*[apAP]\.?[mM]\.?)?')
 _GROUPED = re.compile(r"\d{1,3}(([.,'’ \u00a0\u202f])\d{3})(\2\d{3})*(?!\d)")
 _MARKS = '.,'
-# in lower case, what instruments and spreadsheets write where a value is missing
+# marks of missing values by instruments and spreadsheets, in lower case
 MISSING_WORDS = frozenset((
     'nan', 'n/a', '#n/a', '#nv', 'na', 'n.a.', 'null', 'nil', '#null!', 'err', 'error', 'fehler',
     '#value!', '#wert!', '#div/0!', '#ref!', '#num!', '#bezug!', '#zahl!', '--', '---', '----',
@@ -42,7 +42,7 @@ class CsvError(LocatedError):
 
 
 def encoding_of(path: Path, head: bytes) -> str:
-    """Return the encoding of a text by its first bytes; refuse what is no text."""
+    """Return the encoding of a text by its first bytes; refuse other files."""
     for mark, name in _BOMS:
         if head.startswith(mark):
             return name

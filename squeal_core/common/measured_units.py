@@ -26,7 +26,7 @@ from squeal_core.common.errors import nearest_word
 @dataclass(frozen=True)
 class Unit:
     """
-    A unit and what it is in SI units: value in SI = scale * number + offset.
+    A unit and its conversion to SI units: value in SI = scale * number + offset.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Unit:
 
 _TURN, _BAR, _PSI = 2.0 * math.pi, 1e5, 6894.757293168
 _ZERO_CELSIUS, _ZERO_FAHRENHEIT = 273.15, 459.67 * 5.0 / 9.0
-# names as they are written, the first of each being ours; what `Unit` says of them
+# names as they are written, the first of each being ours; their `Unit`
 _TABLE: tuple[tuple[Any, ...], ...] = (
     ('Pa pascal N/m2', 'pressure', 1.0),
     ('hPa mbar millibar', 'pressure', 100.0),

@@ -127,7 +127,7 @@ def write_archive(path: str | Path, kind: ArchiveKind, header: Header, arrays: M
 def read_archive(path: str | Path, kind: ArchiveKind, wanted: Wanted,
                  check_shapes: CheckShapes = lambda *_: None) -> tuple[Header, Arrays]:
     """
-    Read header and arrays, refusing in one line what is no file of the kind.
+    Read header and arrays; refuse files of another kind in one line.
 
     Raises
     ------

@@ -100,7 +100,7 @@ def npz_reader(path: str | Path, error_of: ErrorOf, most_bytes: int = MAX_BYTES
 
 
 def _check_directory(file: BinaryIO) -> None:
-    """Refuse what zipfile would read a long directory from."""
+    """Refuse files from which zipfile would read a long directory."""
     size = file.seek(0, 2)
     if size < _END.size:
         raise ValueError(f'no archive: {size} bytes')

@@ -174,7 +174,7 @@ class OutputFiles:
             raise _unwritable(path, error) from None
 
     def discard(self) -> None:
-        """Remove what was reserved; nothing is committed then."""
+        """Remove the reserved files; nothing is committed then."""
         for output in self._outputs:
             remove(output.partial)
             release(output)

@@ -127,7 +127,7 @@ def put_back(output: Output) -> None:
 
 
 def clear_leftovers(folder: Path) -> None:
-    """Remove what killed runs left half-written in a folder, and undo what they half replaced."""
+    """Remove half-written files of killed runs in a folder, and undo their half replacements."""
     with suppress(OSError):
         for path in sorted(folder.iterdir()):
             name, _, number = path.stem.rpartition('.')

@@ -70,7 +70,7 @@ class Quantity:
 
 @dataclass
 class QuantityReader:
-    """One mapping of a description, read key by key; `finish` refuses what was not asked for."""
+    """One mapping of a description, read key by key; `finish` refuses keys that were not read."""
 
     where: str
     content: Mapping[str, Any]
@@ -149,7 +149,7 @@ class QuantityReader:
 
     def _check(self, key: str, name: str, value: float, quantity: Quantity,
                factor: float, unit: str = '') -> None:
-        """Refuse what is impossible and warn of what is unusual, in the unit that was written."""
+        """Refuse an impossible value and warn of an unusual one, in the unit as written."""
         suffix = key.partition('[')[0].removeprefix(name).lstrip('_')
         unit = unit or SYMBOLS.get(suffix, suffix)
         possible = (quantity.above, quantity.below)

@@ -22,7 +22,7 @@ import warnings
 Warn: TypeAlias = Callable[[str], None]
 Ends: TypeAlias = tuple[float, float]
 
-UNITS: dict[str, dict[str, float]] = {  # suffixes of keys, and what they are in SI units
+UNITS: dict[str, dict[str, float]] = {  # suffixes of keys, in SI units
     'length': {'m': 1.0, 'mm': 1e-3},
     'angle': {'rad': 1.0, 'deg': math.pi / 180.0},
     'pressure': {'pa': 1.0, 'bar': 1e5, 'mpa': 1e6},
@@ -41,7 +41,7 @@ UNITS: dict[str, dict[str, float]] = {  # suffixes of keys, and what they are in
 SYMBOLS = {'pa': 'Pa', 'mpa': 'MPa', 'gpa': 'GPa', 'kg_m3': 'kg/m^3', 'n_m3': 'N/m^3',
            'ns_m3': 'N s/m^3', 's_m': 's/m', 'hz': 'Hz', 'khz': 'kHz',
            'km_h': 'km/h', 'm_s': 'm/s', 'm_s2': 'm/s^2', 'degc': 'degC'}
-# what numbers are given in by mistake: each unit in SI units
+# units in which numbers are given by mistake, in SI units
 _MISTAKES: dict[str, dict[str, float]] = {
     'length': {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2, 'inch': 0.0254, 'um': 1e-6},
     'angle': {'rad': 1.0, 'deg': math.pi / 180.0},
@@ -65,7 +65,7 @@ _MISTAKES: dict[str, dict[str, float]] = {
 
 
 class ImplausibleWarning(UserWarning):
-    """A value that can be used, but hardly is what was meant."""
+    """A value that can be used, but is probably not the intended one."""
 
 
 def warn_implausible(text: str) -> None:

@@ -25,7 +25,7 @@ from squeal_core.common.yaml_reader import read_yaml_with_lines
 
 class YamlSection:
     """
-    One mapping of a YAML file, read key by key; `finish` refuses what was not asked for.
+    One mapping of a YAML file, read key by key; `finish` refuses keys that were not read.
 
     Parameters
     ----------

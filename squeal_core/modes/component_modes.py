@@ -31,7 +31,7 @@ from squeal_core.modes.nodal_modes import NodalModes
 
 # neighbours this close in frequency are a doublet; a mesh without symmetry splits it a little
 _DOUBLET = 5e-3
-# how far modal masses that are stated may lie from integrated ones: lumped masses differ by more
+# tolerance of stated modal masses against integrated ones: lumped masses differ by more
 # than a tenth on coarse meshes, confused units by more than two
 _STATED_MASS = 0.25
 # least fraction of the mass that modes carry in each rigid motion: with elements, and by nodes

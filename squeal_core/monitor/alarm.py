@@ -49,7 +49,7 @@ class Alarm:
 
     @classmethod
     def of(cls, settings: MonitorSettings) -> 'Alarm':
-        """Return the alarm that these settings ask for."""
+        """Return an alarm by settings."""
         return cls(settings.risk_warning, settings.risk_hysteresis, settings.risk_hold)
 
     def update_settings(self, warning: float, hysteresis: float, hold: float) -> None:

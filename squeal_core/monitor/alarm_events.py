@@ -123,7 +123,7 @@ class AlarmEvents:
         return [change for change in changes if change is not None]
 
     def end(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
-        """End all alarms, as these assessments say that nothing is known; return those ended."""
+        """End all alarms, as nothing is known in these assessments; return those ended."""
         self._changed.clear()
         ended = [_ended(self._up.pop(found.brake), found) for found in assessments
                  if self.is_up(found.brake)]

@@ -107,7 +107,7 @@ class MarginStatistics:
 @dataclass(frozen=True, eq=False)
 class Margins:
     """
-    Margins of a brake: that of friction, and the others where somebody asks for them.
+    Margins of a brake: that of friction, and the others on request.
 
     Parameters
     ----------

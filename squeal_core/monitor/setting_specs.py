@@ -32,7 +32,7 @@ Change: TypeAlias = Literal['tick', 'configure', 'start']
 
 @dataclass(frozen=True)
 class SettingSpec:
-    """One setting: its name, default, range and unit, and what it means."""
+    """One setting: its name, default, range, unit and meaning."""
 
     name: str
     default: Value

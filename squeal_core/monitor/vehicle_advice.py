@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Advice for the brakes of a vehicle, computed when somebody asks for it.
+Advice for the brakes of a vehicle, computed on request.
 
 Advice, never a command: no safety function may rest on it.
 """

@@ -99,5 +99,5 @@ def _assessment(one: Assessment | AssessmentContext, risk: BrakeRisk | None,
         return explained(from_stability(one, next(stabilities), risk))
     if risk is None:
         return one
-    # what the application has reached, once at its release
+    # result of the whole application, once at its release
     return replace(one, build_up=risk.result.build_up, application_risk=risk.result.squeal_risk)

@@ -47,7 +47,7 @@ from squeal_core.monitor.vehicle_evaluator import VehicleEvaluator
 __all__ = ['Assessment', 'BrakeMonitor', 'Reading', 'Sample', 'State', 'Status',
            'MissingValue', 'VehicleMonitor']
 
-# what an input's status makes of the brake's state, the gravest first
+# state of the brake by the status of an input, the gravest first
 _STATES: dict[Status, State] = {
     'invalid': 'invalid', 'contradicted': 'invalid', 'stuck': 'invalid', 'implausible': 'invalid',
     'never received': 'stale', 'stale': 'stale',

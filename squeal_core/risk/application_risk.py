@@ -27,7 +27,7 @@ _NO_CAP = np.array(np.inf, np.float32)
 
 class ApplicationRisk:
     """
-    Build-up and squeal risk of one brake; these methods take what is known at a tick.
+    Build-up and squeal risk of one brake; methods take the data of a tick.
 
     `update`: it slides under load. `hold`: it does, and is not evaluated. `rest`: it is pressed
     and does not slide, so modes decay to their floors; the application goes on. `skip`: nothing is

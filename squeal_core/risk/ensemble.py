@@ -34,7 +34,7 @@ Persistent: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, Fl
 
 
 def risk_basis(calibrated: str, likelihood_power: float) -> str:
-    """Return in words what the level of a squeal risk rests on; as attributes of `Ensemble`."""
+    """Return the basis of the level of a squeal risk, in words; as attributes of `Ensemble`."""
     if not calibrated:
         return NOT_CALIBRATED
     return f'{calibrated}: {MOSTLY_PRIOR}' if likelihood_power < _LEAST_POWER else calibrated

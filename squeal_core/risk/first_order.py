@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Probability that a brake is unstable, to first order in what is uncertain."""
+"""Probability that a brake is unstable, to first order in the uncertain parameters."""
 
 from collections.abc import Sequence
 from dataclasses import replace

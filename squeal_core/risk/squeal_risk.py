@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Squeal risk: the probability that some mode's build-up exceeds what is audible.
+Squeal risk: the probability that some mode's build-up exceeds the audible level.
 
 An ensemble of brakes stands for what is not known of a brake and stays (damping, contact
 stiffness, bias of friction ...). Each member has the build-up of each of its mode families, at

@@ -138,7 +138,7 @@ class Comparison:
             strict=True)), 'alarm_first': sum(time > 0.0 for time in times)}
 
     def lines(self) -> list[str]:
-        """Return it as text, what is not known first."""
+        """Return the comparison as text, unknown results first."""
         counts, matches = self.counts, self.matches
         unknown = Counter(one.why for one in matches.applications if one.outcome == 'not known')
         return [

@@ -72,13 +72,13 @@ class Listening:
     not_heard: tuple[Ends, ...] = ()
 
     def covers(self, recording: str, start: float, end: float) -> bool:
-        """Return whether somebody listened to all of a stretch [s] of a recording."""
+        """Return whether all of a stretch [s] of a recording was listened to."""
         return self.recording in ('', recording) and (
             self.span is None or self.span[0] <= start and end <= self.span[1]
         ) and not any(first < end and start < last for first, last in self.not_heard)
 
     def hears(self, frequency_hz: float) -> bool:
-        """Return whether a pitch could be heard; one that is not known could."""
+        """Return whether a pitch could be heard; an unknown one could."""
         return self.band_hz is None or not (
             frequency_hz < self.band_hz[0] or frequency_hz > self.band_hz[1])
 

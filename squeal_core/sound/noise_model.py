@@ -34,7 +34,7 @@ _MEMORY = 5.0  # s over which residuals may be correlated
 
 class NoiseFit(NamedTuple):
     """
-    Shift [s] and its standard deviation [s]; what is not explained; independent samples.
+    Shift [s] and its standard deviation [s]; unexplained noise; independent samples.
 
     `spread` is between the shifts of thirds of the sound [s], each of which changes as much.
     """

@@ -88,7 +88,7 @@ def clock_of_stamp(text: str) -> SoundClock:
 
 
 def clock_of_file(sound: SoundFile) -> SoundClock:
-    """Return the clock that a file tells itself; times from its start where it does not."""
+    """Return the clock in a file itself; times from its start where there is none."""
     if sound.started is None:
         return SoundClock()
     time = sound.started.time.replace(tzinfo=datetime.UTC)

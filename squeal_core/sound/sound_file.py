@@ -30,7 +30,7 @@ _OTHERS = {b'fLaC': 'FLAC', b'OggS': 'Ogg', b'FORM': 'AIFF', b'ID3': 'MP3', b'ca
 
 def open_sound(path: str | Path) -> SoundFile:
     """
-    Read the header of a file; what it is is told from its first bytes, not its name.
+    Read the header of a file; its format is taken from its first bytes, not its name.
 
     Raises
     ------

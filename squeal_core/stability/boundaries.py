@@ -128,7 +128,7 @@ class Boundaries:
     def take(self, rows: IndexArray, trials: FloatArray, eigenvalues: ComplexArray, *,
              past_unknown: bool) -> Any:
         """
-        Move the ends of brackets to trials (R, n), in order from the start; tell which changed.
+        Move the ends of brackets to trials (R, n), in order from the start; return which changed.
 
         The far end goes to the first trial of the other verdict, the near end to the last one
         before it. Unless they are passed over, trials that are not known end a search.

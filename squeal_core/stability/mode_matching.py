@@ -164,7 +164,7 @@ def _assigned(similarity: FloatArray, admitted: NDArray[np.bool_]) -> IndexArray
     """Return the most similar partners, one to one; -1 where none is allowed."""
     places = np.full(len(similarity), -1, np.intp)
     if similarity.size:
-        # what is not allowed is worse than any sum of what is
+        # a pair that is not allowed costs more than any sum of allowed ones
         worst = 10.0 * len(similarity) * (1.0 + np.abs(similarity).max())
         rows, columns = linear_sum_assignment(np.where(admitted, -similarity, worst))
         fit = admitted[rows, columns]

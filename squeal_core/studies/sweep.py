@@ -118,7 +118,7 @@ def sweep(model: BrakeModel, point: OperatingPoint, axes: Mapping[str, ArrayLike
 
 
 def _grid(axes: Mapping[str, ArrayLike], friction_law: Law) -> dict[str, FloatArray]:
-    """Check what is swept and return its values."""
+    """Check the swept parameters and return their values."""
     if not 1 <= len(axes) <= 2 or not set(axes) <= set(PARAMETERS):
         raise SquealError(f'axes are {list(axes)}; give one or two of {", ".join(PARAMETERS)}')
     given = {'friction_slope'} if friction_law == 'slope' else {'friction', 'friction_slope'}

@@ -89,7 +89,7 @@ def point_of(record: Sweep, place: int) -> OperatingPoint:
 def mode_names(model: BrakeModel, record: Sweep,
                modes: Sequence[UnstableMode]) -> dict[str, str]:
     """
-    Return the names of unstable modes by identity: its numbers and what leads in it.
+    Return the names of unstable modes by identity: its numbers and leading component modes.
 
     Parameters
     ----------

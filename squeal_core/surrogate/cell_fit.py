@@ -287,6 +287,6 @@ class _Fit:
 
 
 def _single(values: FloatArray) -> FloatArray:
-    """Return values as single precision has them, which is what a file keeps."""
+    """Return values in single precision, as a file keeps them."""
     with np.errstate(over='ignore'):
         return np.asarray(values.astype(np.float32), float)

@@ -108,5 +108,5 @@ def _gaps(table: ExpansionTable) -> float:
 
 
 def with_coverage(table: ExpansionTable, report: CoverageReport) -> ExpansionTable:
-    """Return the table with its measured coverage in what a file says about it."""
+    """Return the table with its measured coverage in `about`."""
     return replace(table, about={**table.about, 'coverage': asdict(report)})

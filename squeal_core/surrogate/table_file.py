@@ -123,7 +123,7 @@ def is_table(path: str | Path) -> bool:
 
 
 def model_hash(model: BrakeModel) -> str:
-    """Return SHA-256 over what the eigenvalues at a sliding point depend on."""
+    """Return the SHA-256 of all that eigenvalues at a sliding point depend on."""
     names = ('angular_frequencies', 'damping_ratios', *OPERATORS, *SUPPORTS)
     law, table = model.friction_law, model.stiffness_table
     damping = ({'contact_retardation_time': model.contact_retardation_time}

@@ -71,7 +71,7 @@ def drive_schedule(schedule: Schedule, vehicle: Vehicle,
                    friction_of_temperature: Callable[[FloatArray], FloatArray], *,
                    rate: float = 10.0) -> DrivenSchedule:
     """
-    Compute what the brakes of a vehicle do in a schedule.
+    Compute the signals of a vehicle's brakes in a schedule.
 
     Before an application the front discs are brought to its start temperature: the vehicle drives
     with released brakes while they are too hot, and drags them while they are too cold, which

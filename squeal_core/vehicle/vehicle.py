@@ -162,7 +162,7 @@ class Vehicle:
 
     @property
     def inertia(self) -> float:
-        """Mass and what the wheels add [kg]."""
+        """Mass, with the inertia of the wheels [kg]."""
         return self.mass + 4.0 * self.wheel_inertia / self.wheel_radius**2
 
     def cooling(self, speed: FloatArray) -> FloatArray:

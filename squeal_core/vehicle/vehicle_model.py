@@ -106,7 +106,7 @@ def brake_signals(cycle: DriveCycle, vehicle: Vehicle,
                   friction_of_temperature: Callable[[FloatArray], FloatArray], *,
                   rate: float = 100.0, tolerance: float = 1e-6) -> BrakeSignals:
     """
-    Compute what the brakes of a vehicle do while it follows a drive cycle.
+    Compute the signals of a vehicle's brakes while it follows a drive cycle.
 
     The driver compensates fade: the pressure is the one that, with the friction of the moment,
     gives the deceleration, and exactly zero where none is due. A vehicle slower than the holding

@@ -53,7 +53,7 @@ class Parts:
 
 
 def parts_or_why(model: BrakeModel) -> tuple[Parts | None, tuple[str, ...]]:
-    """Return the parts, or what is left out without them, and the reason."""
+    """Return the parts, or the omissions without them, and the reason."""
     try:
         return rebuild(model), ()
     except (ImportError, SquealError) as error:

@@ -123,7 +123,7 @@ def plot_damping(bars: Sequence[DampingBar], path: FigureTarget, *, threshold: f
 def plot_mechanism(why: Mechanism, path: FigureTarget, *, title: str, about: str,
                    overwrite: bool = True) -> None:
     """
-    Draw what each term adds to a growth rate: bars that begin where the one before ends.
+    Draw the terms of a growth rate: bars that begin where the one before ends.
 
     Parameters
     ----------

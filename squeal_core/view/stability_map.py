@@ -66,7 +66,7 @@ def conditions(record: Sweep, *, brief: bool = False) -> str:
     by_law = {True: ('friction', 'friction_slope'), 'slope': ('friction_slope',)}.get(law, ())
     for name, text in _CONDITIONS:
         values = record.column(name)
-        # what is usual goes without saying; a slope that changes goes along with the friction
+        # usual values are omitted; a slope that changes follows the friction
         usual = {'friction_slope': 0.0}.get(name)
         if name not in record.axes and name not in by_law and np.any(values != usual):
             parts.append('slope in proportion to µ' if np.ptp(values) != 0.0

@@ -76,7 +76,7 @@ def read(path: Path) -> RawModes:
 
 
 def _rows(text: Text, i: int, count: int) -> range:
-    """Return the rows of a block: as many as its head says, and then its end."""
+    """Return the rows of a block, as many as its head states, and check its end."""
     rows = range(i, i + count)
     end = text.line(i + count) if count > 0 else b''
     if end.strip() != b'-3' or any(text.lines[row][:3] != b' -1' for row in rows):

@@ -83,7 +83,7 @@ def _table(file: Any, name: str) -> Any:
 
 
 def _check_size(name: str, table: Any, most_bytes: int) -> None:
-    """Refuse what would take too much memory, before anything of it is read."""
+    """Refuse tables that would take too much memory, before anything is read."""
     if table.shape is None or table.ndim != 1:
         raise Refused(f'{name} has the shape {table.shape}, not one of rows')
     row = table.dtype.itemsize

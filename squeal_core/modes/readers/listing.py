@@ -45,7 +45,7 @@ _REMEDY = 'see docs/howto/modal_results.md for what to print'
 _PLAIN_NAME = re.compile(r'[A-Z_][A-Z\d_.-]*|@LOC|\d+')
 _WHOLE = 'solve the whole ring of 360 degrees without cyclic symmetry, and list its modes'
 _REAL = 'list real normal modes, without damping, friction and rotation'
-# what a line says of nodes or results that are not global, Cartesian, real and whole
+# patterns of lines on nodes or results that are not global, Cartesian, real and whole
 _REFUSED: tuple[tuple[re.Pattern[str], str, str], ...] = (
     (re.compile(r'\bDSYS\s*=\s*0*[1-9]\d*'), 'lists nodes in another coordinate system than the '
      'global Cartesian one', 'list them after DSYS,0'),
@@ -62,7 +62,7 @@ _REFUSED: tuple[tuple[re.Pattern[str], str, str], ...] = (
     (re.compile(r'^\s*(REAL|IMAG\w*) (ONLY|PART|COMPONENT)|^\s*COMPLEX\s*:|'
                 r'\bMODE\s+\d+\s*:.*(\bDAMP|\bRE\(|COMPLEX)'),
      'belongs to complex modes', _REAL))
-# keywords of Abaqus after which numbers move or turn the nodes: each with what it does
+# keywords of Abaqus after which numbers move or turn the nodes: each with its effect
 _MOVED = {'*SYSTEM': 'gives nodes in a system of its own', '*INSTANCE': 'moves its nodes'}
 
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Nastran results: OP2 files, through pyNastran, which asks for numpy below 2."""
+"""Nastran results: OP2 files, through pyNastran, which needs numpy below 2."""
 
 from contextlib import redirect_stderr, redirect_stdout
 import io

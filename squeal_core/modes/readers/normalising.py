@@ -25,7 +25,7 @@ from squeal_core.modes.nodal_modes import ModesError, NodalModes
 from squeal_core.modes.readers.raw import ReaderError
 from squeal_core.modes.readers.rigid_modes import exact_rigid_modes, in_plane_first, rigid_fields
 
-# what the mass of a component may be to the box around it [kg/m^3]: from a spidery light alloy
+# bounds of the mass of a component over the box around it [kg/m^3]: from a spidery light alloy
 # to a full box of lead, with a wide margin for uneven meshes
 _LIGHTEST, _HEAVIEST = 20.0, 50_000.0
 # lumped masses and two materials under one density reach 0.2, twice the same mode gives 1

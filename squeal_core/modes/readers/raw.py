@@ -98,7 +98,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def check_size(where: object, count: int, most: int, what: str) -> None:
-    """Refuse what is larger than this reads."""
+    """Refuse a count above the limit of readers."""
     if count > most:
         raise ReaderError(where, f'has {count} {what}, more than the {most} that are read',
                           'export fewer modes, or the nodes near the contact only')

@@ -63,7 +63,7 @@ class Text:
         return ReaderError(f'{self.path}, line {index + 1}', what, remedy)
 
     def wrong(self, index: int, expected: str) -> ReaderError:
-        """Return the error of a line that is not what it ought to be."""
+        """Return the error of a line with unexpected contents."""
         return self.error(index, f'is {_shown(self.line(index))}, not {expected}')
 
     def number(self, index: int, start: int, stop: int, kind: Callable[[str], Any] = float) -> Any:

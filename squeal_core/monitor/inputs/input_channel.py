@@ -149,7 +149,7 @@ class InputChannel:
         contradiction = self._publishers.check(
             stamp, value, number=number, connection=connection) if number or connection else ''
         if not math.isfinite(value):
-            # its value says enough
+            # the reading reports the value itself
             return ('contradicted', contradiction) if contradiction else _GOOD
         detail = ''
         for guard in self._guards:  # each sees every sample

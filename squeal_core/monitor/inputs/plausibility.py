@@ -275,7 +275,7 @@ class RpmGuard:
         return f'{_TO_RPM}, until {end}' if rpm else ''
 
     def _forgiven(self, stamp: int) -> bool:
-        """Return whether what was told for a while is long past."""
+        """Return whether a temporary report is long past."""
         return self._rpm and self._rpm_until is not None and stamp > self._rpm_until
 
 

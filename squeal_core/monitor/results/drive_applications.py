@@ -185,7 +185,7 @@ class ApplicationDetector:
             present.unknown += 1
 
     def add_brakes(self, other: 'ApplicationDetector') -> None:
-        """Take what was found of other brakes."""
+        """Add the applications of other brakes."""
         self._open |= other._open
         self._time |= other._time
         self._ended += other._ended

@@ -183,7 +183,7 @@ class DriveSummary:
             self._count(self.brakes[assessment.brake], assessment)
 
     def add_brakes(self, other: 'DriveSummary') -> None:
-        """Take what was counted of other brakes at the same ticks."""
+        """Add the counts of other brakes at the same ticks."""
         self.brakes = {**self.brakes, **other.brakes}
 
     def _count(self, brake: BrakeSummary, found: Assessment) -> None:
@@ -202,7 +202,7 @@ class DriveSummary:
             _note(brake, found, braking=sliding is not False)
 
     def slides(self, found: Assessment) -> bool | None:
-        """Return whether a brake slides under load; None: what is known does not say."""
+        """Return whether a brake slides under load; None where its inputs do not tell."""
         if found.state == 'steady' or found.state in _AT_REST:
             return found.state == 'steady'
         if all(reading.status == 'good' for reading in found.inputs.values()):

@@ -164,7 +164,7 @@ class EventDetector:
         return up
 
     def add_brakes(self, other: 'EventDetector') -> None:
-        """Take what was found of other brakes."""
+        """Add the events of other brakes."""
         self._alarms |= other._alarms
         self._open |= other._open
         self._ended += other._ended

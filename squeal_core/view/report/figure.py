@@ -99,7 +99,7 @@ def packed(values: ArrayLike, kind: str = 'f4') -> dict[str, str]:
 
 
 def fitted_range(values: ArrayLike) -> list[float]:
-    """Return the range of an axis that tells values apart that are close; 0 to 1 of none."""
+    """Return the range of an axis on which close values are distinct; 0 to 1 of none."""
     known = np.asarray(values, float).ravel()
     known = known[np.isfinite(known)]
     if not known.size:

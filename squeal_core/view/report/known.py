@@ -128,7 +128,7 @@ def _notes(run: Run) -> Iterator[Markup]:
 
 
 def _versions(run: Run) -> Markup:
-    """Return model, settings and software, each with what tells versions apart."""
+    """Return the table of model, settings and software, with names and hashes."""
     rows: dict[tuple[str, str, str], None] = {}
     for summary in (one.summary for one in run.results):
         rows |= dict.fromkeys(source_rows(summary))

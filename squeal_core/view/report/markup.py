@@ -43,7 +43,7 @@ def markup(content: Content) -> Markup:
 
 
 def prose(text: str) -> Markup:
-    """Return text in which what is between backticks is code."""
+    """Return text in which text between backticks is code."""
     parts = text.split('`')
     if len(parts) % 2 == 0:
         return markup(text)

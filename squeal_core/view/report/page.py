@@ -84,7 +84,7 @@ class Page:
         return Template(html).substitute(
             title=markup(title), notice=markup(f'{NOTICE} Made by squeal_ros {__version__}.'),
             contents=markup(self.contents), sections=markup(self.sections), style=style,
-            # what would end the element is written as an escape of JSON
+            # a text that would end the element is escaped as in JSON
             figures=figures.replace('<', '\\u003c'), plotly=script, script=own,
             beside=markup(plotly), sources=" 'self' file:" if plotly else '')
 
@@ -165,7 +165,7 @@ def _each(runs: Sequence[Run], section: Callable[[Run], list[Markup]]) -> Iterat
 
 def _measured(page: Page, runs: Sequence[Run],
               comparisons: Sequence[Comparison]) -> Iterator[Markup]:
-    """Yield measured squeal of each run beside what was predicted."""
+    """Yield measured beside predicted squeal of each run."""
     for place, (run, found) in enumerate(zip(runs, comparisons, strict=False)):
         of_run = f': {run.name}' if len(runs) > 1 else ''
         yield from measured_section(found, of_run)

@@ -180,7 +180,7 @@ def loaded(path: Path) -> ReplayResult:
 
 
 def _names(paths: Sequence[str | Path]) -> list[str]:
-    """Return the ends of paths that tell them apart."""
+    """Return the distinct ends of paths."""
     whole = [Path(path).resolve() for path in paths]
     plain = [path.name.removesuffix('.summary.json') for path in whole]
     if len(set(plain)) == len(plain):

@@ -58,7 +58,7 @@ class Ticks(NamedTuple):
 
 
 class Accumulator(Protocol):
-    """Takes ticks and keeps what does not grow with them."""
+    """Takes ticks and keeps data of a size that does not grow with them."""
 
     def add(self, ticks: Ticks) -> None:
         """Take further ticks of a brake."""

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Numbers as the page writes them; what is not known is a dash."""
+"""Numbers as the page writes them; an unknown one is a dash."""
 
 from datetime import datetime, UTC
 import math
