@@ -91,7 +91,7 @@ class InterruptOnce:
         for wait in self._waits:
             wait()
         for number, handler in self._before.items():
-            # what would end a process that starts has no say over one that is done
+            # a handler that ends a process while it starts is not for one that is done
             if not isinstance(getattr(handler, '__self__', None), EndAtOnce):
                 signal.signal(number, handler)
         sys.unraisablehook = self._hook
@@ -128,7 +128,7 @@ def _within(code: CodeType, frame: FrameType | None) -> bool:
 
 class StopAtNext:
     """
-    Call what stops the work in an orderly way at the first signal; the next one interrupts.
+    Stop the work in an orderly way at the first signal; the next one interrupts.
 
     A context manager, inside one of `InterruptOnce`.
 

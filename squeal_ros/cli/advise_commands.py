@@ -69,7 +69,7 @@ def advise(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Refuse what would fail after the work, before it."""
+    """Refuse before the work options with which it would fail afterwards."""
     check_point(options)
     check_workers(options.workers)
     for path in options.output:

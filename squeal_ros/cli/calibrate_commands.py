@@ -92,7 +92,7 @@ def calibrate(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace, given: GivenRecordings) -> None:
-    """Refuse what would fail after the work, before it."""
+    """Refuse before the work options with which it would fail afterwards."""
     check_output('--output', options.output, ('.yaml', '.yml'), force=options.force,
                  inputs=(*(one.path for one in given.batch), options.events or options.sound,
                          *filter(None, (options.config, options.emulator, options.signals))))

@@ -73,7 +73,7 @@ class GivenRecordings:
                                   for brake in self.task.of(one.path).settings.brakes))
 
     def listened(self, options: argparse.Namespace, heard: Listening) -> ListenedApplications:
-        """Return the applications that somebody listened to."""
+        """Return the applications that were listened to."""
         listened, read = self.listened_brakes(options.brakes), ListenedApplications()
         for one in self.batch:
             replay = self.task.of(one.path).replay(one.path, lambda _: False)

@@ -82,7 +82,7 @@ def add_sweep(p: argparse.ArgumentParser, default: str) -> None:
 
 
 def add_study(p: argparse.ArgumentParser, default: str) -> None:
-    """Add what is swept, and where it is computed and written."""
+    """Add options of the sweep, its computation and its output."""
     p.add_argument('--over', action='append', metavar='NAME=FROM:TO:COUNT',
                    help='a parameter, or the path of a number of the brake description '
                    f'(disc.rotor_thickness_mm=14:18:5); any number of them; {default}')
@@ -98,7 +98,7 @@ def add_study(p: argparse.ArgumentParser, default: str) -> None:
 
 
 def add_point(p: argparse.ArgumentParser, *, needs_speed: bool) -> None:
-    """Add what says where the brake operates."""
+    """Add options of the operating point."""
     p.add_argument('--rotor-speed', type=float, required=needs_speed, metavar='RAD/S',
                    help=None if needs_speed else 'default 5')
     p.add_argument('--friction', type=float, metavar='MU',

@@ -119,7 +119,7 @@ def _check(options: argparse.Namespace, bounds: tuple[float, float]) -> None:
 def _read(names: Sequence[str]) -> list[Given]:
     """Read models, build variants, and find the model of each table."""
     labels = brake_labels(names)
-    parts = PartCache(resources.cache_folder())  # what variants have in common
+    parts = PartCache(resources.cache_folder())  # components that variants have in common
     models = {name: _model(name, parts) for name in names if not is_table(name)}
     return [Given(label, models[name]) if name in models
             else Given(label, _model_of(name, list(models.values())), name)

@@ -26,7 +26,7 @@ __all__ = ['note', 'plain', 'ProgressBar', 'report_progress', 'time_left', 'warn
 
 
 def report_progress(text: str) -> None:
-    """Print what is being done, if stderr is a terminal."""
+    """Print the present step, if stderr is a terminal."""
     if sys.stderr.isatty():
         print(f'{text} ...', file=sys.stderr)
 
@@ -68,14 +68,14 @@ class ProgressBar:
             self._drawn = text
 
     def _tell(self, text: str) -> None:
-        """Write a line, unless the last one is fresh: a log tells slow from stuck, too."""
+        """Write a line, unless the last one is fresh: a log shows slow work from stuck, too."""
         now = time.monotonic()
         if now - self._told >= _BETWEEN_LINES:
             self._told = now
             print(text, file=sys.stderr, flush=True)
 
     def timed(self, done: int, total: int) -> None:
-        """Show what is done, and how long the rest takes."""
+        """Show the progress, and the time left."""
         self(done, total, time_left(self._begun, done, total))
 
     def __exit__(self, *_: object) -> None:

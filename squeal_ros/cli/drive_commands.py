@@ -40,7 +40,7 @@ def drive(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Refuse what would fail after the work, before it."""
+    """Refuse before the work options with which it would fail afterwards."""
     if options.record:
         check_output('--record', options.record, force=options.force, inputs=(options.cycle,),
                      folder=Path(options.record).suffix != '.mcap')

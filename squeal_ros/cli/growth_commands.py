@@ -28,7 +28,7 @@ from squeal_ros.cli.console import plain, ProgressBar
 
 
 def tabulate_growth(model: BrakeModel, options: argparse.Namespace, *, quiet: bool = False) -> int:
-    """Build the growth emulator, write it beside the table, and say how good it is."""
+    """Build the growth emulator, write it beside the table, and print its error."""
     path = emulator_path(options.output) if options.output else cached_emulator_path(model)
     emulator = build_emulator_file(path, model, workers=options.workers,
                                    overwrite=options.force or not options.output)

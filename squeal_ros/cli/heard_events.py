@@ -32,7 +32,7 @@ from squeal_ros.cli.console import report_progress, warn
 
 def heard_events(options: argparse.Namespace, places: Collection[str]) -> Listening:
     """
-    Return the events of --events or --sound that are loud enough, and when somebody listened.
+    Return the events of --events or --sound that are loud enough, and the times listened to.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ def check_pictures(options: argparse.Namespace) -> None:
 
 def draw_pictures(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
                   found: ComplexModes, numbers: Sequence[str]) -> None:
-    """Draw what was asked for."""
+    """Draw the requested plots."""
     if options.plot and options.picture == 'damping':
         _draw_damping(options, model, point, found, numbers)
     elif options.plot and options.picture == 'mechanism':

@@ -65,7 +65,7 @@ def replay(options: argparse.Namespace) -> int:
 
 
 def found_recordings(options: argparse.Namespace, task: ReplayTask) -> list[Path]:
-    """Return the recordings that are given; say how their pressures are taken."""
+    """Return the given recordings; print the reference of their pressures."""
     recordings = find_recordings(options.recordings)
     _check_signals(task.signals, recordings)
     for words in dict.fromkeys(pressure_references(task.of(path).settings)

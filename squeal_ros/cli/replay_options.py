@@ -42,7 +42,7 @@ def add_options(p: argparse.ArgumentParser) -> None:
 
 
 def add_monitor_options(p: argparse.ArgumentParser) -> None:
-    """Add what says how recordings are read and evaluated, and the format of the tables."""
+    """Add options of reading and evaluation, and the format of the tables."""
     add_reading_options(p)
     p.add_argument('--from', dest='begin', metavar='T', help='only from here on: seconds from '
                    'the start of each recording, a time of the day as 14:05:30 (UTC), or a date '
@@ -53,7 +53,7 @@ def add_monitor_options(p: argparse.ArgumentParser) -> None:
 
 
 def add_reading_options(p: argparse.ArgumentParser) -> None:
-    """Add what says how recordings are read."""
+    """Add options of reading."""
     p.add_argument('--config', metavar='MONITOR.yaml', help='default: the shipped settings')
     p.add_argument('--model', metavar='MODEL', help="default: the settings' model")
     p.add_argument('--rate', type=float, metavar='HZ', help="default: the settings' rate")

@@ -74,7 +74,7 @@ _COLUMNS = ('rotor_speed_rad_s', 'pressure_pa', 'friction')
 
 
 def sensitivity(options: argparse.Namespace) -> int:
-    """Print what each parameter does to the worst modes, per per cent."""
+    """Print the effect of each parameter on the worst modes, per per cent."""
     _check(options)
     if options.split_doublet is not None:
         return _split(options)
@@ -100,7 +100,7 @@ def sensitivity(options: argparse.Namespace) -> int:
 
 
 def _split(options: argparse.Namespace) -> int:
-    """Print what masses on the disc do to growth rates."""
+    """Print the effect of masses on the disc on growth rates."""
     variants, _, _ = _variants(options)
     model = variants.model
     masses = SplitDoublet.of(model, options.split_doublet, **(

@@ -219,7 +219,7 @@ def verify(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Refuse what would fail after the sweep, before it."""
+    """Refuse before the sweep options with which it would fail afterwards."""
     check_workers(options.workers)
     model = resources.find('models', options.model, '.npz')
     check_output('--output', options.output, RECORDS, force=options.force, inputs=(model,))

@@ -158,7 +158,7 @@ def settle_point(options: argparse.Namespace, axes: dict[str, FloatArray],
     for name in axes:
         refuse_without_rotation(options, name, axes, law, load_counts=source.load_counts)
     if 'friction' in axes and options.friction is None:
-        # what is swept is given: constant friction, or a law's scaled to it, as with --friction
+        # swept friction counts as given: constant, or a law's scaled to it, as with --friction
         options.friction = float(np.abs(axes['friction']).max()) or 1.0
     return law
 

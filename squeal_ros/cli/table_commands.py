@@ -61,7 +61,7 @@ _SPECIAL = ('rotor_speed', 'pressure', 'preload', 'friction', 'stiffness_factor'
 
 
 def tabulate(options: argparse.Namespace) -> int:
-    """Build a table, measure what it answers, write it; 1 where it has gaps."""
+    """Build a table, measure its coverage, write it; 1 where it has gaps."""
     _check(options)
     model = BrakeModel.load(options.model)
     if options.growth_only:
@@ -109,7 +109,7 @@ def _table(model: BrakeModel, domain: TableDomain, tolerances: TableTolerances,
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Refuse what would fail after the work, before it."""
+    """Refuse before the work options with which it would fail afterwards."""
     if options.output:
         _check_output(options)
     for name in ('tolerance', 'duration', 'stiffness_factor'):

@@ -50,7 +50,7 @@ class AdviceReports:
         self.update_settings(settings, advice)
 
     def update_settings(self, settings: MonitorSettings, advice: VehicleAdvice) -> None:
-        """Apply other settings, and the advice by them; what was advised is forgotten."""
+        """Apply other settings, and discard the advice by earlier ones."""
         self._advice, self._turns = advice, len(settings.brakes) + 1
         self._period, self._interval = settings.period, round(1e9 / settings.diagnostics_rate)
         self._at_once = math.ceil(

@@ -91,7 +91,7 @@ def _divided(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _check_ros(arguments: Sequence[str]) -> None:
-    """Refuse what rcl would refuse in several lines, and with places in its own sources."""
+    """Refuse arguments that rcl would refuse in several lines, with places in its sources."""
     names = {NODE_NAME}
     files: list[str] = []
     for option, value in zip(arguments, [*arguments[1:], ''], strict=False):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Figures of brakes that cost much of what a tick may take: a few of them at each tick."""
+"""Figures of brakes that take a large fraction of a tick: a few of them at each tick."""
 
 from collections.abc import Sequence, Set
 import math
@@ -44,7 +44,7 @@ class CostlyFigures:
         self._at_once = math.ceil(len(messages.COSTLY) * statuses / ticks)
 
     def forget(self) -> None:
-        """Drop what is not complete."""
+        """Discard incomplete figures."""
         self._waiting: dict[int, list[str]] = {}
         self._found: dict[int, dict[str, object]] = {}
 

@@ -41,7 +41,7 @@ class ResilientExecutor(SingleThreadedExecutor):  # type: ignore[misc]
         self._report = report
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Execute one callback; raise only what comes once the context has ended."""
+        """Execute one callback; raise only exceptions after the context has ended."""
         try:
             super().spin_once(timeout_sec)
         except Exception as error:
@@ -75,7 +75,7 @@ class DeferredCallbackGroup(MutuallyExclusiveCallbackGroup):  # type: ignore[mis
 
 
 def report_exceptions(callback: Callable[..., None], report: Report) -> Callable[..., None]:
-    """Return a callback that reports what the given one raises."""
+    """Return a callback that reports exceptions of the given one."""
     def call(*arguments: Any) -> None:
         try:
             callback(*arguments)

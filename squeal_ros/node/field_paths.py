@@ -34,7 +34,7 @@ _NUMBERS = (float, int, np.floating, np.integer, np.bool_)
 
 
 class FieldError(ValueError):
-    """A message that does not hold what a field path names."""
+    """A message without the field that a path names."""
 
 
 class OtherMessageError(FieldError):
@@ -251,7 +251,7 @@ class Router:
     def samples(self, topic: str, message: Any, received: int, number: int = 0,
                 connection: int = 0) -> Iterator[tuple[str, Signal, Sample | MissingValue]]:
         """
-        Yield (brake, signal, sample) for a message; what cannot be read counts in `problems`.
+        Yield (brake, signal, sample) for a message; unreadable ones count in `problems`.
 
         A message about something else, as of a second publisher of other joints, is no problem as
         long as others hold the value.

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The node `squeal_monitor`: the life cycle, and what happens at a tick; no arithmetic."""
+"""The node `squeal_monitor`: the life cycle, and the work of a tick; no arithmetic."""
 
 import squeal_ros.blas  # noqa: F401, I001 - before anything imports numpy
 from squeal_ros import interrupts  # noqa: I100
@@ -171,7 +171,7 @@ class SquealMonitor(LifecycleNode):  # type: ignore[misc]
         self._ticker.start(self.settings.period, round(self.settings.clock_timeout * 1e9))
 
     def _update_settings(self, settings: MonitorSettings) -> None:
-        """Take changed parameters: what is fixed while configured is not among them."""
+        """Apply changed parameters, of which none is fixed while configured."""
         if self._configured is None:
             return
         self._configured.update_settings(settings)

@@ -209,7 +209,7 @@ def _figures(assessment: Assessment) -> dict[str, object]:
 
 
 def _of_stability(assessment: Assessment) -> dict[str, object]:
-    """Return source and error of modes, what the risk is, the friction margin with its reason."""
+    """Return values on modes, risk and friction margin, with their source, error or reason."""
     found = assessment.stability
     if found is None:
         return {}

@@ -38,7 +38,7 @@ _WIDTH = 95
 
 def policy_document(settings: MonitorSettings, namespace: str = '/') -> str:
     """
-    Return a policy file (sros2's policy.xsd, version 0.2.0) that allows what the node does.
+    Return a policy file (sros2's policy.xsd, version 0.2.0) that permits the node's work.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ from squeal_ros.node.message_types import RosMessages
 from squeal_ros.node.node_statistics import Rate
 from squeal_ros.node.silence import Silence
 
-# what settings may change of a topic's quality of service
+# policies of a topic's quality of service that settings may change
 POLICIES = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY,
             QoSPolicyKind.DURABILITY)
 _UNNAMED = '_UNKNOWN_'  # in the names of a node that was discovered only in part
@@ -281,7 +281,7 @@ def _queue(topic: _Topic) -> Iterator[tuple[bytes, Mapping[str, Any]]]:
 
 @contextmanager
 def naming(topic: str) -> Iterator[None]:
-    """Turn what rclpy raises over a topic into a ConfigurationError that names it."""
+    """Turn exceptions of rclpy over a topic into a ConfigurationError that names it."""
     try:
         yield
     except InvalidTopicNameException as error:

@@ -114,7 +114,7 @@ class Ticker:
             return
         end = time.monotonic_ns() + _KEPT
         if not self._begun and not self._simulated:
-            self._begun = True  # who started it had other things to do since, which cost no tick
+            self._begun = True  # work between the start and the first wake-up costs no tick
             self._grid = TickGrid(self._grid.period, self._now(), time.monotonic_ns())
         try:
             self._look()

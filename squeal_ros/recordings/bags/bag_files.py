@@ -110,7 +110,7 @@ class BagFiles:
         return self._unpacked(files)
 
     def _read_metadata(self) -> tuple[list[Path], str, str]:
-        """Read metadata.yaml; return the files it lists, and what is compressed and how."""
+        """Read metadata.yaml; return the files it lists, and their compression."""
         about = read_yaml(
             self.path / 'metadata.yaml', BagError, most_bytes=5_000_000, most_nodes=200_000)[
             'rosbag2_bagfile_information']

@@ -169,7 +169,7 @@ class Bag:
 
     @contextmanager
     def _opened(self, path: Path) -> Iterator[Storage]:
-        """Open a storage file; of one that is damaged what is whole, which is noted."""
+        """Open a storage file; of a damaged one its undamaged part, with a note."""
         if path in self._recovered:
             yield self._recovered[path]
             return
@@ -200,7 +200,7 @@ class Bag:
 
     def _read(self, reader: Storage, chosen: list[Connection], path: Path
               ) -> Iterator[tuple[Connection, int, bytes]]:
-        """Yield the messages of a file, past what is damaged in it."""
+        """Yield the messages of a file, past damaged parts."""
         done: Counter[str] = Counter()
         try:
             for entry in reader.messages(chosen):
@@ -240,7 +240,7 @@ class Bag:
             return None
 
     def _kind(self, connection: Connection) -> tuple[str, Typestore]:
-        """Return the full name of the type of a connection's messages, and what decodes it."""
+        """Return the full name of the type of a connection's messages, and their decoder."""
         key = connection.msgtype, connection.msgdef.data
         if key not in self._stores:
             digest = self._files.hashes.get(connection.msgtype, connection.digest)

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""A fleet: results of many recordings, kept by what is in them, and tables over all of them."""
+"""A fleet: results of many recordings, kept by their contents, and tables over all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -90,7 +90,7 @@ class FleetRun:
         self._before = {folder.name for folder in self._results.iterdir()}
 
     def evaluate(self, engine: FleetEngine) -> None:
-        """Evaluate what is new; what fails or is not reached is noted by recording."""
+        """Evaluate new recordings; record those that fail or are not reached."""
         self.task.sources  # noqa: B018 - what is wrong is said once, and hashed once
         try:
             self._read(engine)
@@ -103,7 +103,7 @@ class FleetRun:
             self.lost = INTERRUPTED
 
     def _take_what_is_there(self) -> None:
-        """Take results of which nobody told: of an earlier run, or of a worker cut off."""
+        """Take results that were not reported: of an earlier run, or of a worker cut off."""
         untold = {key: self._results / key for name, key in self._keys.items()
                   if name not in self._results_of and name not in self._errors}
         found = {key: Evaluated(str(folder), file_hash(folder)[0])

@@ -49,7 +49,7 @@ _OWN = 'Dask Worker'  # begins the names of the worker processes of a local clus
 
 
 class FleetLost(FleetError):
-    """The rest of a run that cannot be computed: what is finished stays."""
+    """The rest of a run that cannot be computed: finished results stay."""
 
 
 class FleetEngine:
@@ -102,7 +102,7 @@ class FleetEngine:
         self._close()
 
     def _close(self) -> None:
-        """Disconnect, and end what was started: results are on the disk by now."""
+        """Disconnect, and end started processes: results are on the disk by now."""
         for one in (self._client, self._cluster):
             if one is not None:
                 with suppress(Exception):  # it is not to hide what went before

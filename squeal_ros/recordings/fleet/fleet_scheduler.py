@@ -13,7 +13,7 @@
 # limitations under the License.
 
 
-"""The handshake with a scheduler, with a timeout; what Dask may log meanwhile."""
+"""The handshake with a scheduler, with a timeout; log messages of Dask meanwhile."""
 
 import asyncio
 from collections.abc import Callable
@@ -65,7 +65,7 @@ async def _answers(address: str, timeout: float, going_on: Callable[[], bool]) -
 
 
 def silence() -> None:
-    """Keep what Dask logs off the terminal, by each logger's own level: what matters is raised."""
+    """Keep log messages of Dask off the terminal, by each logger's level: errors are raised."""
     for name in ('distributed', *logging.root.manager.loggerDict):
         if name.partition('.')[0] in ('distributed', 'tornado', 'asyncio'):
             logging.getLogger(name).setLevel(logging.CRITICAL)

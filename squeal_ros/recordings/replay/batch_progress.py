@@ -51,6 +51,6 @@ class BatchProgress:
 
     @property
     def done(self) -> float:
-        """Size of what is done [bytes]."""
+        """Return the size of the finished recordings and parts [bytes]."""
         return float(sum(part * size for part, size in zip(
             self._parts, self.sizes, strict=True)))

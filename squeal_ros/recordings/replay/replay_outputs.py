@@ -104,7 +104,7 @@ class Outputs:
 
     @property
     def _written(self) -> tuple[Path, ...]:
-        """Return the paths of what is written; the summary, without which it is none, last."""
+        """Return the paths of written files; the summary, without which it is none, last."""
         return (self.paths.bag, *self._tables.values(), self.paths.events,
                 self.paths.applications, self.paths.summary)
 

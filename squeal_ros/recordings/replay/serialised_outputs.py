@@ -75,7 +75,7 @@ def _topics(node: str, brake: str) -> list[tuple[tuple[str, ...], str]]:
 
 @lru_cache(maxsize=1)
 def _number_layout() -> tuple[struct.Struct, bytes]:
-    """Return the layout of the Float64 of `messages.NUMBERS`, and what stands before a value."""
+    """Return the layout of the Float64 of `messages.NUMBERS`, and the bytes before a value."""
     kind = messages.TYPES[messages.NUMBERS[0]]
     before = _serialised(JAZZY.types[kind](data=0.0), kind)[:-8]
     return struct.Struct('<' + f'{len(before)}sd' * len(messages.NUMBERS)), before

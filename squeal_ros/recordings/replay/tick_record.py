@@ -98,7 +98,7 @@ class Recorder:
         self.summary = DriveSummary(settings)
 
     def add_brakes(self, other: 'Recorder') -> None:
-        """Take what was found of other brakes of the same ticks."""
+        """Add the records of other brakes of the same ticks."""
         self.detector.add_brakes(other.detector)
         self.applications.add_brakes(other.applications)
         self.summary.add_brakes(other.summary)

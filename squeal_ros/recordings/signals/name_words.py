@@ -28,7 +28,7 @@ def _each(words: str, value: float) -> dict[str, float]:
     return dict.fromkeys(words.split(), value)
 
 
-# what these words say against any signal
+# scores of words against any signal
 OTHER_THINGS = {
     **_each(
         'ambient umgebung ambiant ambiante ambiente luft air aria aire oil oel huile olio aceite '

@@ -28,7 +28,7 @@ from squeal_ros.recordings.signals.signals_file import QUANTITIES
 ONE_BRAKE = 'brake'  # name of one that nothing tells apart
 USUAL_RADIUS = 0.32  # m, of the wheel of a car
 _LEAST_SCORE = 2.0
-# parts of words, with what they say for a signal: English, German, French, Italian, Spanish
+# parts of words, with their scores for a signal: English, German, French, Italian, Spanish
 _STEMS: Mapping[Signal, Mapping[str, float]] = {
     'pressure': dict.fromkeys(('press', 'druck', 'presion'), 2.5),
     'rotor_speed': {**dict.fromkeys((
@@ -241,7 +241,7 @@ def _completed(brake: str, signal: Signal, entry: Entry, unit: Unit, score: floa
 
 
 def _parts(words: Sequence[str]) -> Iterator[str]:
-    """Yield words, and what stands before the name of a brake in one: `p` of `pfl`."""
+    """Yield words, and the text before the name of a brake in one: `p` of `pfl`."""
     for word in words:
         yield word
         if word[-2:] in _CORNERS and word[:-2] in _PREFIXES:
@@ -267,7 +267,7 @@ def _place(words: Sequence[str]) -> str:
 
 
 def _unit_of(signal: Signal, entry: Entry, joined: str) -> tuple[Unit, str]:
-    """Return a unit that is not stated, and by what it was guessed."""
+    """Return a unit that is not stated, and the ground of the guess."""
     low, largest = entry.minimum, max(abs(entry.minimum), abs(entry.maximum))
     by_range = f'by its range, {low:.4g} to {entry.maximum:.4g}'
     if signal == 'pressure':

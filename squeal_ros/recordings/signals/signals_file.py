@@ -271,7 +271,7 @@ def _coordinate(entry: YamlSection) -> CoordinateSource:
 
 
 def _unit(entry: YamlSection, signal: Signal, radius: float) -> tuple[Unit, float]:
-    """Return the unit of an input, and what turns its SI unit into that of the input."""
+    """Return the unit of an input, and the factor from its SI unit to that of the input."""
     quantities = QUANTITIES[signal]
     text = entry.text('unit', None)
     unit = find_unit(text)

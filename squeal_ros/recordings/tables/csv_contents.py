@@ -141,7 +141,7 @@ def _layout_notes(layout: CsvLayout) -> list[str]:
 
 def _clock_of(layout: CsvLayout, candidates: Sequence[_Clock | None]
               ) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return keys of the clock and what they were guessed by; none where nothing is one."""
+    """Return keys of the clock and the grounds of the guess; none where nothing is one."""
     scored = {place: one for place, one in enumerate(candidates) if one is not None}
     if not scored:
         return {}, {}
@@ -209,7 +209,7 @@ def _text_clock(layout: CsvLayout, cells: Sequence[str]) -> _Clock | None:
 
 
 def _time_unit(layout: CsvLayout, place: int, values: Sequence[float]) -> tuple[str, str]:
-    """Return the unit of numbers of time, and what it was guessed by; '' where it is stated."""
+    """Return the unit of numbers of time, and the ground of the guess; '' where it is stated."""
     name = layout.names[place]
     stated = find_unit(layout.units[place] or unit_in_name(name) or '?')
     if stated is not None and stated.name in TIME_UNITS:
