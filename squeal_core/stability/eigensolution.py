@@ -288,7 +288,7 @@ def _frozen(fresh: Any) -> Any:
 
 
 def kind_of(eigenvalue: complex, tolerances: Tolerances) -> Kind:
-    """Return what kind of mode an eigenvalue makes."""
+    """Return the kind of an eigenvalue's mode."""
     grows = eigenvalue.real > tolerances.growth
     if abs(eigenvalue.imag) > tolerances.oscillation:
         return 'flutter' if grows else 'stable'

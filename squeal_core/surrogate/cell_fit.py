@@ -179,7 +179,7 @@ class _Fit:
         self._flutters = top > _QUIET * self._tolerances.matters
 
     def look_along(self, coefficients: FloatArray) -> None:
-        """Note the third differences of blocks (3, blocks) along the axes."""
+        """Record the third differences of blocks (3, blocks) along the axes."""
         eigenvalues = self._expansion.eigenvalues(coefficients).reshape(3, 4, -1)
         means = np.add.reduceat(eigenvalues, np.searchsorted(
             self._own, np.arange(self._expansion.sizes.size)), axis=-1)
@@ -247,7 +247,7 @@ class _Fit:
         return (eigenvalues.imag > self._limits.oscillation).any(axis=0)
 
     def _needed(self, eigenvalues: ComplexArray) -> Any:
-        """Tell which eigenvalues (n,) matter somewhere in the cell."""
+        """Return whether each eigenvalue (n,) matters somewhere in the cell."""
         top = eigenvalues.real.max(axis=0)
         quiet = (np.abs(eigenvalues.imag) <= self._limits.oscillation).any(axis=0)
         matters = self._flutters | (top > self._below(eigenvalues))
@@ -255,7 +255,7 @@ class _Fit:
             quiet & (top > -self._tolerances.growth))
 
     def _kept(self, eigenvalues: ComplexArray) -> Any:
-        """Tell which eigenvalues (n,) are of a block that matters."""
+        """Return whether each eigenvalue (n,) is of a block that matters."""
         return np.isin(self._own, self._own[self._needed(eigenvalues)])
 
     def _below(self, eigenvalues: ComplexArray) -> float:

@@ -200,7 +200,7 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, eigenval
     pushed = stiffness[:, moving] @ displacements + damping @ velocities
     off = left @ np.concatenate([velocities[moving], -pushed]).view(complex)
     off[pairs.upper, np.arange(pairs.upper.size)] -= eigenvalues[pairs.upper]
-    # where two vectors are one to the last bit that may vanish and says nothing
+    # that may vanish by chance where two vectors are equal to the last bit
     least = np.finfo(float).eps * (np.abs(left) * (np.abs(state) @ np.abs(right)).T).sum(axis=1)
     rounding = max(least.max(initial=0.0), np.abs(off).max(initial=0.0))
     if not rounding < _DEFECTIVE * (np.abs(eigenvalues).max(initial=0.0) or 1.0):
@@ -210,7 +210,7 @@ def _projected(model: BrakeModel, point: OperatingPoint, frame: _Frame, eigenval
 
 def _closest(eigenvalues: ComplexArray, couplings: ComplexArray,
              steps: Sequence[FloatArray]) -> FloatArray:
-    """Return how close (M, M) eigenvalues come to each other within steps, to first order."""
+    """Return the least distances (M, M) of eigenvalues within steps, to first order."""
     apart = eigenvalues[:, None] - eigenvalues
     closest = np.abs(apart)
     own = np.diagonal(couplings, axis1=1, axis2=2)

@@ -68,7 +68,7 @@ class Accuracy:
     band: tuple[float, float]
 
     def matters(self, eigenvalues: ComplexArray) -> Any:
-        """Tell of (P, n) which are close to growing, or the least stable in the band."""
+        """Return whether each of (P, n) is close to growing, or the least stable in the band."""
         oscillating = eigenvalues.imag > self.limits.oscillation
         growing = np.where(
             oscillating, eigenvalues.real > self.tolerances.matters,
@@ -81,7 +81,7 @@ class Accuracy:
         return growing | (np.isfinite(growth) & (growth >= least - self.tolerances.growth))
 
     def in_tolerances(self, eigenvalues: ComplexArray, errors: ComplexArray) -> FloatArray:
-        """Return how large errors of eigenvalues are, in tolerances; 0 where none matters."""
+        """Return errors of eigenvalues in tolerances; 0 where an eigenvalue does not matter."""
         allowed = self.tolerances.allowed(eigenvalues)
         turning = np.maximum(allowed, _FREQUENCY * np.abs(eigenvalues.imag))
         off = np.maximum(np.abs(errors.real) / allowed, np.abs(errors.imag) / turning)

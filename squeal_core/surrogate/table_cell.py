@@ -243,7 +243,7 @@ def not_known(eigenvalues: ComplexArray, errors: FloatArray, mirrored: Any, omit
 
 def verdict_within_error(eigenvalues: ComplexArray, errors: FloatArray,
                          tolerances: Tolerances) -> Any:
-    """Tell which verdicts hang on the errors."""
+    """Return whether each verdict is within the error."""
     return np.abs(eigenvalues.real - tolerances.growth) <= errors
 
 
