@@ -109,8 +109,8 @@ def build_model(brake: Brake, *, progress: Callable[[str], None] = lambda _: Non
 
 def build_settings(model: BrakeModel) -> dict[str, Any]:
     """Return the settings of `build_model` that a model was built with, as far as it has them."""
-    found = model.provenance.get('settings')
-    kept = found if isinstance(found, dict) else {}
+    result = model.provenance.get('settings')
+    kept = result if isinstance(result, dict) else {}
     return {**{name: tuple(kept[name]) if isinstance(kept[name], list) else kept[name]
                for name in ('disc_order', 'pad_elements', 'contact_points') if name in kept},
             'follower': model.follower is not None}

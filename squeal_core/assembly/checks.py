@@ -159,10 +159,10 @@ def _truncation(model: BrakeModel) -> Iterable[Check]:
                     'rad/s')
 
 
-def _least_stable(found: ComplexModes) -> list[Mode]:
+def _least_stable(result: ComplexModes) -> list[Mode]:
     """Return the modes that flutter, or the least stable one of the squeal band."""
-    worst = found.worst_in(*SQUEAL_BAND)
-    return [mode for mode in found.unstable if mode.kind == 'flutter'] or (
+    worst = result.worst_in(*SQUEAL_BAND)
+    return [mode for mode in result.unstable if mode.kind == 'flutter'] or (
         [worst] if worst else [])
 
 

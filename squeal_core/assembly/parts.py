@@ -101,8 +101,8 @@ class PartCache:
         key = ('results', results, count, contact.inner_radius, contact.outer_radius, faces)
 
         def read() -> Component:
-            found = read_component(results, count, contact, faces)
-            return replace(found, basis=_SampledOnce(found.basis, key, self))
+            result = read_component(results, count, contact, faces)
+            return replace(result, basis=_SampledOnce(result.basis, key, self))
 
         return self._once(key, read)
 
@@ -118,11 +118,11 @@ class PartCache:
         if key in self._samples:
             self._samples.move_to_end(key)
             return self._samples[key]
-        found = self._samples[key] = compute()
-        self._bytes += _size(found)
+        result = self._samples[key] = compute()
+        self._bytes += _size(result)
         while self._bytes > self._most_bytes and len(self._samples) > 1:
             self._bytes -= _size(self._samples.popitem(last=False)[1])
-        return found
+        return result
 
     def _once(self, key: Hashable, compute: Callable[[], _Part]) -> _Part:
         if key not in self._parts:
@@ -130,8 +130,8 @@ class PartCache:
             while len(self._parts) > _MOST_PARTS:
                 self._parts.popitem(last=False)
         self._parts.move_to_end(key)
-        found: _Part = self._parts[key]
-        return found
+        result: _Part = self._parts[key]
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,8 +155,8 @@ class _SampledOnce:
         local = points if self.offset == 0.0 else replace(
             points, height=np.round(points.height - self.offset, _DIGITS))
         where = tuple(getattr(local, item.name).tobytes() for item in fields(Quadrature)[:3])
-        found = self.cache.sampled((self.key, where), lambda: self.modes.sample(local))
-        return replace(found, points=points)
+        result = self.cache.sampled((self.key, where), lambda: self.modes.sample(local))
+        return replace(result, points=points)
 
     def volume_layers(self) -> Iterator[SampledShapes]:
         for layer in self.modes.volume_layers():

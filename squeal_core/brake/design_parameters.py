@@ -51,13 +51,13 @@ class DesignParameter:
 
 def design_parameters(content: Mapping[str, Any]) -> tuple[DesignParameter, ...]:
     """Return the numbers of a description that a study may vary and are not 0, in its order."""
-    found = []
+    result = []
     for path, item in leaves(content, _is_design):
         value = _number(item[0] if isinstance(item, list) and item else item)
         if value:
             suffix = unit_suffix(path)
-            found.append(DesignParameter(path, value, SYMBOLS.get(suffix, suffix)))
-    return tuple(found)
+            result.append(DesignParameter(path, value, SYMBOLS.get(suffix, suffix)))
+    return tuple(result)
 
 
 def number_paths(content: Mapping[str, Any]) -> tuple[str, ...]:
@@ -103,8 +103,8 @@ def with_number(content: Mapping[str, Any], path: str, value: float) -> dict[str
 
 def scaled(content: Mapping[str, Any], path: str, factor: float) -> dict[str, Any]:
     """Return a copy of a description with the number, or the list, at a path multiplied."""
-    return _changed(content, path, lambda found: [factor * float(one) for one in found]
-                    if isinstance(found, list) else factor * float(found))
+    return _changed(content, path, lambda result: [factor * float(one) for one in result]
+                    if isinstance(result, list) else factor * float(result))
 
 
 def _changed(content: Mapping[str, Any], path: str,

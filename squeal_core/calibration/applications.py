@@ -209,51 +209,51 @@ def match_events(applications: Sequence[BrakeApplication], events: Sequence[Meas
         if event.recording and event.recording not in recordings:
             raise EventFileError(f'events, line {event.line}', f'recording is {event.recording!r}',
                                  f'give one of {", ".join(sorted(recordings))}')
-        found = tuple(i for brake in (places[event.place] if event.place else by_brake)
-                      for i in _of_brake(event, applications, by_brake[brake], zero or {}))
-        if len({applications[i].recording for i in found}) > 1:
+        result = tuple(i for brake in (places[event.place] if event.place else by_brake)
+                       for i in _of_brake(event, applications, by_brake[brake], zero or {}))
+        if len({applications[i].recording for i in result}) > 1:
             raise EventFileError(
                 f'events, line {event.line}', f'time_s {event.time:g} is of '
-                f'{" and ".join(sorted({applications[i].recording for i in found}))}',
+                f'{" and ".join(sorted({applications[i].recording for i in result}))}',
                 'name the recording in a column `recording`')
-        if not found:
+        if not result:
             unmatched.append(event)
-        elif len(found) == 1:
-            own.setdefault(found[0], event)
+        elif len(result) == 1:
+            own.setdefault(result[0], event)
         else:
-            shared.setdefault(found, event)
+            shared.setdefault(result, event)
     return _observed(applications, own, shared, tuple(unmatched))
 
 
 def _of_brake(event: MeasuredEvent, applications: Sequence[BrakeApplication],
               places: Sequence[int], zero: Mapping[str, float]) -> list[int]:
     """Return the application of a brake, of each recording, that an event is in."""
-    found: dict[str, int] = {}
+    result: dict[str, int] = {}
     for i in places:
         one = applications[i]
         time = event.time + zero.get(one.recording, 0.0)
         if event.recording in ('', one.recording) \
                 and one.time[0] <= time <= one.time[-1] + AFTER:
-            found[one.recording] = i  # the later one, where the one before has just ended
-    return list(found.values())
+            result[one.recording] = i  # the later one, where the one before has just ended
+    return list(result.values())
 
 
 def _observed(applications: Sequence[BrakeApplication], own: Mapping[int, MeasuredEvent],
               shared: Mapping[tuple[int, ...], MeasuredEvent],
               unmatched: tuple[MeasuredEvent, ...]) -> MatchedEvents:
     usable = [one.is_observation for one in applications]
-    found = [Observation((i,), True, event.frequency_hz) for i, event in own.items() if usable[i]]
+    result = [Observation((i,), True, event.frequency_hz) for i, event in own.items() if usable[i]]
     open_to_doubt: set[int] = set()
     for places, event in shared.items():
         if any(i in own and _alike(own[i], event) for i in places):
             continue  # the same sound, heard once more
         rest = tuple(i for i in places if i not in own and usable[i])
         if rest:
-            found.append(Observation(rest, True, event.frequency_hz))
+            result.append(Observation(rest, True, event.frequency_hz))
             open_to_doubt.update(rest)
-    found += [Observation((i,), False) for i in range(len(applications))
-              if usable[i] and i not in own and i not in open_to_doubt]
-    return MatchedEvents(tuple(sorted(found, key=lambda one: one.applications)), unmatched,
+    result += [Observation((i,), False) for i in range(len(applications))
+               if usable[i] and i not in own and i not in open_to_doubt]
+    return MatchedEvents(tuple(sorted(result, key=lambda one: one.applications)), unmatched,
                          usable.count(False))
 
 

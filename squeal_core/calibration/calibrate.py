@@ -89,9 +89,9 @@ class Calibration:
                       hearing: HearingModel | None = None,
                       settings: RiskSettings | None = None) -> FloatArray:
         """Return the probability of squeal in applications; of an event, given a hearing model."""
-        found = SquealPredictor(model, emulator, applications, settings=settings).evaluate(
+        result = SquealPredictor(model, emulator, applications, settings=settings).evaluate(
             self.candidates)
-        mean = found.squeals.mean(axis=0)
+        mean = result.squeals.mean(axis=0)
         return mean if hearing is None else hearing.heard(mean)
 
 
@@ -174,14 +174,14 @@ def _order(values: FloatArray) -> IndexArray:
 def _of_draws(task: _Task, workers: int, values: FloatArray) -> FloatArray:
     order = _order(values)
     parts = dict(enumerate(np.array_split(order, max(1, workers))))
-    found = dict(run_jobs(_log_likelihood, {i: (task, values[part]) for i, part in parts.items()},
-                          workers))
-    return np.concatenate([found[i] for i in parts])[order.argsort()]
+    result = dict(run_jobs(_log_likelihood, {i: (task, values[part]) for i, part in parts.items()},
+                           workers))
+    return np.concatenate([result[i] for i in parts])[order.argsort()]
 
 
 def _log_likelihood(task: _Task, values: FloatArray) -> FloatArray:
     candidates = BrakeCandidates.of_standard(task.prior, values)
-    found = task.predictor.evaluate(candidates)
+    result = task.predictor.evaluate(candidates)
     # the prior ends where the emulator's domain does
-    inside = found.known >= _LEAST_KNOWN * found.known.max(initial=0.0)
-    return np.where(inside, log_likelihood(found, task.observations, task.hearing), -np.inf)
+    inside = result.known >= _LEAST_KNOWN * result.known.max(initial=0.0)
+    return np.where(inside, log_likelihood(result, task.observations, task.hearing), -np.inf)

@@ -187,15 +187,15 @@ def _rows(path: str | Path, content: Mapping[str, Any]) -> FloatArray:
     if not isinstance(rows, list) or not 1 <= len(rows) <= _MAX_MEMBERS:
         raise CalibrationFileError(f'{path}: members', f'are {short_repr(rows)}',
                                    f'write a list of 1 to {_MAX_MEMBERS}')
-    found = np.array([_row(path, i, row, wanted) for i, row in enumerate(rows)])
-    count, total = content.get('member_count'), float(found[:, -1].sum())
+    result = np.array([_row(path, i, row, wanted) for i, row in enumerate(rows)])
+    count, total = content.get('member_count'), float(result[:, -1].sum())
     if count != len(rows):
         raise CalibrationFileError(f'{path}: members', f'are {len(rows)}, and member_count is '
                                    f'{short_repr(count)}: the file was cut or altered', _AGAIN)
     if abs(total - 1.0) > _SUM_TOLERANCE:
         raise CalibrationFileError(f'{path}: members', f'have weights of sum {total:.7g}, and it '
                                    'should be 1', _AGAIN)
-    return found
+    return result
 
 
 def _row(path: str | Path, number: int, row: Any, columns: list[str]) -> list[float]:

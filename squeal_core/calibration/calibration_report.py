@@ -57,17 +57,17 @@ class ParameterRow(NamedTuple):
     shrinkage: float
 
 
-def parameter_rows(found: Calibration) -> list[ParameterRow]:
+def parameter_rows(result: Calibration) -> list[ParameterRow]:
     """Return prior and posterior of each parameter."""
     points = (np.arange(_POINTS) + 0.5) / _POINTS
-    before = BrakeCandidates.of_standard(found.prior, np.tile(
+    before = BrakeCandidates.of_standard(result.prior, np.tile(
         ndtri(points)[:, None], len(PARAMETERS)))
-    after = BrakeCandidates.of_standard(found.prior, found.sample.values)
+    after = BrakeCandidates.of_standard(result.prior, result.sample.values)
     rows = []
     for name in PARAMETERS:
         prior, posterior = getattr(before, name), getattr(after, name)
-        mean, deviation = float(found.sample.weights @ posterior), 0.0
-        deviation = float(np.sqrt(found.sample.weights @ (posterior - mean)**2))
+        mean, deviation = float(result.sample.weights @ posterior), 0.0
+        deviation = float(np.sqrt(result.sample.weights @ (posterior - mean)**2))
         own = float(prior.std())
         rows.append(ParameterRow(name, float(prior.mean()), own, mean, deviation,
                                  1.0 - deviation / own if own else 0.0))
@@ -82,29 +82,29 @@ def factor_in_words(row: ParameterRow) -> str:
     return f'  {abs(percent)} % {"less" if percent < 0 else "more"} {_OF_FACTORS[row.name]}'
 
 
-def remarks(found: Calibration) -> list[str]:
+def remarks(result: Calibration) -> list[str]:
     """Return remarks for the reader: how far the data went, and what they leave open."""
-    if not found.likelihood_power:
+    if not result.likelihood_power:
         return ['no event was fitted: the ensemble is the prior, not calibrated; record squeal'
-                if not found.heard else 'data and model contradict each other: no draw of the '
+                if not result.heard else 'data and model contradict each other: no draw of the '
                 'ensemble explains them, and it is the prior, not calibrated; check the events']
     lines = []
-    if found.power < 1.0:
+    if result.power < 1.0:
         lines.append(
-            f'{found.heard} events, fewer than {ENOUGH_EVENTS}: the likelihood counts '
-            f'{found.power:.0%}, and the ensemble stays near the prior; record more squeal')
-    if found.likelihood_power < found.power or \
-            found.sample.effective_size < _LEAST_EFFECTIVE:
+            f'{result.heard} events, fewer than {ENOUGH_EVENTS}: the likelihood counts '
+            f'{result.power:.0%}, and the ensemble stays near the prior; record more squeal')
+    if result.likelihood_power < result.power or \
+            result.sample.effective_size < _LEAST_EFFECTIVE:
         lines.append(
-            f'effective sample size {found.sample.effective_size:.0f} at '
-            f'{found.likelihood_power:.0%} of the likelihood: too small to trust; data and '
+            f'effective sample size {result.sample.effective_size:.0f} at '
+            f'{result.likelihood_power:.0%} of the likelihood: too small to trust; data and '
             'model contradict each other, or labels are wrong')
-    lines += _identified(found)
+    lines += _identified(result)
     return lines
 
 
-def _identified(found: Calibration) -> list[str]:
-    covariance = found.sample.covariance
+def _identified(result: Calibration) -> list[str]:
+    covariance = result.sample.covariance
     deviations = np.sqrt(np.diag(covariance))
     known, directions = np.linalg.eigh(covariance)
     width = np.sqrt(known[0])
@@ -135,12 +135,12 @@ def _combination(direction: FloatArray) -> str:
     return ' '.join(parts)
 
 
-def report_lines(found: Calibration) -> list[str]:
+def report_lines(result: Calibration) -> list[str]:
     """Return the table of prior and posterior, the rounds and the remarks as text."""
     lines = [f'{"":22}{"prior":>9}{"sd":>8}{"posterior":>11}{"sd":>8}{"shrinkage":>11}']
     lines += [f'{WORDS[row.name]:22}{row.prior_mean:9.3f}{row.prior_deviation:8.3f}'
               f'{row.mean:11.3f}{row.deviation:8.3f}{row.shrinkage:11.0%}{factor_in_words(row)}'
-              for row in parameter_rows(found)]
-    lines.append(f'{len(found.sample.rounds)} rounds, {found.sample.rounds[-1].draws} draws, '
-                 f'effective sample size {found.sample.effective_size:.0f}')
-    return lines + remarks(found)
+              for row in parameter_rows(result)]
+    lines.append(f'{len(result.sample.rounds)} rounds, {result.sample.rounds[-1].draws} draws, '
+                 f'effective sample size {result.sample.effective_size:.0f}')
+    return lines + remarks(result)

@@ -66,7 +66,7 @@ def of_one(observations: Sequence[Observation]) -> list[Observation]:
     return [one for one in observations if len(one.applications) == 1]
 
 
-def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
+def evaluate(result: Calibration, model: BrakeModel, emulator: GrowthSource,
              applications: Sequence[BrakeApplication], train: Sequence[Observation],
              test: Sequence[Observation], hearing: HearingModel,
              settings: RiskSettings | None = None) -> Evaluation:
@@ -75,7 +75,7 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
 
     Parameters
     ----------
-    found : Calibration
+    result : Calibration
         By `train`.
     model, emulator, applications, hearing, settings
         As of `calibrate`.
@@ -87,8 +87,8 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
     known, new = ([applications[one.applications[0]] for one in some] for some in (seen, unseen))
     before, heard = (np.array([one.heard for one in some]) for some in (seen, unseen))
     predictor = SquealPredictor(model, emulator, new, settings=settings)
-    after = predictor.evaluate(found.candidates)
-    prior = predictor.evaluate(BrakeCandidates.of_ensemble(prior_ensemble(found.prior)))
+    after = predictor.evaluate(result.candidates)
+    prior = predictor.evaluate(BrakeCandidates.of_ensemble(prior_ensemble(result.prior)))
     inputs, at = inputs_of([*known, *new]), len(known)
     rate = baselines.base_rate_of(before)
     probability = {
@@ -116,13 +116,13 @@ def evaluate(found: Calibration, model: BrakeModel, emulator: GrowthSource,
         float(np.median(off)) if off.size else math.nan, without)
 
 
-def evaluation_lines(found: Evaluation) -> list[str]:
+def evaluation_lines(result: Evaluation) -> list[str]:
     """Return the scores as text."""
-    lines = [f'held out: {found.count} applications, squeal in {found.heard}',
+    lines = [f'held out: {result.count} applications, squeal in {result.heard}',
              f'{"":21}{"Brier":>7}{"skill":>7}{"log loss":>10}{"slope":>7}{"ECE":>7}'
              f'{"by chance":>11}{"MCC":>7}'
              f'{"ROC area (95 %)":>22}{"PR area (95 %)":>22}']
-    for name, one in found.scores.items():
+    for name, one in result.scores.items():
         areas = ''.join(f'{area:8.3f} ({low:.3f}, {high:.3f})' for area, (low, high) in (
             (one.roc_area, one.roc_interval), (one.precision_area, one.precision_interval)))
         lines.append(
@@ -130,7 +130,8 @@ def evaluation_lines(found: Evaluation) -> list[str]:
             f'{one.calibration_slope:7.2f}{one.calibration_error:7.3f}'
             f'{one.chance_error:11.3f}{one.correlation:7.2f}{areas}')
     lines.append('calibration curve, predicted and heard (number): ' + ', '.join(
-        f'{p:.2f} {y:.2f} ({n})' for p, y, n in found.curve))
-    if math.isfinite(found.frequency_error):
-        lines.append(f'pitch of the most probable modes: median error {found.frequency_error:.1%}')
-    return lines + [f'not computed: {found.without}'] * bool(found.without)
+        f'{p:.2f} {y:.2f} ({n})' for p, y, n in result.curve))
+    if math.isfinite(result.frequency_error):
+        lines.append('pitch of the most probable modes: median error '
+                     f'{result.frequency_error:.1%}')
+    return lines + [f'not computed: {result.without}'] * bool(result.without)

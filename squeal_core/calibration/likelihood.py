@@ -30,14 +30,14 @@ _OTHER_PITCHES = (0.05, 0.1, 0.2, 0.4, 0.8)
 _UNIFORM = 1.0 / math.log(SQUEAL_BAND[1] / SQUEAL_BAND[0])  # density over ln frequency
 
 
-def log_likelihood(found: SquealProbabilities, observations: Sequence[Observation],
+def log_likelihood(result: SquealProbabilities, observations: Sequence[Observation],
                    hearing: HearingModel) -> FloatArray:
     """
     Return the logarithm of the likelihood of observations in each candidate, (P,).
 
     Parameters
     ----------
-    found : SquealProbabilities
+    result : SquealProbabilities
         Of all applications.
     observations : sequence of Observation
         What was heard of them.
@@ -45,7 +45,7 @@ def log_likelihood(found: SquealProbabilities, observations: Sequence[Observatio
         Rates of detection and errors.
 
     """
-    heard = np.clip(hearing.heard(found.squeals), 1e-12, 1.0 - 1e-12)
+    heard = np.clip(hearing.heard(result.squeals), 1e-12, 1.0 - 1e-12)
     silent = [one.applications[0] for one in observations if not one.heard]
     total = np.log1p(-heard[:, silent]).sum(axis=1)
     pitches = np.zeros((len(_OTHER_PITCHES), len(heard)))
@@ -55,12 +55,12 @@ def log_likelihood(found: SquealProbabilities, observations: Sequence[Observatio
             own = heard[:, places]
             total += np.log1p(-np.exp(np.log1p(-own).sum(axis=1)))
             if math.isfinite(one.frequency_hz):
-                pitches += np.log(_pitch(found, places, one.frequency_hz, hearing)
+                pitches += np.log(_pitch(result, places, one.frequency_hz, hearing)
                                   / own.sum(axis=1))
     return np.asarray(total + logsumexp(pitches, axis=0) - math.log(len(pitches)))
 
 
-def _pitch(found: SquealProbabilities, places: list[int], frequency: float,
+def _pitch(result: SquealProbabilities, places: list[int], frequency: float,
            hearing: HearingModel) -> FloatArray:
     """
     Return probability of an event times density of its pitch, summed over applications.
@@ -69,10 +69,10 @@ def _pitch(found: SquealProbabilities, places: list[int], frequency: float,
     family exceeded N*. Which one of several that do is heard is not modelled: it may be the
     fastest, the first, or the one that stays after saturation.
     """
-    off = np.log(frequency / found.frequency_hz[places]) / hearing.frequency_tolerance
+    off = np.log(frequency / result.frequency_hz[places]) / hearing.frequency_tolerance
     density = np.exp(-0.5 * off**2) / (math.sqrt(2.0 * math.pi) * hearing.frequency_tolerance)
-    squeals = found.squeals[:, places]
-    own = (found.by_family[:, places] * density).sum(axis=-1) - squeals * _UNIFORM
+    squeals = result.squeals[:, places]
+    own = (result.by_family[:, places] * density).sum(axis=-1) - squeals * _UNIFORM
     right = (1.0 - 2.0 * hearing.label_error) * hearing.detection * own.sum(axis=-1)
     share = 1.0 - np.array(_OTHER_PITCHES)[:, None]
     return np.asarray(hearing.heard(squeals).sum(axis=-1) * _UNIFORM + share * right)

@@ -180,15 +180,15 @@ def braking_numbers(applications: Sequence[tuple[str | int, float, float]]) -> I
         Recording, start and end [s] of each.
 
     """
-    found = np.zeros(len(applications), dtype=np.intp)
+    result = np.zeros(len(applications), dtype=np.intp)
     number, last, end = -1, None, -math.inf
     for i in sorted(range(len(applications)), key=lambda i: applications[i][:2]):
         recording, start, until = applications[i]
         if recording != last or start > end:
             number, last, end = number + 1, recording, until
         end = max(end, until)
-        found[i] = number
-    return found
+        result[i] = number
+    return result
 
 
 def bootstrap_draws(clusters: IndexArray, *, count: int = _RESAMPLES,
@@ -241,8 +241,8 @@ def average_precision(probability: FloatArray, heard: NDArray[np.bool_]) -> floa
 
 def _areas(probability: FloatArray, heard: NDArray[np.bool_],
            draws: Sequence[IndexArray]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name, area in (('roc', roc_area), ('precision', average_precision)):
-        found[f'{name}_area'] = area(probability, heard)
-        found[f'{name}_interval'] = interval([area(probability[d], heard[d]) for d in draws])
-    return found
+        result[f'{name}_area'] = area(probability, heard)
+        result[f'{name}_interval'] = interval([area(probability[d], heard[d]) for d in draws])
+    return result

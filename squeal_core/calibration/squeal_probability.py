@@ -101,8 +101,8 @@ class SquealPredictor:
         self._count = len(applications)
         total = sum(float(np.ptp(one.time)) for one in applications)
         chosen = [one.knots(max(step, total / _MOST_KNOTS)) for one in applications]
-        self._knots = [_knots_of(model, one, *found)
-                       for one, found in zip(applications, chosen, strict=True)]
+        self._knots = [_knots_of(model, one, *result)
+                       for one, result in zip(applications, chosen, strict=True)]
 
     def evaluate(self, candidates: BrakeCandidates) -> SquealProbabilities:
         """Return the probabilities of all applications."""
@@ -112,10 +112,10 @@ class SquealPredictor:
         frequency = np.tile(self._frequency, (self._count, 1))
         known = np.zeros(size)
         for places, knots in self._chunks(size):
-            found = self._growth(knots, candidates)
-            frequency[places] = _fastest(found, self._frequency)
-            known += np.isfinite(found.rate[..., :1]).mean(axis=(1, 3)).sum(axis=0)
-            rates = found.rate, _scatter(found, candidates)
+            result = self._growth(knots, candidates)
+            frequency[places] = _fastest(result, self._frequency)
+            known += np.isfinite(result.rate[..., :1]).mean(axis=(1, 3)).sum(axis=0)
+            rates = result.rate, _scatter(result, candidates)
             reach = NODES[-1] * np.abs(rates[1])
             active = np.flatnonzero((np.nan_to_num(rates[0] + reach, nan=-1.0) > 0.0
                                      ).any(axis=(0, 1, 2)))
@@ -147,10 +147,10 @@ class SquealPredictor:
         # ends and padding repeat the knot before
         fresh = np.append(True, (conditions[1:] != conditions[:-1]).any(axis=1))
         place = np.cumsum(fresh) - 1
-        found = self._emulator.evaluate(candidates.ensemble('').inputs(*conditions[fresh].T))
+        result = self._emulator.evaluate(candidates.ensemble('').inputs(*conditions[fresh].T))
         shape = (*knots.duration.shape, candidates.ln_damping.size, self._families.size)
         return _Growth(*(
-            getattr(found, name)[..., self._families][place].reshape(shape)
+            getattr(result, name)[..., self._families][place].reshape(shape)
             for name in ('growth_rate', 'frequency_hz', 'by_friction', 'by_damping')))
 
     def _margins(self, knots: _Knots, parts: Sequence[NDArray[np.float32]], decay: FloatArray,
@@ -195,17 +195,17 @@ def _padded(knots: Sequence[_Knots]) -> _Knots:
     return _Knots(*columns)
 
 
-def _scatter(found: _Growth, candidates: BrakeCandidates) -> RealArray:
+def _scatter(result: _Growth, candidates: BrakeCandidates) -> RealArray:
     """Return the change of growth rates over one standard deviation of their scatter."""
-    return along_scatter(candidates.friction_scatter[:, None] * found.by_friction,
-                         candidates.damping_scatter[:, None] * found.by_damping)
+    return along_scatter(candidates.friction_scatter[:, None] * result.by_friction,
+                         candidates.damping_scatter[:, None] * result.by_damping)
 
 
-def _fastest(found: _Growth, otherwise: FloatArray) -> FloatArray:
+def _fastest(result: _Growth, otherwise: FloatArray) -> FloatArray:
     """Return frequencies (A, F) of the families at the knots at which they grow fastest."""
-    known = np.isfinite(found.rate)
-    tick = np.where(known, found.rate, -np.inf).argmax(axis=1, keepdims=True)
-    frequency = np.take_along_axis(found.frequency_hz, tick, axis=1)[:, 0]
+    known = np.isfinite(result.rate)
+    tick = np.where(known, result.rate, -np.inf).argmax(axis=1, keepdims=True)
+    frequency = np.take_along_axis(result.frequency_hz, tick, axis=1)[:, 0]
     counted = np.isfinite(frequency)
     return np.where(counted.any(axis=1), np.where(counted, frequency, 0.0).sum(axis=1)
                     / np.maximum(counted.sum(axis=1), 1), otherwise)

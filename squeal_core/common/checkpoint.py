@@ -86,16 +86,16 @@ class Checkpoint(ABC, Generic[_Part]):
 
     def read(self, places: Collection[int]) -> dict[int, _Part]:
         """Return the finished ones of the parts at some places."""
-        found = {}
+        result = {}
         for place in places:
             if self._path(place).exists():
                 try:
-                    found[place] = self._part(place)
+                    result[place] = self._part(place)
                 except self.kind.error as error:
                     self.say(str(error))
-        if found:
-            self.say(self.kept.format(found=len(found), total=len(places)))
-        return found
+        if result:
+            self.say(self.kept.format(found=len(result), total=len(places)))
+        return result
 
     def keep(self, place: int, part: _Part) -> None:
         """

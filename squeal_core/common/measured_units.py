@@ -109,9 +109,9 @@ def find_unit(text: str) -> Unit | None:
         bare = bare[1:-1].strip()
     bare = re.sub(r'\s*([/()])\s*', r'\1', bare.translate(_SIMPLER))
     for name in (bare, bare.replace(' ', ''), bare.replace(' ', '_')):
-        found = _EXACT.get(name) or _FOLDED.get(name.casefold())
-        if found:
-            return found
+        result = _EXACT.get(name) or _FOLDED.get(name.casefold())
+        if result:
+            return result
     return None
 
 

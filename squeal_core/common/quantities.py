@@ -98,20 +98,20 @@ class QuantityReader:
 
     def required_section(self, key: str) -> 'QuantityReader':
         """Return the reader of a section; raises if it is missing."""
-        found = self.section(key)
-        assert found is not None
-        return found
+        result = self.section(key)
+        assert result is not None
+        return result
 
     def sections(self, key: str) -> list['QuantityReader']:
         """Return the mappings of the list under `key`, one at least."""
         self._used.add(key)
-        found = self.content.get(key)
-        if not isinstance(found, list) or not found:
+        result = self.content.get(key)
+        if not isinstance(result, list) or not result:
             raise BrakeDescriptionError(
-                self.path(key), 'is missing' if found is None else f'is {short_repr(found)}',
+                self.path(key), 'is missing' if result is None else f'is {short_repr(result)}',
                 'write a list of mappings')
         return [QuantityReader(self.path(f'{key}[{i}]'), one, self.sources, self.warn)
-                for i, one in enumerate(found)]
+                for i, one in enumerate(result)]
 
     def choice(self, key: str, options: Sequence[str], default: str | None = None) -> str:
         """Return one of some texts."""
@@ -200,12 +200,12 @@ class QuantityReader:
     def _find(self, name: str, quantity: Quantity) -> tuple[str | None, float]:
         allowed = {f'{name}_{u}' if u else name: f for u, f in UNITS[quantity.dimension].items()}
         self._used.update(allowed)
-        found = [key for key in allowed if key in self.content]
-        if len(found) > 1:
+        result = [key for key in allowed if key in self.content]
+        if len(result) > 1:
             raise BrakeDescriptionError(
-                self.path(found[1]), f'says again what {found[0]} says', 'keep one of them')
-        if found:
-            return found[0], allowed[found[0]]
+                self.path(result[1]), f'says again what {result[0]} says', 'keep one of them')
+        if result:
+            return result[0], allowed[result[0]]
         self._refuse_other_unit(name, allowed)
         if quantity.default is None:
             raise BrakeDescriptionError(

@@ -92,11 +92,11 @@ def _loader(yaml: Any, base: Any, ros: bool) -> Any:
             return super().construct_mapping(node, deep)
 
     def construct_number(_: Any, node: Any) -> int | float:
-        found = number(node.value)
-        if found is None:
+        result = number(node.value)
+        if result is None:
             raise yaml.YAMLError(f'{short_repr(node.value)} in line {node.start_mark.line + 1} is '
                                  'no number')
-        return found
+        return result
 
     Loader.add_constructor(_REAL, construct_number)
     Loader.add_constructor(_INTEGER, construct_number)

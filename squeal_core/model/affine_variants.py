@@ -50,18 +50,18 @@ class AffineVariants:
 
     def _known(self) -> list[tuple[str, tuple[float, str]]]:
         model, law, caliper = self.model, self.model.friction_law, self.model.caliper
-        found = [('contact.stiffness', (model.nominal_contact_stiffness, 'N/m^3')),
-                 ('contact.retardation_time', (model.contact_retardation_time, 's')),
-                 ('damping_ratio', (float(np.mean(model.damping_ratios)), ''))]
-        found += [(f'{part}.young_modulus', (1.0, 'times what it is')) for part in self._parts]
+        result = [('contact.stiffness', (model.nominal_contact_stiffness, 'N/m^3')),
+                  ('contact.retardation_time', (model.contact_retardation_time, 's')),
+                  ('damping_ratio', (float(np.mean(model.damping_ratios)), ''))]
+        result += [(f'{part}.young_modulus', (1.0, 'times what it is')) for part in self._parts]
         if law is not None:
-            found += [(f'friction.{name}', (getattr(law, name), unit)) for name, unit in (
+            result += [(f'friction.{name}', (getattr(law, name), unit)) for name, unit in (
                 ('static', ''), ('kinetic', ''), ('decay', 's/m'))]
         if caliper is not None:
-            found.append(('caliper.piston_area', (caliper.piston_area, 'm^2')))
-        return found + [(f'support.{kind}', (1.0, 'times what it is'))
-                        for kind in ('stiffness', 'damping')
-                        if getattr(model, f'support_{kind}') is not None]
+            result.append(('caliper.piston_area', (caliper.piston_area, 'm^2')))
+        return result + [(f'support.{kind}', (1.0, 'times what it is'))
+                         for kind in ('stiffness', 'damping')
+                         if getattr(model, f'support_{kind}') is not None]
 
     def affine(self, _: str) -> bool:
         """Return True: no parameter needs a part solved again."""

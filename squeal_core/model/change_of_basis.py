@@ -98,10 +98,10 @@ def aligned(model: BrakeModel, reference: BrakeModel) -> BrakeModel:
     for patch in reference.surface.patches:
         rows = slice(first, first + patch.size)
         first = rows.stop
-        shapes, wanted = (found.surface.shapes[rows].reshape(3 * patch.size, -1)  # type: ignore
-                          for found in (model, reference))
+        shapes, wanted = (result.surface.shapes[rows].reshape(3 * patch.size, -1)  # type: ignore
+                          for result in (model, reference))
         for free in (True, False):
-            columns, own = (np.flatnonzero(found.free_coordinates == free) for found in (
+            columns, own = (np.flatnonzero(result.free_coordinates == free) for result in (
                 model, reference))
             columns, own = (places[np.abs(array[:, places]).max(axis=0, initial=0.0) > 0.0]
                             for places, array in ((columns, shapes), (own, wanted)))

@@ -99,18 +99,18 @@ class SurfaceShapes:
             z at which to draw [m], which may differ from where the shapes were taken.
 
         """
-        total = sum(len(found.normal) for _, found, _ in parts)
+        total = sum(len(result.normal) for _, result, _ in parts)
         points, blocks, before = [], [], 0
-        for _, found, height in parts:
-            angle = found.points.angle
+        for _, result, height in parts:
+            angle = result.points.angle
             c, s = np.cos(angle), np.sin(angle)
-            points.append(np.column_stack([found.points.radius * c, found.points.radius * s,
+            points.append(np.column_stack([result.points.radius * c, result.points.radius * s,
                                            height]))
             block = np.zeros((angle.size, 3, total))
-            here = slice(before, before + len(found.normal))
-            block[:, 0, here] = (c * found.radial - s * found.tangential).T
-            block[:, 1, here] = (s * found.radial + c * found.tangential).T
-            block[:, 2, here] = found.normal.T
+            here = slice(before, before + len(result.normal))
+            block[:, 0, here] = (c * result.radial - s * result.tangential).T
+            block[:, 1, here] = (s * result.radial + c * result.tangential).T
+            block[:, 2, here] = result.normal.T
             blocks.append(block)
             before = here.stop
         # single precision is plenty for a picture, and half the file
@@ -171,8 +171,8 @@ class SurfaceShapes:
         """Return the surfaces of a model file; None from one that holds none."""
         if not patches:
             return None
-        found = tuple(Patch(str(p['name']), int(p['rows']), int(p['columns']), bool(p['closed']))
-                      for p in patches)
-        if not all(2 <= n <= 1000 for p in found for n in (p.rows, p.columns)):
+        result = tuple(Patch(str(p['name']), int(p['rows']), int(p['columns']), bool(p['closed']))
+                       for p in patches)
+        if not all(2 <= n <= 1000 for p in result for n in (p.rows, p.columns)):
             raise ModelError('surface: a patch has less than 2 or more than 1000 rows or columns')
-        return cls(arrays['surface_points'], arrays['surface_shapes'], found)
+        return cls(arrays['surface_points'], arrays['surface_shapes'], result)

@@ -121,9 +121,9 @@ def _interpolation(basis: ModalBasis, nodal: NodalModes, *, most: int = 400) -> 
     radius, angle = np.hypot(x, y), np.arctan2(y, x)
     s = basis.sample(Quadrature(radius, angle, z, np.ones_like(x)))
     c, d = np.cos(angle), np.sin(angle)
-    found = np.stack([s.radial * c - s.tangential * d, s.radial * d + s.tangential * c, s.normal],
-                     axis=2)
-    flat = [part.reshape(len(given), -1) for part in (found, given)]
+    result = np.stack([s.radial * c - s.tangential * d, s.radial * d + s.tangential * c, s.normal],
+                      axis=2)
+    flat = [part.reshape(len(given), -1) for part in (result, given)]
     return float(np.diag(modal_assurance(*flat)).min())
 
 
@@ -147,9 +147,9 @@ def _check_place(nodal: NodalModes, results: ModalResults, contact: Contact,
             f'{contact.outer_radius:g} m', remedy)
     for face in faces:
         # a disc's upper face is its contact face, but it is a pad's lower one that lies on it
-        found = float(z.max() if (face > 0.0) == (len(faces) == 2) else z.min())
-        if abs(found - face) > _BESIDE * results.thickness:
-            raise ReaderError(results.file, f'has its contact face at z = {found:.4g} m, the '
+        result = float(z.max() if (face > 0.0) == (len(faces) == 2) else z.min())
+        if abs(result - face) > _BESIDE * results.thickness:
+            raise ReaderError(results.file, f'has its contact face at z = {result:.4g} m, the '
                               f'brake at {face:.4g} m', remedy)
 
 

@@ -121,12 +121,12 @@ class PlanarModes:
         def at(shift: float) -> FloatArray:
             return next(iter(self.shapes.at(radius, angle + shift, [z])))
 
-        found, d = at(0.0), self.grid.step
+        result, d = at(0.0), self.grid.step
         if self._is_ring and self.grid.derivative == 'forward':
-            found[1] = (at(d)[0] - found[0]) / d
+            result[1] = (at(d)[0] - result[0]) / d
         elif self._is_ring and self.grid.derivative == 'central':
-            found[1] = (at(d)[0] - at(-d)[0]) / (2.0 * d)
-        return found
+            result[1] = (at(d)[0] - at(-d)[0]) / (2.0 * d)
+        return result
 
     def volume_layers(self) -> Iterator[SampledShapes]:
         """Yield samples that together cover the volume, a plane each; K09 eqs (41), (42)."""
@@ -134,8 +134,8 @@ class PlanarModes:
         for (inner, outer), heights, weights in self._planes():
             count = max(PANEL, round(self.grid.radial * (outer - inner) / widest))
             grid = polar_grid(self.grid.across(inner, outer, count), self._row(), 0.0)
-            found = self.shapes.at(grid.radius, grid.angle, heights)
-            for z, weight, shapes in zip(heights, weights, found, strict=True):
+            result = self.shapes.at(grid.radius, grid.angle, heights)
+            for z, weight, shapes in zip(heights, weights, result, strict=True):
                 self._along_rows(shapes)
                 yield _sampled(shapes, Quadrature(
                     grid.radius, grid.angle, np.full(grid.radius.shape, z + self.offset),
@@ -185,7 +185,7 @@ class PlanarModes:
             yield annulus, heights, weights
 
 
-def _sampled(found: FloatArray, points: Quadrature) -> SampledShapes:
-    (radial, tangential, normal), (radial_dtheta, tangential_dtheta, normal_dtheta) = found
+def _sampled(result: FloatArray, points: Quadrature) -> SampledShapes:
+    (radial, tangential, normal), (radial_dtheta, tangential_dtheta, normal_dtheta) = result
     return SampledShapes(radial, tangential, normal, radial_dtheta, tangential_dtheta,
                          normal_dtheta, points)

@@ -136,13 +136,13 @@ class PressureAdviser:
     def __call__(self, at: SlidingConditions) -> PressureAdvice:
         """Return the advice for a brake that slides at some conditions."""
         look_up = self._look_up or self._in_full
-        found = quiet_intervals(
+        result = quiet_intervals(
             'pressure', self.settings.pressure, lambda pressures: look_up(at, pressures),
             level=self.tolerances.growth - (self.settings.error if self._look_up else 0.0),
             together=self._look_up is not None)
-        below, above = nearest_quiet(found, at.pressure)
-        advice = PressureAdvice(present=at.pressure, intervals=found, below=below, above=above,
-                                reason=_in_words(found, self.settings.pressure))
+        below, above = nearest_quiet(result, at.pressure)
+        advice = PressureAdvice(present=at.pressure, intervals=result, below=below, above=above,
+                                reason=_in_words(result, self.settings.pressure))
         return self._with_confidence(self._confirmed(advice, at), at)
 
     def _in_full(self, at: SlidingConditions, pressures: FloatArray) -> ComplexArray:
@@ -182,10 +182,10 @@ def bar(pressure: float, towards: float) -> str:
     return f'{rounded(1e-3 * pressure) / 100.0:.2f}'
 
 
-def _in_words(found: Sequence[QuietInterval], bounds: tuple[float, float]) -> str:
+def _in_words(result: Sequence[QuietInterval], bounds: tuple[float, float]) -> str:
     texts = [f'{bar(low.value, math.inf)} to {bar(high.value, -math.inf)} bar'
-             for low, high in found]
-    unknown = sorted(end.value for one in found for end in one if end.kind == 'unknown')
+             for low, high in result]
+    unknown = sorted(end.value for one in result for end in one if end.kind == 'unknown')
     words = f'quiet: {", ".join(texts)}' if texts else 'no quiet pressure'
     words += f' within {bounds[0] / 1e5:.2f} to {bounds[1] / 1e5:.2f} bar'
     if unknown:

@@ -119,60 +119,60 @@ class AlarmEvents:
 
     def update(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
         """Take the assessments of a tick; return the alarms that began or ended."""
-        changes = [self._updated(found) for found in assessments]
+        changes = [self._updated(result) for result in assessments]
         return [change for change in changes if change is not None]
 
     def end(self, assessments: Iterable[Assessment]) -> list[AlarmEvent]:
         """End all alarms, as nothing is known in these assessments; return those ended."""
         self._changed.clear()
-        ended = [_ended(self._up.pop(found.brake), found) for found in assessments
-                 if self.is_up(found.brake)]
+        ended = [_ended(self._up.pop(result.brake), result) for result in assessments
+                 if self.is_up(result.brake)]
         for event in ended:
             self._alarms[event.brake].end()
         return ended
 
-    def _updated(self, found: Assessment) -> AlarmEvent | None:
-        brake, before = found.brake, self._up.get(found.brake)
-        if not self._alarms[brake].update(found.time, found.risk):
+    def _updated(self, result: Assessment) -> AlarmEvent | None:
+        brake, before = result.brake, self._up.get(result.brake)
+        if not self._alarms[brake].update(result.time, result.risk):
             if before is None:
                 return None
             del self._up[brake]
-            return _ended(before, found, self._changed.pop(brake, ''))
+            return _ended(before, result, self._changed.pop(brake, ''))
         if not self._alarms[brake].held:
             self._changed.pop(brake, None)
         if before is None:
-            self._up[brake] = started = _started(found)
+            self._up[brake] = started = _started(result)
             return started
-        if found.risk > before.peak_risk:
-            self._up[brake] = _started(found, since=before.since)
+        if result.risk > before.peak_risk:
+            self._up[brake] = _started(result, since=before.since)
         return None
 
 
-def _started(found: Assessment, since: int | None = None) -> AlarmEvent:
-    risk = found.risk_result
+def _started(result: Assessment, since: int | None = None) -> AlarmEvent:
+    risk = result.risk_result
     return AlarmEvent(
-        kind='start', brake=found.brake, time=found.time,
-        since=found.time if since is None else since, risk=found.risk, peak_risk=found.risk,
+        kind='start', brake=result.brake, time=result.time,
+        since=result.time if since is None else since, risk=result.risk, peak_risk=result.risk,
         modes=risk.modes if risk else (),
-        frequency_hz=risk.result.frequency_hz if risk else math.nan, cause=_conditions(found))
+        frequency_hz=risk.result.frequency_hz if risk else math.nan, cause=_conditions(result))
 
 
-def _ended(before: AlarmEvent, found: Assessment, changed: str = '') -> AlarmEvent:
-    cause = 'brake released' if found.state == 'released' else 'the risk fell'
-    if math.isnan(found.risk):
-        lost = '' if found.state in _SAY_IT else 'whether it squeals is no longer known: '
-        cause = lost + found.reason
-    if changed and found.state == 'steady':
+def _ended(before: AlarmEvent, result: Assessment, changed: str = '') -> AlarmEvent:
+    cause = 'brake released' if result.state == 'released' else 'the risk fell'
+    if math.isnan(result.risk):
+        lost = '' if result.state in _SAY_IT else 'whether it squeals is no longer known: '
+        cause = lost + result.reason
+    if changed and result.state == 'steady':
         cause = f'the settings changed ({changed})'
     return AlarmEvent(
-        kind='end', brake=found.brake, time=found.time, since=before.since, risk=found.risk,
+        kind='end', brake=result.brake, time=result.time, since=before.since, risk=result.risk,
         peak_risk=before.peak_risk, modes=before.modes, frequency_hz=before.frequency_hz,
         cause=cause)
 
 
-def _conditions(found: Assessment) -> str:
+def _conditions(result: Assessment) -> str:
     """Return the conditions that raised the risk, in words: build-up, growth and inputs."""
-    speed, pressure = found.inputs['rotor_speed'].value, found.inputs['pressure'].value
-    now = ' now, after growing,' if found.growth_rate < 0.0 else ''  # a build-up outlasts growth
-    return (f'build-up {found.build_up:.1f} nepers, growth {found.growth_rate:+.1f} 1/s{now} at '
-            f'{speed:.1f} rad/s, {pressure / 1e5:.1f} bar, friction {found.friction:.3f}')
+    speed, pressure = result.inputs['rotor_speed'].value, result.inputs['pressure'].value
+    now = ' now, after growing,' if result.growth_rate < 0.0 else ''  # a build-up outlasts growth
+    return (f'build-up {result.build_up:.1f} nepers, growth {result.growth_rate:+.1f} 1/s{now} at '
+            f'{speed:.1f} rad/s, {pressure / 1e5:.1f} bar, friction {result.friction:.3f}')

@@ -180,28 +180,28 @@ class AssessmentContext(NamedTuple):
             reason=reason, **values)
 
 
-def from_stability(context: AssessmentContext, found: BrakeStability | np.linalg.LinAlgError,
+def from_stability(context: AssessmentContext, result: BrakeStability | np.linalg.LinAlgError,
                    risk: BrakeRisk | None) -> Assessment:
     """Return the assessment of a brake that slides, given its stability and risk if known."""
-    if isinstance(found, np.linalg.LinAlgError) or risk is None:
-        return context.result('invalid', f'no eigensolution ({found})')
-    worst, known = found.worst, risk.result
+    if isinstance(result, np.linalg.LinAlgError) or risk is None:
+        return context.result('invalid', f'no eigensolution ({result})')
+    worst, known = result.worst, risk.result
     return context.result(
-        'steady', _in_words(worst, risk), point=found.point, modes=found.modes.unstable,
+        'steady', _in_words(worst, risk), point=result.point, modes=result.modes.unstable,
         risk=known.squeal_risk, instability_probability=known.instability_probability,
         build_up=known.build_up, time_to_squeal=known.time_to_squeal,
         growth_rate=worst.growth_rate if worst else math.nan,
         damping_ratio=worst.damping_ratio if worst else math.nan,
         worst_frequency_hz=worst.frequency_hz if worst else math.nan,
-        friction_margin=found.margins.friction.value, stability=found, risk_result=risk)
+        friction_margin=result.margins.friction.value, stability=result, risk_result=risk)
 
 
-def explained(found: Assessment) -> Assessment:
+def explained(result: Assessment) -> Assessment:
     """Return an assessment with the reason why its friction is by temperature, if it is."""
-    if found.friction_source == 'temperature' and 'friction' in found.inputs:
-        instead = found.inputs['friction'].described('friction')
-        return replace(found, reason=f'{found.reason}; friction by temperature, as {instead}')
-    return found
+    if result.friction_source == 'temperature' and 'friction' in result.inputs:
+        instead = result.inputs['friction'].described('friction')
+        return replace(result, reason=f'{result.reason}; friction by temperature, as {instead}')
+    return result
 
 
 def _in_words(worst: Mode | None, risk: BrakeRisk) -> str:

@@ -85,17 +85,17 @@ def read_brake_settings(brake: str, parameters: Mapping[str, Any],
     for signal in ('rotor_speed', 'pressure'):
         if signal not in inputs:
             raise ConfigurationError(f'{brake}.{signal}.topic', "is ''", 'name a topic')
-    found = BrakeSettings(brake, inputs, constant)
-    check_friction(found, *validated_friction)
-    return found
+    result = BrakeSettings(brake, inputs, constant)
+    check_friction(result, *validated_friction)
+    return result
 
 
-def _check_numbers(where: str, found: InputSettings) -> None:
-    if found.scale == 0.0:
+def _check_numbers(where: str, result: InputSettings) -> None:
+    if result.scale == 0.0:
         raise ConfigurationError(f'{where}.scale', 'is 0', 'give another number')
-    if not found.minimum < found.maximum:
-        raise ConfigurationError(f'{where}.maximum', f'is {found.maximum:g} and the minimum '
-                                 f'{found.minimum:g}', 'make it the larger')
+    if not result.minimum < result.maximum:
+        raise ConfigurationError(f'{where}.maximum', f'is {result.maximum:g} and the minimum '
+                                 f'{result.minimum:g}', 'make it the larger')
 
 
 def check_friction(brake: BrakeSettings, low: float, high: float) -> None:

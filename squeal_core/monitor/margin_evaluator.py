@@ -139,14 +139,14 @@ class MarginEvaluator:
         full = least_stable(modes.mode_eigenvalues[None], margin.kind, self.settings.band_hz,
                             self.tolerances)[0]
         assert self._growth is not None
-        found = self._growth(_rows([replace(conditions, friction=margin.critical)]), margin.kind)
-        if abs(full.real - found[0].real) <= self.settings.error:
+        result = self._growth(_rows([replace(conditions, friction=margin.critical)]), margin.kind)
+        if abs(full.real - result[0].real) <= self.settings.error:
             self.statistics.confirmed += 1
             return replace(margin, confirmed=True)
         self.statistics.not_confirmed += 1
         return replace(margin, critical=math.nan, reason=(
             f'{margin.reason}: not confirmed, a full solution has a growth rate of '
-            f'{full.real:+.3g} 1/s there, not {found[0].real:+.3g} 1/s'))
+            f'{full.real:+.3g} 1/s there, not {result[0].real:+.3g} 1/s'))
 
     def _along_friction(self, rows: FloatArray, here: ComplexArray, kind: Kind) -> list[Margin]:
         start, side = rows[:, 2:], np.where(here.real[:, None] > self.tolerances.growth, -1.0, 1.0)
@@ -161,9 +161,9 @@ class MarginEvaluator:
                 yield np.where(np.isfinite(estimate), values, start)
             yield _walks(start, ends)
 
-        found = self._search(rows, here, trials(), 'friction', kind)
-        return [_margin(crossing, found.level, 'friction', kind, present)
-                for crossing, present in zip(found.crossings(), rows[:, 2].tolist(), strict=True)]
+        result = self._search(rows, here, trials(), 'friction', kind)
+        return [_margin(crossing, result.level, 'friction', kind, present)
+                for crossing, present in zip(result.crossings(), rows[:, 2].tolist(), strict=True)]
 
     def _along(self, row: FloatArray, parameter: Parameter) -> Margin:
         """Return the nearer one of the margins of squeal towards less and towards more."""
@@ -173,9 +173,9 @@ class MarginEvaluator:
         length = max(walk.size for walk in walks)
         padded = np.array([np.pad(walk, (0, length - walk.size), 'edge') for walk in walks])
         rows, here = np.repeat(row, 2, axis=0), np.repeat(self._growth(row, 'squeal'), 2)
-        found = self._search(rows, here, [padded], parameter, 'squeal')
-        both = [_margin(crossing, found.level, parameter, 'squeal', present)
-                for crossing in found.crossings()]
+        result = self._search(rows, here, [padded], parameter, 'squeal')
+        both = [_margin(crossing, result.level, parameter, 'squeal', present)
+                for crossing in result.crossings()]
         known = [margin for margin in both if not math.isnan(margin.critical)]
         return min(known, key=lambda margin: abs(margin.value), default=replace(
             both[0], reason='; '.join(margin.reason for margin in both)))
@@ -201,9 +201,9 @@ def table_growth(table: ExpansionTable, model: BrakeModel, tolerances: Tolerance
     """Return eigenvalues as `Growth`, by look-up, also where a verdict is within the error."""
     x = coordinates(rows * (1.0, model.contact_pressure(1.0), 1.0))
     eigenvalues, answered = table.eigenvalues(x, tolerances)
-    found = least_stable(eigenvalues, kind, band_hz, tolerances)
-    found[~answered] = complex(math.nan, math.nan)
-    return found
+    result = least_stable(eigenvalues, kind, band_hz, tolerances)
+    result[~answered] = complex(math.nan, math.nan)
+    return result
 
 
 def _margin(crossing: Crossing, level: float, parameter: Parameter, kind: Kind,

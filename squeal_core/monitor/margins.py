@@ -148,5 +148,5 @@ def least_stable(eigenvalues: ComplexArray, kind: Kind, band_hz: tuple[float, fl
     else:
         meant = frequency <= tolerances.oscillation
     growth = np.where(meant, eigenvalues.real, -np.inf)
-    found = eigenvalues[np.arange(len(eigenvalues)), growth.argmax(axis=1)]
-    return np.where(meant.any(axis=1), found, NO_MODE)
+    result = eigenvalues[np.arange(len(eigenvalues)), growth.argmax(axis=1)]
+    return np.where(meant.any(axis=1), result, NO_MODE)

@@ -45,13 +45,13 @@ def why_unknown(risk: SquealRisk | None, settings: MonitorSettings) -> str:
 
 def risk_warnings(risk: SquealRisk | None, settings: MonitorSettings) -> tuple[str, ...]:
     """Return, in words with a remedy, the settings that do not suit the squeal risk."""
-    found = [] if risk is None else [*_outside(risk, settings)]
+    result = [] if risk is None else [*_outside(risk, settings)]
     rate = min(settings.rate, settings.risk_rate)
     if rate < _LEAST_RATE:
         name = 'rate' if settings.rate <= settings.risk_rate else 'risk_rate'
-        found.append(f'the squeal risk is evaluated {rate:g} times a second, so short squeals are '
-                     f'missed; set {name} to {_LEAST_RATE:g} Hz or more')
-    return tuple(found)
+        result.append(f'the squeal risk is evaluated {rate:g} times a second, so short squeals '
+                      f'are missed; set {name} to {_LEAST_RATE:g} Hz or more')
+    return tuple(result)
 
 
 def _outside(risk: SquealRisk, settings: MonitorSettings) -> Iterator[str]:

@@ -68,28 +68,28 @@ class VehicleAdvice:
             model, limits, stability.tolerances, look_up=look_up, risk=risk)
         self._split = SplitAdviser(model, limits, stability.tolerances, look_up=look_up, risk=risk)
 
-    def pressures(self, found: Assessment) -> PressureAdvice:
+    def pressures(self, result: Assessment) -> PressureAdvice:
         """Return the quiet pressures of a brake at its assessed conditions."""
-        if found.state != 'steady':
-            return PressureAdvice(present=math.nan, reason=f'{found.state}: {found.reason}')
-        at = _conditions(found)
+        if result.state != 'steady':
+            return PressureAdvice(present=math.nan, reason=f'{result.state}: {result.reason}')
+        at = _conditions(result)
         if self._pressures is None:
             return PressureAdvice(present=at.pressure, reason=NOTHING_KNOWN)
         return self._pressures(at)
 
-    def split(self, found: Sequence[Assessment]) -> SplitSteps:
+    def split(self, result: Sequence[Assessment]) -> SplitSteps:
         """Return the split of the brake force, in steps of some milliseconds."""
-        idle = next((one for one in found if one.state != 'steady'), None)
+        idle = next((one for one in result if one.state != 'steady'), None)
         if not any(self._front) or all(self._front):
             return SplitAdvice(reason='the brakes are not those of two axles (setting axles)')
         if idle is not None:
             return SplitAdvice(reason=f'{idle.brake} {idle.state}: {idle.reason}')
-        return (yield from self._split.steps([*map(_conditions, found)], self._front))
+        return (yield from self._split.steps([*map(_conditions, result)], self._front))
 
 
-def _conditions(found: Assessment) -> SlidingConditions:
-    return SlidingConditions(rotor_speed=found.inputs['rotor_speed'].value,
-                             pressure=found.inputs['pressure'].value, friction=found.friction)
+def _conditions(result: Assessment) -> SlidingConditions:
+    return SlidingConditions(rotor_speed=result.inputs['rotor_speed'].value,
+                             pressure=result.inputs['pressure'].value, friction=result.friction)
 
 
 def front_brakes(brakes: Sequence[str], axles: Sequence[str]) -> tuple[bool, ...]:

@@ -63,8 +63,8 @@ class VehicleEvaluator:
 
     def warm_up(self, brakes: Sequence[str]) -> None:
         """Evaluate brakes once, uncounted, so that the first tick takes no longer than others."""
-        found = self.stability.warm_up(len(brakes))
-        self.risk.warm_up(brakes, found)
+        result = self.stability.warm_up(len(brakes))
+        self.risk.warm_up(brakes, result)
 
     def complete(self, ticks: Sequence[PreparedTick]) -> list[tuple[Assessment, ...]]:
         """
@@ -77,9 +77,9 @@ class VehicleEvaluator:
 
         """
         contexts = [one for tick in ticks for one in tick if isinstance(one, AssessmentContext)]
-        found = self.stability.evaluate([one.conditions for one in contexts],
-                                        [one.confirm for one in contexts])
-        risks, stabilities = iter(self.risk.evaluate(ticks, found)), iter(found)
+        result = self.stability.evaluate([one.conditions for one in contexts],
+                                         [one.confirm for one in contexts])
+        risks, stabilities = iter(self.risk.evaluate(ticks, result)), iter(result)
         return [tuple(_assessment(one, next(risks), stabilities) for one in tick)
                 for tick in ticks]
 

@@ -144,11 +144,11 @@ class BrakeMonitor:
                 return context._replace(friction=math.nan, friction_source='').result(
                     next(s for s in _STATES.values() if s in states),
                     '; '.join(r.described(name) for name, r in bad.items()))
-        found = self._without_sliding(context)
+        result = self._without_sliding(context)
         period = self._settings.period
-        if found is None and is_due(time - period, period, *self._confirm_at):
+        if result is None and is_due(time - period, period, *self._confirm_at):
             return context._replace(confirm=True)  # a tick after one that evaluates risks
-        return found or context
+        return result or context
 
     def _friction_is_idle(self, inputs: Mapping[Signal, Reading]) -> bool:
         """Return whether the brake is released or at rest, so that no friction is needed."""

@@ -115,9 +115,9 @@ class VehicleRisk:
         self._applications: dict[str, ApplicationRisk] = {}
         self._shown: dict[str, _Found] = {}
 
-    def warm_up(self, brakes: Sequence[str], found: Sequence[Evaluated]) -> None:
+    def warm_up(self, brakes: Sequence[str], result: Sequence[Evaluated]) -> None:
         """Evaluate brakes once, uncounted."""
-        self.evaluate([tuple(AssessmentContext(name, 0, {}) for name in brakes)], found)
+        self.evaluate([tuple(AssessmentContext(name, 0, {}) for name in brakes)], result)
         self.reset()
 
     @property
@@ -134,7 +134,7 @@ class VehicleRisk:
         return {f'emulator_{name}': value for name, value in asdict(self._statistics).items()}
 
     def evaluate(self, ticks: Sequence[PreparedTick],
-                 found: Sequence[Evaluated]) -> list[BrakeRisk | None]:
+                 result: Sequence[Evaluated]) -> list[BrakeRisk | None]:
         """
         Return the risk of each brake at each tick: while it slides, and of the end at a release.
 
@@ -144,13 +144,13 @@ class VehicleRisk:
         ----------
         ticks : sequence of PreparedTick
             In order of time, none left out.
-        found : sequence of BrakeStability or LinAlgError
+        result : sequence of BrakeStability or LinAlgError
             Of each context among them.
 
         """
         risks: list[BrakeRisk | None] = []
         steps, due = list[_Step](), 0
-        for step in self._plan(ticks, iter(found)):
+        for step in self._plan(ticks, iter(result)):
             steps.append(step)
             due += step[2]
             if due == _AT_ONCE:
@@ -161,24 +161,24 @@ class VehicleRisk:
     def _take(self, steps: Sequence[_Step]) -> list[BrakeRisk | None]:
         """Take what is known of brakes at ticks into their applications; return their risks."""
         growths = self._growths([at.point for _, at, due in steps if at and due])
-        found = [self._step(one, at, next(growths) if at and due else None, due=due)
-                 for one, at, due in steps]
-        states = {id(state): state for state in found if isinstance(state, ApplicationState)}
+        result = [self._step(one, at, next(growths) if at and due else None, due=due)
+                  for one, at, due in steps]
+        states = {id(state): state for state in result if isinstance(state, ApplicationState)}
         risks: dict[int, BrakeRisk] = {} if self._risk is None or not states else dict(zip(
             states, map(self._known, self._risk.assess([*states.values()])), strict=True))
         self._shown |= {brake: risks[id(shown)] for brake, shown in self._shown.items()
                         if isinstance(shown, ApplicationState)}
-        return [risks[id(one)] if isinstance(one, ApplicationState) else one for one in found]
+        return [risks[id(one)] if isinstance(one, ApplicationState) else one for one in result]
 
     def _plan(self, ticks: Sequence[PreparedTick],
-              found: Iterator[Evaluated]) -> Iterator[_Step]:
+              result: Iterator[Evaluated]) -> Iterator[_Step]:
         """Yield each brake at each tick, its stability, and whether its risk is evaluated."""
         for tick in ticks:
             if not 0 <= tick[0].time - self._planned <= 1e9 * self._settings.longest_interval:
                 self._sliding.clear()
             self._planned = tick[0].time
             for one in tick:
-                at = next(found) if isinstance(one, AssessmentContext) else None
+                at = next(result) if isinstance(one, AssessmentContext) else None
                 if not isinstance(at, BrakeStability):
                     self._sliding.discard(one.brake)
                     yield one, None, False

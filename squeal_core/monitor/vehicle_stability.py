@@ -81,9 +81,9 @@ class VehicleStability:
         at = SlidingConditions(rotor_speed=0.5 * bounds.rotor_speed[1],
                                pressure=0.5 * bounds.pressure[1],
                                friction=0.5 * bounds.friction[1])
-        found = self.evaluate([at] * brakes, [False] * brakes)
+        result = self.evaluate([at] * brakes, [False] * brakes)
         self.solver.statistics = SolverStatistics()
-        return found
+        return result
 
     @property
     def note(self) -> str:
@@ -113,8 +113,8 @@ class VehicleStability:
         modes = self.solver.solve_all(points, self._places(conditions, points))
         solved = [one for one in zip(conditions, points, modes, confirm, strict=True)
                   if isinstance(one[2], ComplexModes)]
-        found = iter(self._evaluated(*zip(*solved, strict=True)) if solved else ())
-        return [next(found) if isinstance(one, ComplexModes) else one for one in modes]
+        result = iter(self._evaluated(*zip(*solved, strict=True)) if solved else ())
+        return [next(result) if isinstance(one, ComplexModes) else one for one in modes]
 
     def _places(self, conditions: Sequence[SlidingConditions],
                 points: Sequence[OperatingPoint]) -> FloatArray | None:
@@ -128,22 +128,22 @@ class VehicleStability:
     def _evaluated(self, conditions: Sequence[SlidingConditions],
                    points: Sequence[OperatingPoint], modes: Sequence[ComplexModes],
                    confirm: Sequence[bool]) -> list[BrakeStability]:
-        worst = [found.worst_in(*self._band) for found in modes]
+        worst = [result.worst_in(*self._band) for result in modes]
         margins = self._margins.friction_margins(conditions, worst)
-        return [frozen_record(BrakeStability, point=point, modes=found, worst=mode, margins=(
+        return [frozen_record(BrakeStability, point=point, modes=result, worst=mode, margins=(
             frozen_record(Margins, friction=self._confirmed(margin, at) if due else margin,
                           compute_other=None if self.solver.table is None else partial(
                               self._margins.other_margin, at))))
-                for at, point, found, mode, margin, due in zip(
+                for at, point, result, mode, margin, due in zip(
                     conditions, points, modes, worst, margins, confirm, strict=True)]
 
     def _confirmed(self, margin: Margin, at: SlidingConditions) -> Margin:
         """Compare a margin with a full solution; the table's cell that is wrong goes."""
-        found = self._margins.confirm(margin, at)
-        if np.isfinite(margin.critical) and not found.confirmed:
+        result = self._margins.confirm(margin, at)
+        if np.isfinite(margin.critical) and not result.confirmed:
             self.solver.distrust(self.model.operating_point(
                 rotor_speed=at.rotor_speed, pressure=at.pressure, friction=margin.critical))
-        return found
+        return result
 
     def _growth(self, rows: FloatArray, kind: Kind) -> ComplexArray:
         assert self.solver.table is not None
@@ -172,8 +172,8 @@ def _table(model: BrakeModel, settings: MonitorSettings) -> ExpansionTable | Non
         return None
     if settings.table:
         return read_table(settings.table, model)
-    found = find_table(model)
-    return found and found[1]
+    result = find_table(model)
+    return result and result[1]
 
 
 def _margin_settings(model: BrakeModel, settings: MonitorSettings,

@@ -101,11 +101,11 @@ def gain_and_noise(growth_rate: RealArray, duration: float | RealArray,
 
 def after(energy: RealArray, gain: RealArray, noise: RealArray, cap: RealArray) -> RealArray:
     """Return the energies after a time by what `gain_and_noise` returns of it."""
-    found = np.asarray(energy + noise)
+    result = np.asarray(energy + noise)
     with np.errstate(over='ignore'):
-        found *= gain
-    found -= noise
-    return np.minimum(found, cap, out=found)
+        result *= gain
+    result -= noise
+    return np.minimum(result, cap, out=result)
 
 
 def halves(before: RealArray, now: RealArray, *, edge: bool) -> RealArray:

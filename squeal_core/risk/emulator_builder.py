@@ -115,14 +115,14 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
         progress(done, everything)
 
     [pilot] = _solved(model, reference, [inputs[:_PILOT]], [()], workers, told)
-    found = _clusters(pilot, band)
+    result = _clusters(pilot, band)
     pieces = _pieces(stiffness)
     basis = _basis(model, inputs, stiffness, pieces)
     middles = [float(np.median(stiffness[own])) for own in pieces]
     training = _solved(model, reference, [inputs[own] for own in pieces],
-                       [(found, middle) for middle in middles], workers, told)
-    families, count = _families(pilot, training, found, band)
-    fits = [_fitted(model, basis, inputs[own], solved, found, families, count, band)
+                       [(result, middle) for middle in middles], workers, told)
+    families, count = _families(pilot, training, result, band)
+    fits = [_fitted(model, basis, inputs[own], solved, result, families, count, band)
             for own, solved in zip(pieces, training, strict=True)]
     emulator = GrowthEmulator(
         model, _described(model, reference, families[:count]), domain, basis,
@@ -132,15 +132,15 @@ def build_growth_emulator(model: BrakeModel, *, domain: EmulatorDomain | None = 
                        scattered_inputs(domain, hold_out, seed + 1), workers, told)
 
 
-def with_largest_growth(found: GrowthEmulator, seed: int) -> GrowthEmulator:
+def with_largest_growth(result: GrowthEmulator, seed: int) -> GrowthEmulator:
     """Return the emulator with families that know how fast they grow at most in its domain."""
-    inputs = scattered_inputs(found.domain, _BOUNDING, seed)
+    inputs = scattered_inputs(result.domain, _BOUNDING, seed)
     inputs = inputs[inputs[:, 3].argsort()].reshape(-1, 256, 6)
-    largest = found.evaluate(inputs).growth_rate.max(axis=(0, 1)).tolist()
-    return GrowthEmulator(found.model, tuple(
+    largest = result.evaluate(inputs).growth_rate.max(axis=(0, 1)).tolist()
+    return GrowthEmulator(result.model, tuple(
         replace(family, largest_growth=growth) for family, growth in zip(
-            found.every, largest, strict=True)),
-        found.domain, found.basis, found.weights, found.common, found.error)
+            result.every, largest, strict=True)),
+        result.domain, result.basis, result.weights, result.common, result.error)
 
 
 def _solved(model: BrakeModel, reference: ReferenceModes, inputs: Sequence[FloatArray],
@@ -161,11 +161,11 @@ def _solved(model: BrakeModel, reference: ReferenceModes, inputs: Sequence[Float
 
 def scattered_inputs(domain: EmulatorDomain, count: int, seed: int) -> FloatArray:
     """Return inputs (count, 6) spread over a domain."""
-    sampler, found = qmc.Sobol(6, seed=seed), np.empty((0, 6))
-    while len(found) < count:
+    sampler, result = qmc.Sobol(6, seed=seed), np.empty((0, 6))
+    while len(result) < count:
         block = domain.low + (domain.high - domain.low) * sampler.random(1024)
-        found = np.concatenate([found, block[domain.covers(block)]])
-    return found[:count]
+        result = np.concatenate([result, block[domain.covers(block)]])
+    return result[:count]
 
 
 def _matters(values: ComplexArray, band: FloatArray, growth: float) -> Any:
@@ -182,7 +182,7 @@ def _clusters(pilot: TrainingSolutions, band: FloatArray) -> list[IndexArray]:
 
 
 def _families(pilot: TrainingSolutions, training: Sequence[TrainingSolutions],
-              found: Sequence[IndexArray], band: FloatArray) -> tuple[list[IndexArray], int]:
+              result: Sequence[IndexArray], band: FloatArray) -> tuple[list[IndexArray], int]:
     """
     Return the families of clusters, and the number of those that matter.
 
@@ -190,7 +190,7 @@ def _families(pilot: TrainingSolutions, training: Sequence[TrainingSolutions],
     """
     values = np.concatenate([part.eigenvalues for part in training])
     matters = _matters(values, band, MATTERS) & (np.isfinite(values).mean(axis=0) > 0.5)
-    within = np.isin(np.arange(matters.size), np.concatenate([[-1], *found]))
+    within = np.isin(np.arange(matters.size), np.concatenate([[-1], *result]))
     every = [places for places in coupled(mixing(pilot.eigenvalues, pilot.projections))
              if within[places].all()]
     every.sort(key=lambda places: (not matters[places].any(), len(places)))
@@ -209,14 +209,14 @@ def _pieces(stiffness: FloatArray) -> list[IndexArray]:
 
 
 def _fitted(model: BrakeModel, basis: PolynomialBasis, inputs: FloatArray,
-            training: TrainingSolutions, found: Sequence[IndexArray],
+            training: TrainingSolutions, result: Sequence[IndexArray],
             families: Sequence[IndexArray], count: int, band: FloatArray) -> list[FittedGroup]:
     """Return the groups of a piece."""
     coefficients = affine_coefficients(points_at(model, inputs))
     variables, by_own = basis.variables(coefficients)
     rows = basis.terms(*basis.factors(variables, np.eye(4)[..., None], np.eye(2)[..., None]))
     rows = rows[[0, *(1 + np.argsort([*OPERATION, *BRAKE]))]].swapaxes(1, 2)  # by each variable
-    return fitted_groups(rows, by_own, training, found, families, count, band)
+    return fitted_groups(rows, by_own, training, result, families, count, band)
 
 
 def _weights(fits: Sequence[Sequence[FittedGroup]], sizes: Sequence[int]
@@ -271,15 +271,15 @@ def _basis(model: BrakeModel, inputs: FloatArray, stiffness: FloatArray,
     return PolynomialBasis(exponents, plain.scales, readonly(low - flat), readonly(high + flat))
 
 
-def _with_error(found: GrowthEmulator, inputs: FloatArray, workers: int,
+def _with_error(result: GrowthEmulator, inputs: FloatArray, workers: int,
                 progress: Callable[[int], None]) -> GrowthEmulator:
-    jobs = {i: (found, row) for i, row in enumerate(inputs)}
+    jobs = {i: (result, row) for i, row in enumerate(inputs)}
     off = []
     for _, part in run_jobs(growth_differences, jobs, workers):
         off.append(part)
         progress(1)
     all_off = np.concatenate(off) if off else np.empty(0)
-    found.error = EmulatorError(
+    result.error = EmulatorError(
         float(np.sqrt(np.mean(all_off**2))) if all_off.size else math.nan,
         float(np.abs(all_off).max(initial=0.0)), len(off))
-    return found
+    return result

@@ -149,8 +149,8 @@ def named_emulator(path: str, model: BrakeModel) -> GrowthEmulator | None:
     """Return the emulator in a file, or where none is named the one that is found."""
     if path:
         return read_emulator(path, model)
-    found = find_emulator(model)
-    return found and found[1]
+    result = find_emulator(model)
+    return result and result[1]
 
 
 def _read(path: str | Path) -> tuple[Header, Arrays]:

@@ -173,13 +173,13 @@ class Ensemble:
         speed, pressure, measured = np.broadcast_arrays(*(
             np.asarray(value, float)[..., None] for value in (
                 rotor_speed, contact_pressure, friction)))
-        found = np.empty((*speed.shape[:-1], self.count, 6))
+        result = np.empty((*speed.shape[:-1], self.count, 6))
         with np.errstate(divide='ignore', invalid='ignore'):  # outside of any domain
-            found[..., 0], found[..., 1] = np.log(np.abs(speed)), np.log(pressure)
-        found[..., 2] = measured + self.friction_bias
-        found[..., 3], found[..., 4] = self.ln_contact_stiffness, self.ln_damping
-        found[..., 5] = self.slope_scale
-        return found
+            result[..., 0], result[..., 1] = np.log(np.abs(speed)), np.log(pressure)
+        result[..., 2] = measured + self.friction_bias
+        result[..., 3], result[..., 4] = self.ln_contact_stiffness, self.ln_damping
+        result[..., 5] = self.slope_scale
+        return result
 
 
 def prior_ensemble(prior: EnsemblePrior) -> Ensemble:

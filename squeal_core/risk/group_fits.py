@@ -86,7 +86,7 @@ def fitted_groups(rows: FloatArray, by_own: FloatArray, training: TrainingSoluti
 
     """
     mixed = mixing(training.eigenvalues, training.projections)
-    found = []
+    result = []
     for cluster, matrix in zip(clusters, training.clusters, strict=True):
         def fit(group: tuple[int, ...], cluster: IndexArray = cluster,
                 matrix: SubspaceMatrix = matrix) -> FittedGroup:
@@ -99,10 +99,10 @@ def fitted_groups(rows: FloatArray, by_own: FloatArray, training: TrainingSoluti
             return FittedGroup(group, weights, _error(ours, training.eigenvalues, band))
 
         alone = [fit((i,)) for i, places in enumerate(families) if places[0] in cluster]
-        found.extend(_joined(alone, count, fit, lambda a, b: float(mixed[np.ix_(
+        result.extend(_joined(alone, count, fit, lambda a, b: float(mixed[np.ix_(
             np.concatenate([families[i] for i in a.families]),
             np.concatenate([families[i] for i in b.families]))].max())))
-    return found
+    return result
 
 
 def _joined(groups: list[FittedGroup], count: int, fit: Fit, mixed: Mixed) -> list[FittedGroup]:

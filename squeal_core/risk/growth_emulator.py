@@ -153,14 +153,14 @@ class GrowthEmulator:
     @cached_property
     def _crossings(self) -> list[_Crossing]:
         """Return the common matrices in the order of their sizes."""
-        found = []
+        result = []
         for piece, common in enumerate(self._common_of):
             end = 2 * self._places.size + 6 * self._pairs.size
             for matrix in common:
                 start, end = end, end + matrix.weights.shape[1]
                 own = np.isin(self._places, matrix.families).nonzero()[0]
-                found.append(_Crossing(piece, start, end, own))
-        return sorted(found, key=_Crossing.size)
+                result.append(_Crossing(piece, start, end, own))
+        return sorted(result, key=_Crossing.size)
 
     def evaluate(self, inputs: FloatArray) -> EmulatedGrowth:
         """
@@ -175,9 +175,9 @@ class GrowthEmulator:
             return EmulatedGrowth(*np.empty((4, *shape[:-1], len(self.families)), np.float32))
         groups = np.reshape(inputs, (-1, *(1, *shape)[-2:]))
         step = max(1, _CHUNK // groups.shape[1])
-        found = np.concatenate([self._evaluate(groups[start:start + step])
-                                for start in range(0, len(groups), step)], axis=1)
-        return EmulatedGrowth(*found.reshape(4, *shape[:-1], len(self.families)))
+        result = np.concatenate([self._evaluate(groups[start:start + step])
+                                 for start in range(0, len(groups), step)], axis=1)
+        return EmulatedGrowth(*result.reshape(4, *shape[:-1], len(self.families)))
 
     def eigenvalues(self, inputs: FloatArray) -> ComplexArray:
         """Return all of the families, (P, K), at inputs of the domain, (P, 6) [1/s]."""
@@ -192,16 +192,16 @@ class GrowthEmulator:
         mean, half, above, below = np.split(
             entries, len(self.every) + pairs * np.arange(3), axis=1)
         half = np.sqrt(half * half + above * below)
-        found = np.concatenate([mean, mean[:, single:] - half], axis=1)
-        found[:, single:len(self.every)] += half
+        result = np.concatenate([mean, mean[:, single:] - half], axis=1)
+        result[:, single:len(self.every)] += half
         for common in self.common:
             rows = np.flatnonzero(piece == common.piece)
             places = np.append(common.families,
                                common.families[common.families >= single] + pairs)
             values = np.linalg.eigvals(matrices_of(terms[:, rows].T @ common.weights))
             leading = np.argsort(-values.real, axis=1)[:, :places.size]
-            found[np.ix_(rows, places)] = np.take_along_axis(values, leading, axis=1)
-        return found
+            result[np.ix_(rows, places)] = np.take_along_axis(values, leading, axis=1)
+        return result
 
     def _evaluate(self, inputs: FloatArray) -> RealArray:
         """Return what `EmulatedGrowth` has at inputs (G, P, 6), (4, G, P, F)."""
@@ -214,20 +214,20 @@ class GrowthEmulator:
                 for part in self._factors(coefficients)], piece)
             inside = self.domain.covers(inputs).ravel()
         values = values.reshape(-1, *values.shape[2:])
-        found = np.empty((4, len(values), count), np.float32)
-        found[1] = values[:, 0, :count]
+        result = np.empty((4, len(values), count), np.float32)
+        result[1] = values[:, 0, :count]
         for own, place in enumerate((0, 2, 3)):
-            found[place] = values[:, own, count:2 * count]
+            result[place] = values[:, own, count:2 * count]
         entries = values[..., 2 * count:2 * count + 6 * pairs].view(np.complex64)
-        found[..., count - pairs:] += lead_of_pairs(
+        result[..., count - pairs:] += lead_of_pairs(
             entries.reshape(len(values), 3, 3, pairs))
-        self._cross(found, values, np.where(inside, piece.ravel(), -1))
-        found[1] /= np.float32(2.0 * np.pi)
+        self._cross(result, values, np.where(inside, piece.ravel(), -1))
+        result[1] /= np.float32(2.0 * np.pi)
         if not inside.all():
-            found[:, ~inside] = np.nan
-        return found.reshape(4, *shape, count)
+            result[:, ~inside] = np.nan
+        return result.reshape(4, *shape, count)
 
-    def _cross(self, found: RealArray, values: RealArray, piece: IndexArray) -> None:
+    def _cross(self, result: RealArray, values: RealArray, piece: IndexArray) -> None:
         """Set the growth of families where they have a common matrix."""
         rows = [np.flatnonzero(piece == own) for own in range(len(self.weights))]
         for _, some in groupby(self._crossings, key=_Crossing.size):
@@ -237,13 +237,13 @@ class GrowthEmulator:
             least, start = least_stable(matrices.swapaxes(0, 1))[..., None], 0
             for one in crossings:
                 own = rows[one.piece]
-                found[:, own[:, None], one.families] = least[:, start:start + own.size]
+                result[:, own[:, None], one.families] = least[:, start:start + own.size]
                 start += own.size
 
     def _polynomials(self, factors: Sequence[RealArray], piece: IndexArray) -> RealArray:
         """Return the polynomials and their slopes by friction and damping (G, P, 3, columns)."""
         most = max(columns.shape[1] for columns in self._columns)
-        found = np.empty((*piece.shape, 3, most), np.float32)
+        result = np.empty((*piece.shape, 3, most), np.float32)
         for group, pieces in enumerate(piece):  # its terms stay in the cache
             terms = self.basis.terms(*(part[group] for part in factors))
             rows = terms.transpose(2, 0, 1).reshape(-1, terms.shape[1])
@@ -251,8 +251,8 @@ class GrowthEmulator:
             for a, b in pairwise(ends):
                 columns = self._columns[pieces[a]]
                 np.matmul(rows[3 * a:3 * b], columns,
-                          out=found[group, a:b].reshape(-1, most)[:, :columns.shape[1]])
-        return found
+                          out=result[group, a:b].reshape(-1, most)[:, :columns.shape[1]])
+        return result
 
     def _factors(self, coefficients: FloatArray) -> tuple[RealArray, ...]:
         """Return the factors of terms at P points, and their slopes by friction, damping."""

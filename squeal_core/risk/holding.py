@@ -52,13 +52,13 @@ def holding_exceedances(risk: SquealRisk, model: BrakeModel, duration: float,
     load = model.contact_pressure(1.0) * pressure
     stiffness = [model.contact_stiffness_at(one) for one in load.tolist()]
     growth = risk.growth(np.abs(rotor_speed), load, friction, stiffness)
-    found = np.full(growth.cap.shape, np.nan)
-    for place in range(len(found)):
+    result = np.full(growth.cap.shape, np.nan)
+    for place in range(len(result)):
         at = growth.at(place)
         energy = grown(np.ones(()), at_nodes(at.rate, at.scatter), duration, risk.decay, at.cap)
         known = ~np.isnan(at.rate).any(axis=0)
-        found[place, known] = risk.exceedances(energy)[known]
-    return found
+        result[place, known] = risk.exceedances(energy)[known]
+    return result
 
 
 def nominal_least_stable(risk: SquealRisk, model: BrakeModel, at: SlidingConditions,
@@ -67,8 +67,8 @@ def nominal_least_stable(risk: SquealRisk, model: BrakeModel, at: SlidingConditi
     inputs = np.column_stack(np.broadcast_arrays(
         np.log(abs(at.rotor_speed)), np.log(model.contact_pressure(1.0) * pressures), at.friction,
         *_NOMINAL))
-    found = risk.emulator.evaluate(inputs)
-    rates, hertz = found.growth_rate[:, risk.families], found.frequency_hz[:, risk.families]
+    result = risk.emulator.evaluate(inputs)
+    rates, hertz = result.growth_rate[:, risk.families], result.frequency_hz[:, risk.families]
     rates = np.where(np.isnan(rates).any(axis=1, keepdims=True), np.nan, rates)
     best = rates.argmax(axis=1)[:, None]
     return np.asarray(np.take_along_axis(rates + 2j * np.pi * hertz, best, axis=1)[:, 0])

@@ -132,12 +132,12 @@ def mixing(eigenvalues: ComplexArray, projections: FloatArray) -> FloatArray:
 def coupled(mixed: FloatArray) -> list[IndexArray]:
     """Return the places of the modes of each family: single modes, and pairs that mix most."""
     mixed = np.triu(mixed, 1)
-    free, found = np.ones(len(mixed), bool), []
+    free, result = np.ones(len(mixed), bool), []
     for i, j in np.argwhere(mixed > _COUPLED)[np.argsort(-mixed[mixed > _COUPLED])]:
         if free[i] and free[j]:
             free[[i, j]] = False
-            found.append(np.array([i, j]))
-    return sorted([*found, *np.flatnonzero(free)[:, None]], key=lambda places: int(places[0]))
+            result.append(np.array([i, j]))
+    return sorted([*result, *np.flatnonzero(free)[:, None]], key=lambda places: int(places[0]))
 
 
 def clusters(mixed: FloatArray, families: Iterable[IndexArray]) -> list[IndexArray]:
@@ -149,7 +149,7 @@ def clusters(mixed: FloatArray, families: Iterable[IndexArray]) -> list[IndexArr
     while True:
         _, labels = scipy.sparse.csgraph.connected_components(
             bound | (mixed > threshold), directed=False)
-        found = [np.flatnonzero(labels == label) for label in range(labels.max() + 1)]
-        if max(map(len, found)) <= _LARGEST_CLUSTER or threshold > 1.0:
-            return found
+        result = [np.flatnonzero(labels == label) for label in range(labels.max() + 1)]
+        if max(map(len, result)) <= _LARGEST_CLUSTER or threshold > 1.0:
+            return result
         threshold *= 1.5

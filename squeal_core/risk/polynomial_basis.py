@@ -55,12 +55,12 @@ class PolynomialBasis:
 
     def variables(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the polynomials' variables at coefficients, and their slopes by each own."""
-        found, slopes = coefficients.copy(), np.ones_like(coefficients)
-        found[:, :3] = np.arcsinh(coefficients[:, :3] / self.scales)
+        result, slopes = coefficients.copy(), np.ones_like(coefficients)
+        result[:, :3] = np.arcsinh(coefficients[:, :3] / self.scales)
         slopes[:, :3] = 1.0 / np.sqrt(coefficients[:, :3]**2 + self.scales**2)
         piece = self.pieces(coefficients)
         low, half = self.low[piece], 0.5 * (self.high - self.low)[piece]
-        return (found - low) / half - 1.0, slopes / half
+        return (result - low) / half - 1.0, slopes / half
 
     def pieces(self, coefficients: FloatArray) -> IndexArray:
         """Return the pieces of contact stiffness that coefficients (P, 6) are in."""
@@ -88,15 +88,15 @@ class PolynomialBasis:
 
         """
         at, count = np.ascontiguousarray(variables.T), int(self.exponents.max(initial=1)) + 1
-        found = np.empty((count, 2, *at.shape))  # polynomials of each degree and their slopes
-        found[0], found[1, 0], found[1, 1] = [[[1.0]], [[0.0]]], at, 1.0
+        result = np.empty((count, 2, *at.shape))  # polynomials of each degree and their slopes
+        result[0], result[1, 0], result[1, 1] = [[[1.0]], [[0.0]]], at, 1.0
         twice = 2.0 * at
         for n in range(2, count):
-            np.multiply(twice, found[n - 1], out=found[n])
-            found[n] -= found[n - 2]
-            found[n, 1] += 2.0 * found[n - 1, 0]
-        found = found.astype(kind)
-        return tuple(_products(found[:, :, axes], turns.astype(kind), powers)
+            np.multiply(twice, result[n - 1], out=result[n])
+            result[n] -= result[n - 2]
+            result[n, 1] += 2.0 * result[n - 1, 0]
+        result = result.astype(kind)
+        return tuple(_products(result[:, :, axes], turns.astype(kind), powers)
                      for axes, turns, (powers, _) in zip(
                          (OPERATION, BRAKE), (operation, brake), self._powers, strict=True))
 
@@ -104,17 +104,17 @@ class PolynomialBasis:
         """Return the terms by their factors, and their slopes (1 + C + D, T, P)."""
         (_, places), (_, own) = self._powers
         first, second = np.take(first, places, axis=1), np.take(second, own, axis=1)
-        found = np.empty((len(first) + len(second) - 1, *first.shape[1:]), first.dtype)
-        np.multiply(first, second[:1], out=found[:len(first)])
-        np.multiply(first[:1], second[1:], out=found[len(first):])
-        return found
+        result = np.empty((len(first) + len(second) - 1, *first.shape[1:]), first.dtype)
+        np.multiply(first, second[:1], out=result[:len(first)])
+        np.multiply(first[:1], second[1:], out=result[len(first):])
+        return result
 
     @cached_property
     def _powers(self) -> tuple[tuple[IndexArray, IndexArray], ...]:
         """Return different degrees in the variables of either kind, and each term's."""
-        found = (np.unique(self.exponents[:, axes], axis=0, return_inverse=True)
-                 for axes in (OPERATION, BRAKE))
-        return tuple((powers, places.ravel()) for powers, places in found)
+        result = (np.unique(self.exponents[:, axes], axis=0, return_inverse=True)
+                  for axes in (OPERATION, BRAKE))
+        return tuple((powers, places.ravel()) for powers, places in result)
 
 
 def _products(polynomials: RealArray, turns: RealArray, powers: IndexArray) -> RealArray:
@@ -132,11 +132,11 @@ def _products(polynomials: RealArray, turns: RealArray, powers: IndexArray) -> R
 
     """
     factors = np.concatenate([polynomials[None, :, 0], turns[:, None] * polynomials[:, 1]])
-    found, *others = (np.take(factors[:, :, axis], powers[:, axis], axis=1)
-                      for axis in range(powers.shape[1]))
+    result, *others = (np.take(factors[:, :, axis], powers[:, axis], axis=1)
+                       for axis in range(powers.shape[1]))
     for factor in others:
-        found[1:] *= factor[0]
-        factor[1:] *= found[0]
-        found[1:] += factor[1:]
-        found[0] *= factor[0]
-    return found
+        result[1:] *= factor[0]
+        factor[1:] *= result[0]
+        result[1:] += factor[1:]
+        result[0] *= factor[0]
+    return result

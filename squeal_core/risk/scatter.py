@@ -78,11 +78,11 @@ def exceedance(margin: FloatArray) -> FloatArray:
     values[0] = values[1] + reach * (values[1] - values[2])
     values[-1] = values[-2] + reach * (values[-2] - values[-3])
     above = values > 0.0
-    found = (_BETWEEN[:, None] * (above[1:] & above[:-1])).sum(axis=0)
+    result = (_BETWEEN[:, None] * (above[1:] & above[:-1])).sum(axis=0)
     segment, place = np.nonzero(above[1:] != above[:-1])
     low, high = values[segment, place], values[segment + 1, place]
     left, right = _POINTS[segment], _POINTS[segment + 1]
     below = ndtr(left + (right - left) * low / (low - high))
     inside = np.where(high > low, _BELOW[segment + 1] - below, below - _BELOW[segment])
-    found += np.bincount(place, inside, minlength=found.size)
-    return np.asarray(found.reshape(margin.shape[1:]))
+    result += np.bincount(place, inside, minlength=result.size)
+    return np.asarray(result.reshape(margin.shape[1:]))

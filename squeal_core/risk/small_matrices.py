@@ -51,10 +51,10 @@ def in_four(weights: FloatArray) -> FloatArray:
     """Return the weights of a common matrix of three modes with a fourth, decoupled and stable."""
     if weights.shape[1] != 18:
         return weights
-    found = np.zeros((len(weights), 4, 4, 2))
-    found[:, :3, :3] = weights.reshape(-1, 3, 3, 2)
-    found[0, 3, 3] = found[0, 2, 2] + (_FAR_BELOW, 0.0)  # the first term is 1
-    return found.reshape(len(found), -1)
+    result = np.zeros((len(weights), 4, 4, 2))
+    result[:, :3, :3] = weights.reshape(-1, 3, 3, 2)
+    result[0, 3, 3] = result[0, 2, 2] + (_FAR_BELOW, 0.0)  # the first term is 1
+    return result.reshape(len(result), -1)
 
 
 def lead_of_pairs(entries: NDArray[np.complex64]) -> RealArray:

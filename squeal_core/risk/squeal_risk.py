@@ -91,11 +91,11 @@ class SquealRisk:
         """
         members = self.ensemble
         inputs = members.inputs(rotor_speed, contact_pressure, friction)
-        found = self.emulator.evaluate(inputs)
+        result = self.emulator.evaluate(inputs)
         stiffness = np.asarray(contact_stiffness)[..., None] * np.exp(inputs[..., 3])
         cap = saturation_energy(np.exp(inputs[..., 1]), stiffness, self.settings.noise_floor)
         rate, frequency, by_friction, by_damping = (
-            values[..., self.families] for values in found)
+            values[..., self.families] for values in result)
         scatter = along_scatter(float(members.friction_scatter) * by_friction,
                                 float(members.damping_scatter) * by_damping)
         parts = [values.swapaxes(-1, -2).astype(np.float32, 'C')

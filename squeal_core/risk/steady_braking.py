@@ -132,8 +132,8 @@ class SteadyBraking:
 
     def _member(self, place: int) -> _Member:
         point = self.member_point(self.point, place)
-        found = complex_modes(self.model, point).least_stable(*self.band_hz, _CANDIDATES)
-        eigenvalues = np.array([mode.eigenvalue for mode in found], complex)
+        result = complex_modes(self.model, point).least_stable(*self.band_hz, _CANDIDATES)
+        eigenvalues = np.array([mode.eigenvalue for mode in result], complex)
         still = self._without_friction
         nearest = np.abs(np.subtract.outer(eigenvalues.imag, still.imag)).argmin(axis=1)
         own = math.exp(self.ensemble.ln_damping[place]) * -still.real[nearest]

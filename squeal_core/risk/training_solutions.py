@@ -114,17 +114,17 @@ def part_of(cluster: SubspaceMatrix, eigenvalues: ComplexArray,
     """
     known: Any = np.isfinite(cluster.values).all(axis=(1, 2))
     shape = (*cluster.slopes.shape[:2], places.size, places.size)
-    found = SubspaceMatrix(np.full((shape[0], *shape[2:]), np.nan, np.complex128),
-                           np.full(shape, np.nan, np.complex128))
+    result = SubspaceMatrix(np.full((shape[0], *shape[2:]), np.nan, np.complex128),
+                            np.full(shape, np.nan, np.complex128))
     values, vectors = np.linalg.eig(cluster.values[known])
     order = np.abs(eigenvalues[known][:, :, None] - values[:, None]).argmin(axis=2)
     values = np.take_along_axis(values, order, axis=1)
     vectors = np.take_along_axis(vectors, order[:, None], axis=2)
     changes = (np.linalg.inv(vectors)[:, None] @ cluster.slopes[known]
                @ vectors[:, None][..., places])
-    found.values[known], found.slopes[known] = subspace_matrix(
+    result.values[known], result.slopes[known] = subspace_matrix(
         values, vectors[:, places], changes, places)
-    return found
+    return result
 
 
 def solve_points(model: BrakeModel, reference: ReferenceModes, inputs: FloatArray,
@@ -164,10 +164,10 @@ def solution_at(model: BrakeModel, reference: ReferenceModes, point: OperatingPo
     own = np.where(model.free_coordinates[:, None], 0.0, right[held:, up])
     own /= np.linalg.norm(own, axis=0)
     numbers, columns, projections = reference.numbered(own, point.contact_stiffness)
-    found = TrainingSolutions(np.full((1, model.size), np.nan, complex),
-                              np.zeros((1, model.size, model.size), np.float32), [])
-    found.eigenvalues[0, numbers] = values[up][columns]
-    found.projections[0, numbers] = projections[:, columns].T
+    result = TrainingSolutions(np.full((1, model.size), np.nan, complex),
+                               np.zeros((1, model.size, model.size), np.float32), [])
+    result.eigenvalues[0, numbers] = values[up][columns]
+    result.projections[0, numbers] = projections[:, columns].T
     where = np.full(model.size, -1)
     where[numbers] = up[columns]
     wanted = np.concatenate(clusters) if clusters else np.empty(0, int)
@@ -182,8 +182,8 @@ def solution_at(model: BrakeModel, reference: ReferenceModes, point: OperatingPo
         else:
             matrix = subspace_matrix(values, shapes[:, cluster].T @ right[held:],
                                      changes[:, :, np.isin(wanted, cluster)], where[cluster])
-        found.clusters.append(SubspaceMatrix(*(array[None] for array in matrix)))
-    return found
+        result.clusters.append(SubspaceMatrix(*(array[None] for array in matrix)))
+    return result
 
 
 def _forces(model: BrakeModel, q: OperatingPoint, place: ComplexArray,

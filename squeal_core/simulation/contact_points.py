@@ -94,9 +94,9 @@ def contact_points(model: BrakeModel, brake: Brake | None = None, *,
     except SquealError:  # not there yet, or of no use
         pass
     progress('mode shapes at the contact')
-    found, surface = sample_contact(brake or _described(model), panels=panels, points=points,
-                                    **_settings(model))
-    faces = _aligned(model, found, surface)
+    result, surface = sample_contact(brake or _described(model), panels=panels, points=points,
+                                     **_settings(model))
+    faces = _aligned(model, result, surface)
     _compare(model, faces)
     try:
         make_folder(path.parent)
@@ -172,10 +172,10 @@ def _groups(frequencies: FloatArray, surface: SurfaceShapes) -> list[list[int]]:
 
 def _compare(model: BrakeModel, faces: tuple[ContactFace, ContactFace]) -> None:
     """Refuse shapes whose integrals are not the model's."""
-    for name, found in contact_arrays(faces).items():
+    for name, result in contact_arrays(faces).items():
         wanted = getattr(model, name)
-        fits = wanted is not None and wanted.shape == found.shape
-        difference = np.linalg.norm(found - wanted) / np.linalg.norm(wanted) if fits else np.inf
+        fits = wanted is not None and wanted.shape == result.shape
+        difference = np.linalg.norm(result - wanted) / np.linalg.norm(wanted) if fits else np.inf
         if not difference <= _MOST_DIFFERENCE:
             raise ModelError(
                 f'{name}: differs by {difference:.3g} from that of the shapes of the brake '

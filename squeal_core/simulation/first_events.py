@@ -70,7 +70,7 @@ def first_events(model: BrakeModel, faces: Sequence[ContactFace],
         As of `simulate`.
 
     """
-    found: dict[int, SimulatedEvent | None] = {}
+    result: dict[int, SimulatedEvent | None] = {}
     order = sorted(range(len(histories)), key=lambda i: float(np.ptp(histories[i].time)))
     for start in range(0, len(order), together):
         some = order[start:start + together]
@@ -78,35 +78,35 @@ def first_events(model: BrakeModel, faces: Sequence[ContactFace],
             model, faces, OperatingHistory.side_by_side([histories[i] for i in some]),
             floor=floor, steps=steps, seed=[seeds[i] for i in some],
             damping_scale=[damping_scales[i] for i in some])
-        found |= zip(some, _heard(transient, Microphone.of(model), np.array(
+        result |= zip(some, _heard(transient, Microphone.of(model), np.array(
             [np.ptp(histories[i].time) for i in some]), threshold), strict=True)
-        progress(len(found))
-    return [found[i] for i in range(len(histories))]
+        progress(len(result))
+    return [result[i] for i in range(len(histories))]
 
 
 def _heard(transient: Transient, microphone: Microphone, duration: FloatArray,
            threshold: float) -> list[SimulatedEvent | None]:
     """Return the first event of each brake, whose application takes a time [s]."""
     meter, brakes = LevelMeter(transient.modes, microphone), transient.history.brakes
-    found: dict[str, SimulatedEvent] = {}
+    result: dict[str, SimulatedEvent] = {}
     looked = 0.0
 
     def look() -> None:
         levels = meter.levels()
-        left = [i for i, name in enumerate(brakes) if name not in found]
+        left = [i for i, name in enumerate(brakes) if name not in result]
         part = replace(levels, **{name: getattr(levels, name)[:, :, left]
                                   for name in ('amplitude', 'frequency', 'level')})
         for event in squeal_events(part, tuple(brakes[i] for i in left), threshold=threshold):
-            found.setdefault(event.brake, event)
+            result.setdefault(event.brake, event)
 
     def ended(time: float) -> NDArray[np.bool_]:
         nonlocal looked
         if time >= looked + _EVERY:
             looked = time
             look()
-        return (time >= duration) | np.isin(brakes, [*found])
+        return (time >= duration) | np.isin(brakes, [*result])
 
     for block in transient.run(balance=False, ended=ended):
         meter.add(block)
     look()
-    return [found.get(name) for name in brakes]
+    return [result.get(name) for name in brakes]

@@ -194,8 +194,8 @@ class Transient:
             white = white[:, brakes].swapaxes(0, 1)
         else:
             white = np.array([self._random[i].standard_normal((steps, size)) for i in brakes])
-        found = white @ self._intensity[brakes].swapaxes(1, 2)
-        return np.ascontiguousarray(found.transpose(1, 2, 0))
+        result = white @ self._intensity[brakes].swapaxes(1, 2)
+        return np.ascontiguousarray(result.transpose(1, 2, 0))
 
 
 class _Run:
@@ -219,16 +219,16 @@ class _Run:
         time = np.asarray(begin + t.step * np.arange(t.steps, steps + 1, t.steps), float)
         resting, brakes = np.flatnonzero(~sliding), np.flatnonzero(sliding)
         self._motion.put(resting, Motion(*np.zeros((3, 1))))
-        found = np.zeros((2, time.size, self._size, self._brakes))
+        result = np.zeros((2, time.size, self._size, self._brakes))
         balance = np.full((5, self._brakes), np.nan)
         if self._balanced:
             balance[:, resting] = 0.0
         if brakes.size:
             part = self._motion.of(brakes)
             samples, balance[:, brakes] = self._integrated(begin, steps, brakes, part)
-            found[..., brakes] = samples.swapaxes(0, 1)
+            result[..., brakes] = samples.swapaxes(0, 1)
             self._motion.put(brakes, part)
-        return TransientBlock(time, found[0], found[1], sliding, EnergyBalance(*balance))
+        return TransientBlock(time, result[0], result[1], sliding, EnergyBalance(*balance))
 
     def _integrated(self, begin: float, steps: int, brakes: IndexArray, part: Motion
                     ) -> tuple[FloatArray, FloatArray]:

@@ -191,10 +191,10 @@ def _clipped(hops: NDArray[np.float32], near: float) -> NDArray[np.bool_]:
     size = np.abs(hops)
     most = size.max(axis=1, initial=0.0)
     loud = np.flatnonzero(most >= _HEIGHT)
-    found = np.zeros(len(hops), dtype=bool)
+    result = np.zeros(len(hops), dtype=bool)
     if loud.size:
         equal = hops[loud, 1:] == hops[loud, :-1]
         full = np.abs(size[loud, 1:] - 1.0) <= near
         plateau = equal[:, 1:] & equal[:, :-1] & (size[loud, 2:] >= 0.98 * most[loud, None])
-        found[loud] = (equal & full).any(axis=1) | (plateau.sum(axis=1) >= _PLATEAUS)
-    return found
+        result[loud] = (equal & full).any(axis=1) | (plateau.sum(axis=1) >= _PLATEAUS)
+    return result

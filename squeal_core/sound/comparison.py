@@ -160,16 +160,16 @@ class Comparison:
         return [f'{words} ({HIT_ALONE})'] if words else []
 
     def _pitch_lines(self) -> list[str]:
-        found = self._frequency()
-        if not found['events']:
+        result = self._frequency()
+        if not result['events']:
             return []
-        if not found['with_unstable_mode']:
-            return [f'pitch: no unstable mode was predicted at any of {found["events"]} events']
-        none = found['events'] - found['with_unstable_mode']
+        if not result['with_unstable_mode']:
+            return [f'pitch: no unstable mode was predicted at any of {result["events"]} events']
+        none = result['events'] - result['with_unstable_mode']
         return ['pitch: nearest predicted unstable mode off by '
-                f'{found["median_relative_error"]:.1%} (median), '
-                f'{found["largest_relative_error"]:.1%} at most; within {SAME_PITCH:.0%} at '
-                f'{found["within_2_percent"]} of {found["events"]} events, none predicted at '
+                f'{result["median_relative_error"]:.1%} (median), '
+                f'{result["largest_relative_error"]:.1%} at most; within {SAME_PITCH:.0%} at '
+                f'{result["within_2_percent"]} of {result["events"]} events, none predicted at '
                 f'{none}']
 
     def _lead_lines(self) -> list[str]:
@@ -178,13 +178,13 @@ class Comparison:
 
     def lead_in_words(self) -> str:
         """Return the lead time of alarms before squeal, in words; empty where not known."""
-        found = self._lead_time()
-        if not found['hits']:
+        result = self._lead_time()
+        if not result['hits']:
             return ''
-        ends = [ahead_or_late(found[f'{name}_s']) for name in ('least', 'median', 'largest')]
-        spread = f' (median; {ends[0]} to {ends[2]})' if found['hits'] > 1 else ''
-        return (f'{ends[1]}{spread}, before the squeal in {found["alarm_first"]} of '
-                f'{counted(found["hits"], "hit")}')
+        ends = [ahead_or_late(result[f'{name}_s']) for name in ('least', 'median', 'largest')]
+        spread = f' (median; {ends[0]} to {ends[2]})' if result['hits'] > 1 else ''
+        return (f'{ends[1]}{spread}, before the squeal in {result["alarm_first"]} of '
+                f'{counted(result["hits"], "hit")}')
 
     def _application_lines(self) -> list[str]:
         shown = [one for one in self.matches.applications

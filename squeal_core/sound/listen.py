@@ -101,10 +101,10 @@ class SoundRecord:
         """Return tones in the squeal band, with events; None where nothing is known."""
         if not self.heard:
             return None
-        found = [tone for i, record in self.channels.items() if i not in self.unknown
-                 for tone in heard_tones(record, self.settings, channel=i, speed=speed,
-                                         braking=braking)]
-        return one_of_channels(found, brakes)
+        result = [tone for i, record in self.channels.items() if i not in self.unknown
+                  for tone in heard_tones(record, self.settings, channel=i, speed=speed,
+                                          braking=braking)]
+        return one_of_channels(result, brakes)
 
 
 def listen(sound: SoundFile, settings: ListeningSettings, *, channels: Sequence[int] = (),

@@ -106,8 +106,8 @@ def read_listening(path: str | Path, places: Collection[str]) -> Listening:
     if not about.is_file():
         return Listening(path, events)
     try:
-        found = json.loads(read_bounded(about, _MAX_BYTES, MeasuredSquealError))
-        return _with_sound(path, events, found)
+        result = json.loads(read_bounded(about, _MAX_BYTES, MeasuredSquealError))
+        return _with_sound(path, events, result)
     except (KeyError, TypeError, ValueError, RecursionError) as error:
         if isinstance(error, LocatedError):
             raise
@@ -116,20 +116,20 @@ def read_listening(path: str | Path, places: Collection[str]) -> Listening:
 
 
 def _with_sound(path: Path, events: tuple[MeasuredEvent, ...],
-                found: Mapping[str, Any]) -> Listening:
-    offset = found['offset_s']
-    if offset is None and found.get('clock') == 'sync':
+                result: Mapping[str, Any]) -> Listening:
+    offset = result['offset_s']
+    if offset is None and result.get('clock') == 'sync':
         raise MeasuredSquealError(path, 'is on no clock, as that of the sound was looked for and '
-                                  f'not found ({found.get("clock_note")})',
+                                  f'not found ({result.get("clock_note")})',
                                   'give `squeal listen` the start of the sound (--start)')
     start = float(offset or 0.0)  # null: times count from the start of the sound
-    low, high = map(float, found['band_hz'])
-    error = found.get('offset_uncertainty_s')
+    low, high = map(float, result['band_hz'])
+    error = result.get('offset_uncertainty_s')
     return Listening(
-        path, events, (start, start + float(found['sound']['duration_s'])),
-        str(found.get('recording') or ''), (low, high), float(found['heard_share']),
+        path, events, (start, start + float(result['sound']['duration_s'])),
+        str(result.get('recording') or ''), (low, high), float(result['heard_share']),
         0.0 if error is None or math.isnan(error) else float(error), offset is not None,
-        tuple((float(first), float(last)) for first, last in found.get('not_heard_s') or ()))
+        tuple((float(first), float(last)) for first, last in result.get('not_heard_s') or ()))
 
 
 def listening_of(measured: MeasuredSqueal) -> Listening:

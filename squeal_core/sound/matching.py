@@ -244,10 +244,10 @@ def _window(event: MeasuredEvent) -> tuple[float, float]:
 
 
 def _joined(windows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    found: list[tuple[float, float]] = []
+    result: list[tuple[float, float]] = []
     for start, end in windows:
-        if found and start <= found[-1][1]:
-            found[-1] = (found[-1][0], max(end, found[-1][1]))
+        if result and start <= result[-1][1]:
+            result[-1] = (result[-1][0], max(end, result[-1][1]))
         else:
-            found.append((start, end))
-    return found
+            result.append((start, end))
+    return result

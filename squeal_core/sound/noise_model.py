@@ -97,15 +97,15 @@ class VehicleNoise:
                 math.exp(x[0]) + math.exp(x[1]) * v ** x[2] + math.exp(x[3]) * q ** x[4])
                 - wanted)
 
-        found = least_squares(
+        result = least_squares(
             residual, [*_START, 0.0], bounds=([*_LOW, -reach], [*_HIGH, reach]),
             x_scale=[1.0, 1.0, 0.5, 1.0, 0.3, 0.3], max_nfev=100)
-        rest = found.fun
+        rest = result.fun
         thirds = _shifts_of_thirds(place, wanted, rest + wanted, reach)
         step = float(np.median(np.diff(place)))
         memory = min(math.ceil(_MEMORY / step), rest.size - 2)
-        variance = max(_sandwich(found.jac, rest, memory)[5, 5], 0.25 * np.ptp(thirds) ** 2)
-        return NoiseFit(shift + float(found.x[5]), math.sqrt(variance),
+        variance = max(_sandwich(result.jac, rest, memory)[5, 5], 0.25 * np.ptp(thirds) ** 2)
+        return NoiseFit(shift + float(result.x[5]), math.sqrt(variance),
                         float(np.var(rest) / np.var(wanted)), _independent(rest, memory),
                         float(np.ptp(thirds)))
 
@@ -116,13 +116,13 @@ def _shifts_of_thirds(time: FloatArray, level: FloatArray, model: FloatArray,
     change = np.cumsum(np.gradient(model, time) ** 2)
     ends = np.searchsorted(change, change[-1] * np.arange(4) / 3.0)
     shifts = np.arange(-reach, reach + 0.05, 0.1)
-    found = []
+    result = []
     for first, last in zip(ends[:-1], ends[1:], strict=True):
         part = slice(first, max(last, first + 2))
         misfit = [np.var(level[part] - np.interp(time[part] + shift, time, model))
                   for shift in shifts]
-        found.append(shifts[int(np.argmin(misfit))])
-    return np.array(found)
+        result.append(shifts[int(np.argmin(misfit))])
+    return np.array(result)
 
 
 def _sandwich(jacobian: FloatArray, residual: FloatArray, memory: int) -> FloatArray:

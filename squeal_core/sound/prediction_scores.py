@@ -156,11 +156,11 @@ def scored(applications: Sequence[MatchedApplication]) -> ScoredApplications:
 def _conditions(brakings: Sequence[Braking]) -> FloatArray:
     """Return pressure, speed and temperature (friction where one is not known), (n, 3)."""
     own = [one.worst for one in brakings]
-    found = np.array([(one.pressure_pa, abs(one.rotor_speed_rad_s), one.temperature_k)
-                      for one in own], dtype=float).reshape(-1, 3)
-    if np.isnan(found[:, 2]).any():
-        found[:, 2] = [one.friction for one in own]
-    return np.asarray(np.nan_to_num(found))
+    result = np.array([(one.pressure_pa, abs(one.rotor_speed_rad_s), one.temperature_k)
+                       for one in own], dtype=float).reshape(-1, 3)
+    if np.isnan(result[:, 2]).any():
+        result[:, 2] = [one.friction for one in own]
+    return np.asarray(np.nan_to_num(result))
 
 
 def score_predictions(known: ScoredApplications, *, seed: int = 0) -> PredictionScores:
@@ -209,14 +209,14 @@ def _without_order(one: PredictorScore, constant: PredictorScore) -> PredictorSc
 
 def _halves(known: ScoredApplications) -> _Labels:
     """Return the half (n,) of each application: brakings in turn, squealing and silent alike."""
-    found = np.zeros(known.clusters.size, dtype=bool)
+    result = np.zeros(known.clusters.size, dtype=bool)
     turn = {True: False, False: False}
     for number in np.unique(known.clusters):
         own = known.clusters == number
         squeals = bool(known.measured[own].any())
-        found[own] = turn[squeals]
+        result[own] = turn[squeals]
         turn[squeals] = not turn[squeals]
-    return found
+    return result
 
 
 def _score(probability: FloatArray, decided: _Labels, measured: _Labels, rate: FloatArray,

@@ -111,9 +111,9 @@ def drive_of_rows(name: str, rows: Iterable[AssessmentRecord]) -> RecordedDrive:
     """Return the drive in the rows of a table, those of one tick behind each other."""
     ticks = []
     for time, brakes in groupby(rows, key=lambda row: row.time_s):
-        found = np.array([(abs(row.rotor_speed_rad_s), row.pressure_pa) for row in brakes])
-        known = np.isfinite(found)
-        sums = np.where(known, found, 0.0).sum(axis=0)
+        result = np.array([(abs(row.rotor_speed_rad_s), row.pressure_pa) for row in brakes])
+        known = np.isfinite(result)
+        sums = np.where(known, result, 0.0).sum(axis=0)
         ticks.append((time, *np.where(known.any(axis=0), sums, np.nan)
                       / np.maximum(known.sum(axis=0), 1)))
     if len(ticks) < 2:

@@ -137,10 +137,10 @@ def heard_tones(record: ChannelRecord, settings: ListeningSettings, *, channel: 
             continue
         rules[id(tone)] = 'alarm' if id(tone) in bursts else _rule(
             tone, index, melody, record, settings, timing, speed, braking)
-    found = [_heard(tone, record, settings, timing, tuple(sorted(multiples.get(id(tone), []))),
-                    channel, rules[id(tone)])
-             for tone in index.tones if id(tone) in rules]
-    return sorted(found, key=lambda tone: tone.start)
+    result = [_heard(tone, record, settings, timing, tuple(sorted(multiples.get(id(tone), []))),
+                     channel, rules[id(tone)])
+              for tone in index.tones if id(tone) in rules]
+    return sorted(result, key=lambda tone: tone.start)
 
 
 def _rule(tone: Tone, index: TimeIndex, melody: TimeIndex, record: ChannelRecord,
@@ -240,15 +240,15 @@ def one_of_channels(tones: Sequence[HeardTone], brakes: Sequence[str]) -> list[H
 
     """
     left = sorted(tones, key=lambda tone: -tone.level_db)
-    found = []
+    result = []
     while left:
         loudest, *rest = left
         same = [tone for tone in rest if tone.channel != loudest.channel and _alike(tone, loudest)]
         lead = loudest.level_db - max((tone.level_db for tone in same), default=-math.inf)
-        found.append(replace(loudest, brake=brakes[loudest.channel]
-                             if brakes and lead >= _LEAD else ''))
+        result.append(replace(loudest, brake=brakes[loudest.channel]
+                              if brakes and lead >= _LEAD else ''))
         left = [tone for tone in rest if tone not in same] if same else rest
-    return sorted(found, key=lambda tone: (tone.start, tone.frequency_hz))
+    return sorted(result, key=lambda tone: (tone.start, tone.frequency_hz))
 
 
 def _alike(one: HeardTone, other: HeardTone) -> bool:

@@ -143,9 +143,9 @@ def _by_noise(time: FloatArray, level: FloatArray, drive: RecordedDrive,
     noise = VehicleNoise(grid, speed, power)
     lags = {*_highest(_explained(_filtered(level), _filtered(features))),
             *_highest(_explained(level, features))}
-    found = [_Candidate(*fit) for lag in sorted(lags)
-             if (fit := noise.fit(time, level, _offset(lag, time, grid), _REACH)) is not None]
-    return _match('noise of rolling and braking', found)
+    result = [_Candidate(*fit) for lag in sorted(lags)
+              if (fit := noise.fit(time, level, _offset(lag, time, grid), _REACH)) is not None]
+    return _match('noise of rolling and braking', result)
 
 
 def _by_onsets(time: FloatArray, level: FloatArray, drive: RecordedDrive,
@@ -155,22 +155,22 @@ def _by_onsets(time: FloatArray, level: FloatArray, drive: RecordedDrive,
         return None
     y, x = _filtered(_rises(level)), _filtered(_rises(drive.pressure_at(grid))[:, None])
     square = _explained(y, x)
-    found = []
+    result = []
     for lag in _highest(square):
         left, top, right = (square.get(lag + i, 0.0) for i in (-1, 0, 1))
         bend = max(2.0 * top - left - right, 1e-9)
         independent = 0.5 * min(np.isfinite(y).sum(), np.isfinite(x).sum())
         deviation = GRID * math.sqrt((1.0 - top) / max(independent * bend, 1e-9))
-        found.append(_Candidate(_offset(lag + 0.5 * (right - left) / bend, time, grid), deviation,
-                                1.0 - top, independent))
-    return _match('onsets of pressure', found)
+        result.append(_Candidate(_offset(lag + 0.5 * (right - left) / bend, time, grid), deviation,
+                                 1.0 - top, independent))
+    return _match('onsets of pressure', result)
 
 
-def _match(kind: str, found: Sequence[_Candidate]) -> _Match | None:
+def _match(kind: str, result: Sequence[_Candidate]) -> _Match | None:
     """Return the best candidate and the next one that is not the same."""
-    if not found:
+    if not result:
         return None
-    best, *rest = sorted(found, key=lambda one: one.unexplained)
+    best, *rest = sorted(result, key=lambda one: one.unexplained)
     return _Match(kind, best, next(
         (one for one in rest if abs(one.offset - best.offset) > 0.5 * _LOBE), None))
 
@@ -197,11 +197,11 @@ def _highest(square: dict[int, float]) -> list[int]:
     """Return the lags with the largest values, not too near each other."""
     lags: IndexArray = np.fromiter(square, dtype=int)
     values = np.fromiter(square.values(), dtype=float)
-    found: list[int] = []
-    while len(found) < _PEAKS and values.size and values.max() > 0.0:
-        found.append(int(lags[values.argmax()]))
-        values[np.abs(lags - found[-1]) <= _LOBE / GRID] = 0.0
-    return found
+    result: list[int] = []
+    while len(result) < _PEAKS and values.size and values.max() > 0.0:
+        result.append(int(lags[values.argmax()]))
+        values[np.abs(lags - result[-1]) <= _LOBE / GRID] = 0.0
+    return result
 
 
 def _explained(y: FloatArray, x: FloatArray) -> dict[int, float]:

@@ -38,7 +38,7 @@ def unsteady_joined(pieces: Sequence[Tone]) -> list[Tone]:
     index = TimeIndex(sorted(pieces, key=lambda piece: -piece.peak_level))
     steady = {id(piece): _is_straight(piece) for piece in pieces}
     taken: set[int] = set()
-    found = []
+    result = []
     for seed in index.tones:
         if id(seed) in taken:
             continue
@@ -54,8 +54,8 @@ def unsteady_joined(pieces: Sequence[Tone]) -> list[Tone]:
             taken.update(map(id, beside))
             group += beside
             new += beside
-        found.append(_loudest_of(group))
-    return found
+        result.append(_loudest_of(group))
+    return result
 
 
 def _is_straight(tone: Tone) -> bool:

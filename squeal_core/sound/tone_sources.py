@@ -192,9 +192,9 @@ def alarms(pieces: Sequence[Tone], timing: Timing) -> set[int]:
     usable = [i for i, piece in enumerate(pieces)
               if piece.mean_prominence >= _CLEAR and _is_steady(piece)]
     usable.sort(key=lambda i: pieces[i].mean_frequency)
-    found: set[int] = set()
+    result: set[int] = set()
     for n, i in enumerate(usable):
-        if i in found:
+        if i in result:
             continue
         group = [i]
         for j in usable[n + 1:]:
@@ -204,15 +204,15 @@ def alarms(pieces: Sequence[Tone], timing: Timing) -> set[int]:
         group.sort(key=lambda i: pieces[i].first)
         for at in range(len(group) - _BURSTS + 1):
             bursts = group[at:at + _BURSTS]
-            if not found.issuperset(bursts) and _keeps_time([pieces[i] for i in bursts], timing):
-                found.update(bursts)
-    return found | _rests(pieces, found, timing) if found else found
+            if not result.issuperset(bursts) and _keeps_time([pieces[i] for i in bursts], timing):
+                result.update(bursts)
+    return result | _rests(pieces, result, timing) if result else result
 
 
-def _rests(pieces: Sequence[Tone], found: set[int], timing: Timing) -> set[int]:
+def _rests(pieces: Sequence[Tone], result: set[int], timing: Timing) -> set[int]:
     """Return pieces that are left of a burst cut short, next to bursts of an alarm."""
     frequency, first, length = np.array([
-        (pieces[j].mean_frequency, pieces[j].first, timing.duration(pieces[j])) for j in found]).T
+        (pieces[j].mean_frequency, pieces[j].first, timing.duration(pieces[j])) for j in result]).T
     return {i for i, piece in enumerate(pieces) if np.any(
         (np.abs(piece.mean_frequency / frequency - 1.0) < _ALIKE)
         & (np.abs(piece.first - first) * timing.step <= _LONGEST)

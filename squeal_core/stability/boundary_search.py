@@ -94,18 +94,18 @@ class BoundarySearch:
             See `Evaluate`.
 
         """
-        found = Boundaries.begun(self.parameter, self.level, start, eigenvalues)
+        result = Boundaries.begun(self.parameter, self.level, start, eigenvalues)
         rows = np.arange(start.size)
         for values in trials:
             some = values[rows]
-            rows = rows[~found.take(rows, some, evaluate(rows, some), past_unknown=False)]
+            rows = rows[~result.take(rows, some, evaluate(rows, some), past_unknown=False)]
             if not rows.size:
                 break
-        found.status[rows] = 'none'
-        found.status[np.isnan(found.eigenvalues.real[:, 1])] = 'unknown'
+        result.status[rows] = 'none'
+        result.status[np.isnan(result.eigenvalues.real[:, 1])] = 'unknown'
         with np.errstate(invalid='ignore', divide='ignore'):  # where there is no mode
-            self._narrow(found, evaluate)
-        return found
+            self._narrow(result, evaluate)
+        return result
 
     def both_sides(self, start: float, eigenvalue: complex, bounds: tuple[float, float],
                    step: float, at: Callable[[float], complex]) -> tuple[Crossing, Crossing]:
@@ -130,36 +130,36 @@ class BoundarySearch:
             start, end, step).T[..., None], one_by_one(at)).crossings()[0] for end in bounds)
         return below, above
 
-    def _narrow(self, found: Boundaries, evaluate: Evaluate) -> None:
-        widths, searching, even = found.widths, found.status == 'found', np.zeros(
-            found.start.size, bool)
-        first, reference, change = widths, widths, found.changes
+    def _narrow(self, result: Boundaries, evaluate: Evaluate) -> None:
+        widths, searching, even = result.widths, result.status == 'found', np.zeros(
+            result.start.size, bool)
+        first, reference, change = widths, widths, result.changes
         while True:
-            through = self._through(found.changes, change, widths / reference)
+            through = self._through(result.changes, change, widths / reference)
             least = np.maximum(np.where(through, 1.0, _DOUBT) * self.width,
-                               _ROUNDING * np.abs(found.ends[:, 0]))
+                               _ROUNDING * np.abs(result.ends[:, 0]))
             rows = (searching & (widths > least)).nonzero()[0]
             if not rows.size:
                 break
-            trials = self._trials(found, rows, first, even)
-            found.take(rows, trials, evaluate(rows, trials), past_unknown=True)
-            narrowed = found.widths
+            trials = self._trials(result, rows, first, even)
+            result.take(rows, trials, evaluate(rows, trials), past_unknown=True)
+            narrowed = result.widths
             even[rows] = narrowed[rows] > 0.5 * widths[rows]
             stuck = rows[narrowed[rows] == widths[rows]]
-            found.status[stuck], searching[stuck] = 'unknown', False
+            result.status[stuck], searching[stuck] = 'unknown', False
             widths, lacking = narrowed, ~np.isfinite(change)
             reference = np.where(lacking, widths, reference)
-            change = np.where(lacking, found.changes, change)
-        found.status[searching & ~through] = 'jump'
-        fraction = np.where(through, found.zeros, 0.5)
-        values = found.ends[:, 0] + fraction * (found.ends[:, 1] - found.ends[:, 0])
-        found.values[searching] = values[searching]
+            change = np.where(lacking, result.changes, change)
+        result.status[searching & ~through] = 'jump'
+        fraction = np.where(through, result.zeros, 0.5)
+        values = result.ends[:, 0] + fraction * (result.ends[:, 1] - result.ends[:, 0])
+        result.values[searching] = values[searching]
 
-    def _trials(self, found: Boundaries, rows: IndexArray, first: FloatArray,
+    def _trials(self, result: Boundaries, rows: IndexArray, first: FloatArray,
                 even: Any) -> FloatArray:
         """Return values (R, n) strictly between both ends, from the near one to the far one."""
-        spans = (found.ends[:, 1] - found.ends[:, 0])[rows]
-        zeros = found.zeros[rows, None]
+        spans = (result.ends[:, 1] - result.ends[:, 0])[rows]
+        zeros = result.zeros[rows, None]
         aside = np.maximum(_ASIDE * np.abs(spans) / first[rows],
                            np.minimum(0.4 * self.width / np.abs(spans), _ASIDE))[:, None]
         if self.trials == 1:
@@ -172,9 +172,9 @@ class BoundarySearch:
                 np.arange(1, rest + 1) / (rest + 1), (rows.size, rest))], axis=1)
             parts.sort(axis=1)
         division = np.arange(1, self.trials + 1) / (self.trials + 1)
-        evenly = even[rows] | ~np.isfinite(found.changes[rows])
+        evenly = even[rows] | ~np.isfinite(result.changes[rows])
         parts = np.where(evenly[:, None], division, np.clip(parts, _EDGE, 1.0 - _EDGE))
-        return np.asarray(found.ends[rows, :1] + spans[:, None] * parts)
+        return np.asarray(result.ends[rows, :1] + spans[:, None] * parts)
 
     def _through(self, changes: FloatArray, change: FloatArray, narrower: FloatArray) -> Any:
         """Return whether the growth rate crosses zero, by its change over the bracket."""

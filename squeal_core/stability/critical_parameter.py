@@ -44,8 +44,8 @@ class CriticalValue:
     @property
     def nearest(self) -> Crossing:
         """Return the nearer crossing; `above` where there is none."""
-        found = [c for c in (self.above, self.below) if not math.isnan(c.value)]
-        return min(found, key=lambda c: abs(c.value - self.start), default=self.above)
+        result = [c for c in (self.above, self.below) if not math.isnan(c.value)]
+        return min(result, key=lambda c: abs(c.value - self.start), default=self.above)
 
 
 def critical_value(model: BrakeModel, point: OperatingPoint, parameter: str,
@@ -138,11 +138,11 @@ class _FullSolver:
 
     def __call__(self, value: float) -> complex:
         if self._numbers:
-            found = self._tracked(value).of(self._numbers)
+            result = self._tracked(value).of(self._numbers)
         else:
-            found = complex_modes(self._model, self._at(value),
-                                  tolerances=self._limits).least_stable(*self._band)
-        return found[0].eigenvalue if found else NO_MODE
+            result = complex_modes(self._model, self._at(value),
+                                   tolerances=self._limits).least_stable(*self._band)
+        return result[0].eigenvalue if result else NO_MODE
 
     def _tracked(self, value: float) -> Tracked:
         nearest = min(self._known, key=lambda known: abs(known - value))

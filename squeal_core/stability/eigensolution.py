@@ -187,9 +187,9 @@ class ComplexModes:
         return tuple(sorted(growing, key=lambda mode: -mode.eigenvalue.real))
 
     def _at(self, places: Any) -> list[Mode]:
-        found = self.mode_eigenvalues[places].tolist()
+        result = self.mode_eigenvalues[places].tolist()
         return [Mode(number, eigenvalue, kind_of(eigenvalue, self.tolerances))
-                for number, eigenvalue in zip(self.numbers[places].tolist(), found, strict=True)]
+                for number, eigenvalue in zip(self.numbers[places].tolist(), result, strict=True)]
 
     def flutter_in(self, low_hz: float, high_hz: float) -> tuple[Mode, ...]:
         """Flutter modes with frequencies in a band, worst first."""
@@ -253,8 +253,8 @@ def complex_modes(model: BrakeModel, point: OperatingPoint, *,
 
 def eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:
     """Return all 2N eigenvalues [1/s], in any order; K09 eq. (36), a = a0 exp(lambda t)."""
-    found = moving_eigenvalues(model, point)
-    return np.concatenate([np.zeros(2 * model.size - found.size, complex), found])
+    result = moving_eigenvalues(model, point)
+    return np.concatenate([np.zeros(2 * model.size - result.size, complex), result])
 
 
 def moving_eigenvalues(model: BrakeModel, point: OperatingPoint) -> ComplexArray:

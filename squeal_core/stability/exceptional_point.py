@@ -125,12 +125,12 @@ def nearest_exceptional_point(model: BrakeModel, point: OperatingPoint,
     oscillating = at.modes[len(at.modes) - rates.size:]
     pairs = ([_places(oscillating, modes)] if modes
              else _closest(oscillating, rates, band_hz))
-    found = [_merge((state, slope), parameter, start, (oscillating[i], oscillating[j]),
-                    (complex(rates[i]), complex(rates[j])), tolerance) for i, j in pairs]
-    if not found:
+    result = [_merge((state, slope), parameter, start, (oscillating[i], oscillating[j]),
+                     (complex(rates[i]), complex(rates[j])), tolerance) for i, j in pairs]
+    if not result:
         raise OperatingPointError(f'band {band_hz[0]:g} to {band_hz[1]:g} Hz has no two modes; '
                                   'give a wider one')
-    return min(found, key=lambda m: (not m.converged, m.distance))
+    return min(result, key=lambda m: (not m.converged, m.distance))
 
 
 def _closest(modes: Sequence[Mode], rates: ComplexArray,
@@ -187,5 +187,5 @@ def _pair(eigenvalues: ComplexArray, mean: complex, half: complex) -> tuple[comp
     """Mean and discriminant of the two eigenvalues nearest to what they are expected to be."""
     near = eigenvalues[np.argsort(np.abs(eigenvalues - mean))[:6]]
     options = [(0.5 * (a + b), (0.5 * (a - b))**2) for a, b in combinations(near, 2)]
-    found = min(options, key=lambda o: abs(o[0] - mean)**2 + abs(o[1] - half))
-    return complex(found[0]), complex(found[1])
+    result = min(options, key=lambda o: abs(o[0] - mean)**2 + abs(o[1] - half))
+    return complex(result[0]), complex(result[1])

@@ -79,8 +79,8 @@ class LikelyMechanism:
         key = (friction, point.contact_stiffness, point.damping_scale,
                0.0 if self._model.follower is None else point.contact_pressure)
         if key not in self._growing:
-            found = complex_modes(self._still, replace(point, friction=friction),
-                                  tolerances=self._limits)
-            self._growing[key] = tuple(mode.frequency_hz for mode in found.unstable
+            result = complex_modes(self._still, replace(point, friction=friction),
+                                   tolerances=self._limits)
+            self._growing[key] = tuple(mode.frequency_hz for mode in result.unstable
                                        if mode.kind == 'flutter')
         return any(abs(other / frequency - 1.0) < _SAME_MODE for other in self._growing[key])

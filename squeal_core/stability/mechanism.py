@@ -221,17 +221,17 @@ def _terms(model: BrakeModel, point: OperatingPoint,
            x: ComplexArray) -> list[tuple[str, ComplexArray]]:
     """Each term of D and K times a vector, in the order of `TERMS`; what the model has."""
     factors = point.coefficients()
-    found = [('structural_damping', factors.material_damping * model.structural_damping * x),
-             ('structural_stiffness', model.angular_frequencies**2 * x)]
+    result = [('structural_damping', factors.material_damping * model.structural_damping * x),
+              ('structural_stiffness', model.angular_frequencies**2 * x)]
     scales = (1.0, factors.material_damping)
-    found += [(name, scale * (array @ x)) for name, scale in zip(SUPPORTS, scales, strict=True)
-              if (array := getattr(model, name)) is not None]
+    result += [(name, scale * (array @ x)) for name, scale in zip(SUPPORTS, scales, strict=True)
+               if (array := getattr(model, name)) is not None]
     for name in _VARYING:
         forces = [getattr(factors, part) * (getattr(model, part) @ x)
                   for part in _parts(model, name)]
         if forces:
-            found.append((name, sum(forces[1:], forces[0])))
-    return found
+            result.append((name, sum(forces[1:], forces[0])))
+    return result
 
 
 def _without(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode],
@@ -242,12 +242,12 @@ def _without(model: BrakeModel, point: OperatingPoint, modes: Sequence[Mode],
     present = [name for name in _VARYING if name != 'contact_stiffness'
                and any(getattr(factors, part) != 0.0 for part in _parts(model, name))]
     rotation = tuple(name for name in present if name in ROTATION)
-    found: dict[int, dict[str, float]] = {mode.index: {} for mode in modes}
+    result: dict[int, dict[str, float]] = {mode.index: {} for mode in modes}
     for term, names in [*((name, (name,)) for name in present), ('rotation', rotation)]:
         end = follow(model, _fading(model, point, names), start, tolerances=limits)
-        for index, growth in found.items():
+        for index, growth in result.items():
             growth[term] = end.of((index,))[0].growth_rate
-    return found
+    return result
 
 
 def _fading(model: BrakeModel, point: OperatingPoint, names: Sequence[str]) -> MatrixPath:

@@ -130,16 +130,16 @@ def assurance(first: ComplexArray, second: ComplexArray) -> FloatArray:
 
 def _of_doublets(first: ModeShapes, second: ModeShapes) -> FloatArray:
     """Return the largest MAC of planes that two modes (n, m) are in; 0 for those in none."""
-    found = np.zeros((first.frequencies_hz.size, second.frequencies_hz.size))
+    result = np.zeros((first.frequencies_hz.size, second.frequencies_hz.size))
     pairs, planes = zip(*map(_planes, (first, second)), strict=True)
     if not all(map(len, pairs)):
-        return found
+        return result
     cosines = np.abs(planes[0].conj().T @ planes[1]) ** 2
     mac = 0.5 * cosines.reshape(len(pairs[0]), 2, len(pairs[1]), 2).sum(axis=(1, 3))
     for one in (0, 1):
         for other in (0, 1):
-            np.maximum.at(found, np.ix_(pairs[0][:, one], pairs[1][:, other]), mac)
-    return found
+            np.maximum.at(result, np.ix_(pairs[0][:, one], pairs[1][:, other]), mac)
+    return result
 
 
 def _planes(modes: ModeShapes) -> tuple[IndexArray, ComplexArray]:

@@ -54,14 +54,14 @@ def short_name(model: BrakeModel, right: ComplexArray) -> str:
 
 def _pads_together(shares: tuple[Share, ...]) -> list[Share]:
     """Return shares from the largest on, those of pads that move alike as one."""
-    found: list[Share] = []
+    result: list[Share] = []
     alike: dict[str, Share] = {}
     for share in shares:  # falling
         pad = _PAD.fullmatch(share.name)
         larger = alike.setdefault(pad[1], share) if pad else share
-        if larger in found and share.fraction >= _AS_MUCH * larger.fraction:
-            found[found.index(larger)] = Share(
+        if larger in result and share.fraction >= _AS_MUCH * larger.fraction:
+            result[result.index(larger)] = Share(
                 f'pads {pad[1]}' if pad else share.name, larger.fraction + share.fraction)
         else:
-            found.append(share)
-    return sorted(found, key=lambda share: -share.fraction)
+            result.append(share)
+    return sorted(result, key=lambda share: -share.fraction)

@@ -83,9 +83,9 @@ class Tracked:
 
     def of(self, numbers: Collection[int]) -> tuple[Mode, ...]:
         """Return the modes that carry one of the numbers, worst first."""
-        found = [mode for mode, identity in zip(self.modes, self.identities, strict=True)
-                 if not set(numbers).isdisjoint(identity.numbers)]
-        return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
+        result = [mode for mode, identity in zip(self.modes, self.identities, strict=True)
+                  if not set(numbers).isdisjoint(identity.numbers)]
+        return tuple(sorted(result, key=lambda mode: -mode.growth_rate))
 
     def mode(self, number: int) -> Mode | None:
         """Return the mode of a number; of those that merged the lowest is the least stable."""

@@ -103,23 +103,23 @@ def quiet_intervals(parameter: str, bounds: tuple[float, float], least_stable: L
     def scan(places: FloatArray) -> ComplexArray:
         return evaluate(np.arange(places.size), places)
 
-    x, found = _scanned(x, scan, level)
-    stable = found.real <= level  # what is not known is not
-    known = ~np.isnan(found.real)
+    x, result = _scanned(x, scan, level)
+    stable = result.real <= level  # what is not known is not
+    known = ~np.isnan(result.real)
     near = np.flatnonzero(known[:-1] & known[1:] & (stable[:-1] != stable[1:]))
     near, far = near + ~stable[near], near + stable[near]  # the stable end, and the other one
     trials = _TRIALS if together else 1
     search = BoundarySearch(parameter=parameter, level=level, width=_WIDTH, trials=trials)
-    boundaries = search(x[near], found[near], [x[far, None]], evaluate)
+    boundaries = search(x[near], result[near], [x[far, None]], evaluate)
     at = {(place, place > beyond): IntervalEnd(
         math.exp(end), 'unknown' if status == 'unknown' else 'boundary', here.real,
         abs(there.imag) / math.tau) for place, beyond, end, (here, there), status in zip(
             near.tolist(), far.tolist(), boundaries.ends[:, 0].tolist(),
             boundaries.eigenvalues.tolist(), boundaries.status.tolist(), strict=True)}
-    at |= {(0, True): IntervalEnd(low, 'limit', float(found.real[0])),
-           (x.size - 1, False): IntervalEnd(high, 'limit', float(found.real[-1]))}
+    at |= {(0, True): IntervalEnd(low, 'limit', float(result.real[0])),
+           (x.size - 1, False): IntervalEnd(high, 'limit', float(result.real[-1]))}
     return tuple(QuietInterval(*(
-        at.get(end) or IntervalEnd(math.exp(x[end[0]]), 'unknown', float(found.real[end[0]]))
+        at.get(end) or IntervalEnd(math.exp(x[end[0]]), 'unknown', float(result.real[end[0]]))
         for end in ((first, True), (last, False)))) for first, last in _runs(stable))
 
 
@@ -147,9 +147,9 @@ def nearest_quiet(intervals: tuple[QuietInterval, ...], present: float) -> tuple
 def _scanned(x: FloatArray, evaluate: LeastStable, level: float
              ) -> tuple[FloatArray, ComplexArray]:
     """Return places and eigenvalues there, closer where the verdict may change unseen."""
-    found = evaluate(x)
+    result = evaluate(x)
     for _ in range(_ROUNDS):
-        growth = found.real - level
+        growth = result.real - level
         away = np.abs(growth)
         near, left, right = away[1:-1], away[:-2], away[2:]
         with np.errstate(invalid='ignore'):  # no mode, on both sides
@@ -162,10 +162,10 @@ def _scanned(x: FloatArray, evaluate: LeastStable, level: float
         steps = np.array([0.25, 0.5, 0.75])
         pairs = np.unique(np.concatenate([places - 1, places]))
         more = (x[pairs, None] + steps * (x[pairs + 1] - x[pairs])[:, None]).ravel()
-        x, found = np.concatenate([x, more]), np.concatenate([found, evaluate(more)])
+        x, result = np.concatenate([x, more]), np.concatenate([result, evaluate(more)])
         order = np.argsort(x)
-        x, found = x[order], found[order]
-    return x, found
+        x, result = x[order], result[order]
+    return x, result
 
 
 def _runs(stable: Any) -> Iterator[tuple[int, int]]:

@@ -47,13 +47,13 @@ def eigenvalue_sensitivity(model: BrakeModel, point: OperatingPoint,
     vectors = mode_vectors(model, point, eigenvalue)
     x, y = vectors.right, vectors.left.conj()
     scale = slope_between(eigenvalue, x, vectors.left, model.damping(point))
-    found = {}
+    result = {}
     for name in Coefficients._fields:
         array = getattr(model, name)
         if array is not None:
             factor = eigenvalue if name in DAMPING else 1.0
-            found[name] = complex(-factor * (y @ (array @ x)) / scale)
-    return found
+            result[name] = complex(-factor * (y @ (array @ x)) / scale)
+    return result
 
 
 def parameter_sensitivity(model: BrakeModel, point: OperatingPoint,

@@ -33,7 +33,7 @@ class AdviceFileError(LocatedError):
     """An advice map that cannot be written."""
 
 
-def write_advice_map(found: AdviceMap, *paths: str | Path, overwrite: bool = False) -> None:
+def write_advice_map(result: AdviceMap, *paths: str | Path, overwrite: bool = False) -> None:
     """
     Write a map as CSV or as C99 source, by the suffix; all files or none.
 
@@ -50,42 +50,42 @@ def write_advice_map(found: AdviceMap, *paths: str | Path, overwrite: bool = Fal
             if path.suffix not in FORMATS:
                 raise AdviceFileError(path, 'is of no kind that is known',
                                       f'end it in {", ".join(FORMATS)}')
-            if path.suffix != '.csv' and np.isnan(found.risk).all():
+            if path.suffix != '.csv' and np.isnan(result.risk).all():
                 raise AdviceFileError(path, 'would hold no risk', 'write a .csv, which has growth '
                                       'rates, or build the growth emulator of the model')
-            lines = _csv(found) if path.suffix == '.csv' else _c(found)
+            lines = _csv(result) if path.suffix == '.csv' else _c(result)
             files.add(path).partial.write_text('\n'.join([*lines, '']), encoding='ascii')
 
 
-def _about(found: AdviceMap) -> Iterator[str]:
+def _about(result: AdviceMap) -> Iterator[str]:
     yield NOTICE
-    for name, text in found.about.items():
+    for name, text in result.about.items():
         yield f'{name}: {printable(text, 300)}'
-    for name, axis in found.axes.items():
+    for name, axis in result.axes.items():
         yield f'axis {name}: {axis.size} values, {axis[0]:.6g} to {axis[-1]:.6g}'
 
 
-def _csv(found: AdviceMap) -> Iterator[str]:
-    yield from (f'# {line}' for line in _about(found))
-    yield ','.join([*found.axes, 'risk', 'growth_rate_1_s'])
-    values = zip(product(*(axis.tolist() for axis in found.axes.values())),
-                 found.risk.ravel().tolist(), found.growth_rate.ravel().tolist(), strict=True)
+def _csv(result: AdviceMap) -> Iterator[str]:
+    yield from (f'# {line}' for line in _about(result))
+    yield ','.join([*result.axes, 'risk', 'growth_rate_1_s'])
+    values = zip(product(*(axis.tolist() for axis in result.axes.values())),
+                 result.risk.ravel().tolist(), result.growth_rate.ravel().tolist(), strict=True)
     for place, risk, growth in values:
         yield ','.join([*map(_number, place), _risk(risk), _number(growth)])
 
 
-def _c(found: AdviceMap) -> Iterator[str]:
+def _c(result: AdviceMap) -> Iterator[str]:
     yield '/*'
-    for line in (*_about(found), 'risk: squeal_risk[pressure][rotor speed][friction]; '
+    for line in (*_about(result), 'risk: squeal_risk[pressure][rotor speed][friction]; '
                  'NAN: not known, which is neither quiet nor squeal'):
         yield f' * {line.replace("*/", "* /")}'
     yield ' */'
     yield '#include <math.h>'
-    for name, axis in found.axes.items():
+    for name, axis in result.axes.items():
         yield from _array(f'squeal_{name}[{axis.size}]', axis, _number)
-    shape = ''.join(f'[{axis.size}]' for axis in found.axes.values())
-    yield from _array(f'squeal_risk{shape}', found.risk, _risk)
-    yield _LOOK_UP.format(*found.risk.shape)
+    shape = ''.join(f'[{axis.size}]' for axis in result.axes.values())
+    yield from _array(f'squeal_risk{shape}', result.risk, _risk)
+    yield _LOOK_UP.format(*result.risk.shape)
 
 
 def _array(declared: str, values: FloatArray, text: Callable[[float], str]) -> Iterator[str]:

@@ -133,20 +133,20 @@ def compare_brakes(brakes: Sequence[ComparedBrake]) -> BrakeComparison:
     return BrakeComparison(brakes, [match_modes(*_alike(first, other)) for other in others])
 
 
-def mac_of(found: BrakeComparison, row: Sequence[ComparedMode | None], place: int) -> float:
+def mac_of(result: BrakeComparison, row: Sequence[ComparedMode | None], place: int) -> float:
     """Return the MAC of the mode of a brake with that of the first; NaN: there is none."""
     if place == 0 or row[0] is None or row[place] is None:
         return math.nan
-    return float(found.matches[place - 1].mac[found.brakes[0].modes.index(row[0])])
+    return float(result.matches[place - 1].mac[result.brakes[0].modes.index(row[0])])
 
 
 def _alike(first: ComparedBrake, other: ComparedBrake) -> tuple[ModeShapes, ModeShapes]:
     """Return the shapes of two brakes; beside a table frequencies at the point."""
     if first.boundaries_known and other.boundaries_known:
         return first.shapes, other.shapes
-    found = [ModeShapes(np.array([mode.frequency_hz for mode in one.modes]))
-             for one in (first, other)]
-    return found[0], found[1]
+    result = [ModeShapes(np.array([mode.frequency_hz for mode in one.modes]))
+              for one in (first, other)]
+    return result[0], result[1]
 
 
 def compared_model(name: str, model: BrakeModel, point: OperatingPoint, *,
@@ -218,14 +218,14 @@ def critical_frictions(model: BrakeModel, point: OperatingPoint,
     sign = math.copysign(1.0, point.rotor_speed)
     values = [sign * value for value in np.linspace(*bounds, _SAMPLES).tolist()]
     points = [moved(model, point, 'friction', value) for value in values]
-    found: dict[int, float] = {}
+    result: dict[int, float] = {}
     before: Tracked | None = None
     for place, here in enumerate(track(model, points, tolerances=limits)):
-        for number in _fluttering(here) - found.keys():
-            found[number] = abs(values[place]) if before is None else abs(_boundary(
+        for number in _fluttering(here) - result.keys():
+            result[number] = abs(values[place]) if before is None else abs(_boundary(
                 model, point, number, (values[place - 1], values[place]), before, limits))
         before = here
-    return found
+    return result
 
 
 def _fluttering(here: Tracked) -> set[int]:
@@ -279,14 +279,14 @@ def compared_table(name: str, table: ExpansionTable, model: BrakeModel,
 
     """
     limits = Tolerances.of(model)
-    found = table.evaluate(table.domain.places(model, [point]), limits)
-    if not found.answered[0]:
+    result = table.evaluate(table.domain.places(model, [point]), limits)
+    if not result.answered[0]:
         raise SquealError(
             f'{name}: does not answer at the point: outside the range that `squeal info` shows, '
             'too near to a boundary, or not on the friction law; give --friction-law or another '
             'point')
     modes = [ComparedMode(str(mode.index), math.nan, mode.frequency_hz, mode.growth_rate,
                           mode.damping_ratio, mode.unstable, math.nan)
-             for mode in found.listed()[0].modes if mode.kind in ('flutter', 'stable')]
+             for mode in result.listed()[0].modes if mode.kind in ('flutter', 'stable')]
     return ComparedBrake(name, tuple(modes), ModeShapes(np.array(
         [mode.frequency_hz for mode in modes])), boundaries_known=False)

@@ -72,16 +72,16 @@ def eigenvalue_slopes(model: BrakeModel, point: OperatingPoint, eigenvalues: Seq
     dD = D A - A D with any A it vanishes.
 
     """
-    found = np.empty((len(eigenvalues), len(changes)), complex)
+    result = np.empty((len(eigenvalues), len(changes)), complex)
     damping = model.damping(point)
     for row, eigenvalue in enumerate(eigenvalues):
         vectors = mode_vectors(model, point, eigenvalue)
         x, y = vectors.right, vectors.left.conj()
         scale = slope_between(eigenvalue, x, vectors.left, damping)
         for column, change in enumerate(changes):
-            found[row, column] = -(y @ (eigenvalue * (change.damping @ x) + change.stiffness @ x)
-                                   ) / scale
-    return found
+            result[row, column] = -(y @ (eigenvalue * (change.damping @ x) + change.stiffness @ x)
+                                    ) / scale
+    return result
 
 
 @dataclass(frozen=True)

@@ -242,11 +242,11 @@ class SensitivityStudy:
         """
         jobs: Mapping[int, tuple[str]] = {
             place: (parameter,) for place, parameter in enumerate(parameters)}
-        found: dict[int, ParameterEffect] = {}
+        result: dict[int, ParameterEffect] = {}
         for place, effect in run_jobs(self.effect, jobs, workers):
-            found[place] = effect
-            progress(len(found), len(jobs))
-        return tuple(found[place] for place in range(len(jobs)))
+            result[place] = effect
+            progress(len(result), len(jobs))
+        return tuple(result[place] for place in range(len(jobs)))
 
 
 def make_study(variants: Variants, points: Sequence[Callable[[BrakeModel], OperatingPoint]],
@@ -276,20 +276,20 @@ def make_study(variants: Variants, points: Sequence[Callable[[BrakeModel], Opera
         Squeal band.
 
     """
-    model, found = variants.model, []
+    model, result = variants.model, []
     for point_of, chosen in zip(points, numbers, strict=True):
         point = point_of(model)
         tracked = identify(model, point)
-        found += [(point_of, target, tracked) for target in target_modes(
+        result += [(point_of, target, tracked) for target in target_modes(
             model, point, tracked, chosen, count, band_hz)]
-    if not found:
+    if not result:
         raise OperatingPointError(
             f'no mode oscillates in {band_hz[0]:g} to {band_hz[1]:g} Hz; choose modes')
     braking: dict[OperatingPoint, SteadyBraking] = {}
     if with_risk:
         ensemble = prior_ensemble(prior or EnsemblePrior())
         braking = {target.point: SteadyBraking(model, target.point, ensemble, duration, band_hz)
-                   for _, target, _ in found}
-    point_ofs, targets, tracks = zip(*found, strict=True)
+                   for _, target, _ in result}
+    point_ofs, targets, tracks = zip(*result, strict=True)
     return SensitivityStudy(variants, point_ofs, targets, tracks, tuple(
         braking[target.point] for target in targets) if braking else ())

@@ -166,12 +166,12 @@ class SplitDoublet:
                 mass *= goal / max(cls(model, ring, diameters, doublet, mass).split, 1e-12)
                 if not mass < 1e3:
                     break
-        found = cls(model, ring, diameters, doublet, mass)
-        if not found.split <= _LARGEST_SPLIT:
+        result = cls(model, ring, diameters, doublet, mass)
+        if not result.split <= _LARGEST_SPLIT:
             raise SquealError(f'--split-doublet: masses of {1e3 * mass:.4g} g split the doublet '
-                              f'by {100.0 * found.split:.3g} %; give less, '
+                              f'by {100.0 * result.split:.3g} %; give less, '
                               f'{_LARGEST_SPLIT:.0%} at most: modes are those of the bare disc')
-        return found
+        return result
 
     @property
     def count(self) -> int:
@@ -289,7 +289,7 @@ def split_growth(masses: SplitDoublet, target: TargetMode, tracked: Tracked, *,
         mode = complex_modes(loaded, point).worst_in(*band_hz)
         worst.append(math.nan if mode is None else mode.growth_rate)
         progress(len(rows), angles)
-    found = tuple(ModeOverAngle(identity, value.imag / math.tau, value.real, readonly(growth))
-                  for (identity, value), growth in zip(modes, np.array(rows).T, strict=True))
-    before = max(found, key=lambda mode: mode.without)
-    return SplitGrowth(readonly(places), replace(before, over_angle=readonly(worst)), found)
+    result = tuple(ModeOverAngle(identity, value.imag / math.tau, value.real, readonly(growth))
+                   for (identity, value), growth in zip(modes, np.array(rows).T, strict=True))
+    before = max(result, key=lambda mode: mode.without)
+    return SplitGrowth(readonly(places), replace(before, over_angle=readonly(worst)), result)

@@ -135,9 +135,9 @@ class LocusTask:
         for start in range(0, len(points), line):
             row = [(i, point) for i, point in enumerate(points[start:start + line], start)
                    if point is not None]
-            found = (track(model, [point for _, point in row]) if self.along
-                     else (identify(model, point) for _, point in row))
-            for (i, _), here in zip(row, found, strict=True):
+            result = (track(model, [point for _, point in row]) if self.along
+                      else (identify(model, point) for _, point in row))
+            for (i, _), here in zip(row, result, strict=True):
                 self._take(columns, i, here)
         return columns, {}
 
@@ -193,11 +193,12 @@ class CriticalTask:
         for i, point in enumerate(place.points):
             if point is None:
                 continue
-            found = critical_value(
+            result = critical_value(
                 model, point, parameter, self.bounds or default_bounds(point, parameter),
                 numbers=self.numbers, band_hz=self.band,
                 ray=partial(moved, model, point, parameter, friction_law=self.law))
-            _take_crossings(columns, i, found.start, found.growth_rate, found.below, found.above)
+            _take_crossings(columns, i, result.start, result.growth_rate, result.below,
+                            result.above)
         return columns, {}
 
     def _along_design(self, place: StudyPlace, rebuilt: Rebuilt, columns: Columns) -> None:
@@ -220,8 +221,8 @@ class CriticalTask:
     def _least_stable(self, model: BrakeModel | None, point: OperatingPoint | None) -> complex:
         if model is None or point is None:
             return complex(math.nan, math.nan)  # no such brake
-        found = complex_modes(model, point).least_stable(*self.band)
-        return found[0].eigenvalue if found else NO_MODE
+        result = complex_modes(model, point).least_stable(*self.band)
+        return result[0].eigenvalue if result else NO_MODE
 
 
 def _empty(names: Sequence[str], count: int) -> Columns:
@@ -232,11 +233,11 @@ def _empty(names: Sequence[str], count: int) -> Columns:
 
 def _take_crossings(columns: Columns, place: int, start: float, growth: float, below: Crossing,
                     above: Crossing) -> None:
-    found: dict[str, Any] = {
+    result: dict[str, Any] = {
         'start': start, 'growth_rate': growth, 'below': below.value,
         'below_hz': below.frequency_hz, 'above': above.value, 'above_hz': above.frequency_hz,
         'source': FULL}
-    for name, value in found.items():
+    for name, value in result.items():
         columns[name][place] = value
 
 

@@ -106,13 +106,13 @@ class Sweep:
         Of modes that merged each number gets one, the lowest number the least stable; see
         `merged`.
         """
-        found = np.full(len(self.points), complex(np.nan, np.nan))
+        result = np.full(len(self.points), complex(np.nan, np.nan))
         for place, text in enumerate(self.names(number).tolist()):
             if text:
                 same = self.eigenvalues[place, self.identities[place] == text]
                 rank = min(text.split('/').index(str(number)), same.size - 1)
-                found[place] = same[np.argsort(-same.real, kind='stable')[rank]]
-        return found
+                result[place] = same[np.argsort(-same.real, kind='stable')[rank]]
+        return result
 
     def names(self, number: int) -> NDArray[np.str_]:
         """Return the identity (M,) that holds a number, as '25' or '25/26'; '' where none does."""

@@ -95,13 +95,13 @@ def target_modes(model: BrakeModel, point: OperatingPoint, tracked: Tracked,
          and band_hz[0] <= mode.frequency_hz <= band_hz[1]), key=lambda mode: -mode.growth_rate))
     wanted = named(mode for number in chosen for mode in tracked.of([number])[:1]
                    ) if chosen else every[:count]
-    found = []
+    result = []
     for identity, eigenvalue in dict.fromkeys(wanted):
         others = tuple(other for other in every
                        if set(other[0].numbers).isdisjoint(identity.numbers))[:OTHERS]
         critical, there = _critical_friction(model, point, tracked, identity, band_hz)
-        found.append(TargetMode(identity, point, eigenvalue, critical, there, others))
-    return found
+        result.append(TargetMode(identity, point, eigenvalue, critical, there, others))
+    return result
 
 
 def _critical_friction(model: BrakeModel, point: OperatingPoint, tracked: Tracked,

@@ -61,8 +61,8 @@ def unstable_modes(model: BrakeModel, record: Sweep, *, workers: int = 0,
     jobs = {int(place): (model, point_of(record, int(place)), _flutter(record, int(place)))
             for place in np.flatnonzero((record.kinds == 'flutter').any(axis=1))}
     labels: dict[int, list[str]] = {}
-    for place, found in run_jobs(_labels, jobs, workers):
-        labels[place] = found
+    for place, result in run_jobs(_labels, jobs, workers):
+        labels[place] = result
         if progress:
             progress(len(labels), len(jobs))
     return [UnstableMode(place, str(record.identities[place, mode.index - 1]), mode.frequency_hz,

@@ -85,18 +85,18 @@ def worst_points(model: BrakeModel, rotor_speed: FloatArray, pressure: FloatArra
             solved.append((mode, point, WorstPoint((), speed, load, mu, mode.growth_rate, share)))
         progress(place + 1, len(cells))
     solved.sort(key=lambda row: -row[0].growth_rate)
-    found: list[WorstPoint] = []
+    result: list[WorstPoint] = []
     seen: list[float] = []
     for mode, point, worst in solved:
-        if len(found) == count or len(seen) == _MOST_TRACKED:
+        if len(result) == count or len(seen) == _MOST_TRACKED:
             break
         if any(math.isclose(mode.frequency_hz, other, rel_tol=2e-3) for other in seen):
             continue  # most likely the same mode, at a point next to its worst
         seen.append(mode.frequency_hz)
         numbers = identify(model, point).identity(mode).numbers
-        if not any(set(numbers) & set(other.numbers) for other in found):
-            found.append(worst._replace(numbers=numbers))
-    return found
+        if not any(set(numbers) & set(other.numbers) for other in result):
+            result.append(worst._replace(numbers=numbers))
+    return result
 
 
 def _cells(rotor_speed: FloatArray, pressure: FloatArray,

@@ -190,11 +190,11 @@ class _Fit:
     def axes(self, count: int = 1, blocks: Any = None) -> tuple[int, ...]:
         """Return axes to halve the cell along: where blocks, or all that matter, bend most."""
         bends = self._thirds[:, self._matter if blocks is None else blocks].sum(axis=-1)
-        found = []
+        result = []
         for _ in range(count):
-            found.append(int(np.argmax(bends)))
-            bends[found[-1]] /= 8.0  # what halving leaves of a third difference
-        return tuple(found)
+            result.append(int(np.argmax(bends)))
+            bends[result[-1]] /= 8.0  # what halving leaves of a third difference
+        return tuple(result)
 
     def add(self, solution: ComplexArray) -> None:
         """Take the full solution at the next sample."""

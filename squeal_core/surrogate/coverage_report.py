@@ -83,10 +83,10 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
         x = table.domain.low + table.domain.width * generator.random((points, 3))
         x = x[table.domain.covers(x)]
     limits = Tolerances.of(model)
-    found = table.evaluate(x, limits)
-    chosen = generator.permutation(np.flatnonzero(found.answered))[:solved]
+    result = table.evaluate(x, limits)
+    chosen = generator.permutation(np.flatnonzero(result.answered))[:solved]
     places, worst, wrong = table.domain.points(model, x[chosen]), 0.0, 0
-    listed = found.listed()
+    listed = result.listed()
     for i, place in enumerate(chosen.tolist()):
         ours, truth = listed[place], complex_modes(model, places[i], tolerances=limits)
         worst = max(worst, deviation(ours, truth, table.tolerances))
@@ -94,7 +94,7 @@ def measure_coverage(table: ExpansionTable, model: BrakeModel, *, x: FloatArray 
     filled = float((table.grid >= 0).mean())
     volume = float((2.0 * table.halves).prod(axis=1).sum() / table.domain.width.prod())
     return CoverageReport(
-        points=len(x), answered=float(found.answered.mean()) if len(x) else 0.0,
+        points=len(x), answered=float(result.answered.mean()) if len(x) else 0.0,
         gaps=_gaps(table), overlap=max(0.0, round(volume - filled, 9)), solved=len(chosen),
         worst_error=worst, wrong_verdicts=wrong)
 

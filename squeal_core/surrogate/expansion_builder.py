@@ -120,8 +120,8 @@ def _small_change(model: BrakeModel, point: OperatingPoint, row: int) -> float:
 
 def _eigensolution(model: BrakeModel, point: OperatingPoint) -> tuple[ComplexArray, ComplexArray]:
     """Return all eigenvalues (M,) and their right vectors (M, M)."""
-    found = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
-    return found.eigenvalues, found.eigenvectors
+    result = np.linalg.eig(state_matrix(model, model.damping(point), model.stiffness(point)))
+    return result.eigenvalues, result.eigenvectors
 
 
 def _series(frame: _Frame, eigenvalues: ComplexArray, couplings: ComplexArray,

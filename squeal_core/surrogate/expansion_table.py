@@ -132,19 +132,19 @@ class TableModes:
         kinds = map(_GROWING.__getitem__, (
             np.abs(unstable.imag) > self.tolerances.oscillation).tolist())
         growing = tuple(map(Mode, self.numbers[worst].tolist(), unstable.tolist(), kinds))
-        found, start = [], 0
+        result, start = [], 0
         for eigenvalues, errors, numbers, first, count, below, end in zip(
                 self.eigenvalues, self.errors, self.numbers, self.divergent.tolist(),
                 self.counts.tolist(), self.omitted_below.tolist(),
                 np.bincount(points, minlength=self.cells.size).cumsum().tolist(), strict=True):
             eigenvalues = eigenvalues[:count]
-            found.append(frozen_record(
+            result.append(frozen_record(
                 ComplexModes, nonoscillatory=eigenvalues[:first], oscillatory=eigenvalues[first:],
                 mode_eigenvalues=eigenvalues, errors=errors[:count], tolerances=self.tolerances,
                 source='table', mode_numbers=numbers[:count], omitted_below=below,
                 unstable=growing[start:end]))
             start = end
-        return found
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,9 +190,9 @@ class ExpansionTable:
 
     def without(self, cell: int) -> 'ExpansionTable':
         """Return the table without a cell."""
-        found = replace(self, grid=np.where(self.grid == cell, -1, self.grid))
-        vars(found)['_stack'] = self._stack  # its cells are the same ones
-        return found
+        result = replace(self, grid=np.where(self.grid == cell, -1, self.grid))
+        vars(result)['_stack'] = self._stack  # its cells are the same ones
+        return result
 
     def locate(self, x: FloatArray) -> IndexArray:
         """Return the cell of each place x (P, 3); -1: none."""

@@ -121,9 +121,9 @@ class _Solution:
     def keep(self, places: IndexArray, eigenvalues: ComplexArray, error: float,
              source: float) -> None:
         """Fill the columns at places (P,) from eigenvalues (P, n)."""
-        found = {**columns_of(eigenvalues, self.model.size, self.limits, self.band),
-                 'error': error, 'source': source}
-        for name, values in found.items():
+        result = {**columns_of(eigenvalues, self.model.size, self.limits, self.band),
+                  'error': error, 'source': source}
+        for name, values in result.items():
             self.columns[name][places] = values
 
 

@@ -55,22 +55,22 @@ class RiccatiRecursion:
         scale = -1.0 / gap
         start = np.zeros((1, self.eigenvalues.size, kept.size), complex)
         start[0, kept, np.arange(kept.size)] = 1.0
-        couplings, subspace, found = self.couplings, [start], [self._entries(
+        couplings, subspace, result = self.couplings, [start], [self._entries(
             start * self.eigenvalues[kept])]
         if self.monomials.variables == 0:  # nothing depends on the operating point
-            none = np.zeros((0, found[0].shape[1]), complex)
-            return _LowerOrderTerms(found + self.monomials.degree * [none], couplings, start)
+            none = np.zeros((0, result[0].shape[1]), complex)
+            return _LowerOrderTerms(result + self.monomials.degree * [none], couplings, start)
         for degree in range(1, self.monomials.degree):
             if degree == _COARSE:
                 couplings, scale = couplings.astype(np.complex64), scale.astype(np.complex64)
             product = (self.couplings[:, :, kept] if degree == 1 else self._product(
                 couplings, subspace[-1].astype(couplings.dtype), degree))
-            found.append(self._entries(product))
+            result.append(self._entries(product))
             for i in range(1, degree):
-                self._subtract(product, subspace[i], found[degree - i], i, degree - i)
+                self._subtract(product, subspace[i], result[degree - i], i, degree - i)
             product *= scale  # in place: fresh memory costs as much as the product
             subspace.append(product)
-        return _LowerOrderTerms(found, couplings, subspace[-1])
+        return _LowerOrderTerms(result, couplings, subspace[-1])
 
     def _product(self, couplings: Any, subspace: Any, degree: int) -> Any:
         """Return E (U + X) of a degree, from the subspace of one degree less."""

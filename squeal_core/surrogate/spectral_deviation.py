@@ -87,17 +87,17 @@ class Accuracy:
         off = np.maximum(np.abs(errors.real) / allowed, np.abs(errors.imag) / turning)
         return np.asarray(np.where(self.matters(eigenvalues), off, 0.0))
 
-    def deviation(self, found: ComplexArray, truth: ComplexArray) -> Deviation:
+    def deviation(self, result: ComplexArray, truth: ComplexArray) -> Deviation:
         """Compare two spectra (n,), (m,): each mode that matters in one with the other."""
-        off, growth, distances = 0.0, 0.0, np.zeros(found.size)
-        for one, other in ((found, truth), (truth, found)):
+        off, growth, distances = 0.0, 0.0, np.zeros(result.size)
+        for one, other in ((result, truth), (truth, result)):
             [matter] = self.matters(one[None])
             if not matter.any() or not other.size:
                 off = np.inf if matter.any() else off
                 continue
             errors = one - other[np.abs(one[:, None] - other).argmin(axis=1)]
             off = max(off, float(self.in_tolerances(one[None], errors[None]).max()))
-            if one is found:
+            if one is result:
                 growth = float(np.abs(errors.real[matter]).max())
                 distances = np.where(matter, np.abs(errors), 0.0)
         return Deviation(off, growth, distances)

@@ -79,11 +79,11 @@ class SpectralExpansion:
         """Return those at coefficients, (..., n) at (..., 9) [1/s]."""
         terms = self.monomials.at(self.steps(coefficients))
         entries = (terms @ self.series.view(float)).view(complex)
-        found = []
+        result = []
         for size, count in self._sizes():
             blocks, entries = np.split(entries, [count * size**2], axis=-1)
-            found.append(_of_matrices(blocks.reshape(*blocks.shape[:-1], count, size, size)))
-        return np.concatenate(found, axis=-1)
+            result.append(_of_matrices(blocks.reshape(*blocks.shape[:-1], count, size, size)))
+        return np.concatenate(result, axis=-1)
 
     def steps(self, coefficients: FloatArray) -> FloatArray:
         """Return z (..., v) of coefficients (..., 9)."""
@@ -96,15 +96,16 @@ class SpectralExpansion:
 
     def differences(self, eigenvalues: ComplexArray, others: ComplexArray) -> ComplexArray:
         """Return (P, n) eigenvalues less the nearest in the same block of others (P, n)."""
-        found, start = [], 0
+        result, start = [], 0
         for size, count in self._sizes():
             mine, theirs = (each[:, start:start + size * count].reshape(-1, count, size)
                             for each in (eigenvalues, others))
             start += size * count
             apart = mine[..., :, None] - theirs[..., None, :]
             nearest = np.abs(apart).argmin(axis=-1)[..., None]
-            found.append(np.take_along_axis(apart, nearest, axis=-1).reshape(len(eigenvalues), -1))
-        return np.concatenate(found, axis=-1)
+            result.append(np.take_along_axis(apart, nearest, axis=-1).reshape(
+                len(eigenvalues), -1))
+        return np.concatenate(result, axis=-1)
 
     @property
     def starts(self) -> IndexArray:
@@ -125,7 +126,7 @@ def _of_matrices(blocks: ComplexArray) -> ComplexArray:
         a, b, c, d = np.moveaxis(blocks.reshape(*blocks.shape[:-2], 4), -1, 0)
         mean, half = 0.5 * (a + d), 0.5 * (a - d)
         s = np.sqrt(half * half + b * c)
-        found = np.stack([mean - s, mean + s], axis=-1)
+        result = np.stack([mean - s, mean + s], axis=-1)
     else:
-        found = np.linalg.eigvals(blocks)
-    return found.reshape(*found.shape[:-2], -1)
+        result = np.linalg.eigvals(blocks)
+    return result.reshape(*result.shape[:-2], -1)

@@ -91,10 +91,10 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
     about = {'build_seconds': 0.0, 'workers': workers, 'kept_rows': len(leaves)}
     if leaves:
         progress(len(leaves), len(jobs))
-    for i, found in run_jobs(_leaves, {i: jobs[i] for i in jobs if i not in leaves}, workers):
-        leaves[i] = found
+    for i, result in run_jobs(_leaves, {i: jobs[i] for i in jobs if i not in leaves}, workers):
+        leaves[i] = result
         if checkpoint:
-            checkpoint.keep(i, found)
+            checkpoint.keep(i, result)
         progress(len(leaves), len(jobs))
     about['build_seconds'] = round(time.monotonic() - begun, 1)
     return builder.table([leaf for i in sorted(leaves) for leaf in leaves[i]], about)
@@ -146,8 +146,9 @@ class _Builder:
             return
         kept = None
         if not axes:
-            found = fit_cell(solutions, centre, half, self.tolerances, self.limits)
-            kept, axes = (found, ()) if isinstance(found, TableCell) else (found.cell, found.axes)
+            result = fit_cell(solutions, centre, half, self.tolerances, self.limits)
+            kept, axes = (result, ()) if isinstance(result, TableCell) else (
+                result.cell, result.axes)
         axis = _axis(axes, levels)
         if axis is None:
             yield Leaf(levels, place, kept)

@@ -118,14 +118,14 @@ class BlockInvariants:
 
     def of(self, eigenvalues: ComplexArray) -> ComplexArray:
         """Return the invariants (..., n) of eigenvalues (..., n), block by block."""
-        found = np.array(eigenvalues, order='C')
+        result = np.array(eigenvalues, order='C')
         first, middle, end = self._ends
         one, other = eigenvalues[..., first:end:2], eigenvalues[..., first + 1:end:2]
-        found[..., first:middle] = 0.5 * (one + other)
-        found[..., middle:end] = (0.5 * (one - other)) ** 2
+        result[..., first:middle] = 0.5 * (one + other)
+        result[..., middle:end] = (0.5 * (one - other)) ** 2
         for place in self.larger:
-            found[..., place] = _polynomial(eigenvalues[..., place])
-        return found
+            result[..., place] = _polynomial(eigenvalues[..., place])
+        return result
 
     @cached_property
     def _ends(self) -> tuple[int, int, int]:
@@ -177,10 +177,10 @@ class BlockInvariants:
     def _order(self) -> IndexArray:
         """Place (n,) of the invariant that stands for each eigenvalue."""
         first, middle, end = self._ends
-        found = np.arange(self.count)
-        found[first:end:2] = np.arange(first, middle)
-        found[first + 1:end:2] = np.arange(middle, end)
-        return found
+        result = np.arange(self.count)
+        result[first:end:2] = np.arange(first, middle)
+        result[first + 1:end:2] = np.arange(middle, end)
+        return result
 
 
 @dataclass(frozen=True, eq=False)

@@ -164,14 +164,14 @@ def _table(header: Mapping[str, Any], arrays: Mapping[str, Any],
 
 def _numbers(values: Mapping[str, Any], record: type) -> dict[str, Any]:
     """Return the numbers and ranges of a record by name, from a header."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name in record.__annotations__:
         value = values[name]
         numbers = value if isinstance(value, list) else [value]
         if not all(type(number) in (int, float) and not math.isnan(number) for number in numbers):
             raise ValueError(f'{name} is {short_repr(value)}')
-        found[name] = tuple(numbers) if isinstance(value, list) else value
-    return found
+        result[name] = tuple(numbers) if isinstance(value, list) else value
+    return result
 
 
 def cached_path(model: BrakeModel) -> Path:

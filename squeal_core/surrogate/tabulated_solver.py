@@ -74,10 +74,10 @@ class TabulatedSolver:
 
     def solve(self, point: OperatingPoint) -> ComplexModes:
         """Return the complex modes at a point."""
-        found, = self.solve_all([point])
-        if isinstance(found, np.linalg.LinAlgError):
-            raise found
-        return found
+        result, = self.solve_all([point])
+        if isinstance(result, np.linalg.LinAlgError):
+            raise result
+        return result
 
     def solve_all(self, points: Sequence[OperatingPoint], places: FloatArray | None = None
                   ) -> list[ComplexModes | np.linalg.LinAlgError]:
@@ -100,16 +100,16 @@ class TabulatedSolver:
             places = self.table.domain.places(self.model, points)
         known = self.table.evaluate(places, self.limits, self.band)
         listed = known.listed()
-        found: list[ComplexModes | np.linalg.LinAlgError] = []
+        result: list[ComplexModes | np.linalg.LinAlgError] = []
         for place, cell in enumerate(known.cells.tolist()):
             if cell < 0 or cell in self._distrusted:
-                found.append(self._in_full(points[place]))
+                result.append(self._in_full(points[place]))
                 continue
             self.statistics.tabulated += 1
             modes = listed[place]
             due = self.audit_every and self.statistics.tabulated % self.audit_every == 0
-            found.append(self._spot_check(points[place], modes, cell) if due else modes)
-        return found
+            result.append(self._spot_check(points[place], modes, cell) if due else modes)
+        return result
 
     def distrust(self, point: OperatingPoint) -> None:
         """Do not use the table's cell at a point again, as it was found wrong."""
@@ -130,18 +130,18 @@ class TabulatedSolver:
         except np.linalg.LinAlgError as error:
             return error
 
-    def _spot_check(self, point: OperatingPoint, found: ComplexModes,
+    def _spot_check(self, point: OperatingPoint, result: ComplexModes,
                     cell: int) -> ComplexModes | np.linalg.LinAlgError:
         """Compare an answer with the full solution, and distrust a cell that is wrong."""
         assert self.table is not None
         truth = self._in_full(point, audit=True)
         if isinstance(truth, np.linalg.LinAlgError):
             return truth
-        off = deviation(found, truth, self.table.tolerances)
+        off = deviation(result, truth, self.table.tolerances)
         self.statistics.audits += 1
         self.statistics.worst_audit = max(self.statistics.worst_audit, off)
         if off <= 1.0:
-            return found
+            return result
         self._distrust(cell)
         return truth
 
@@ -152,15 +152,15 @@ class TabulatedSolver:
         self.table = self.table.without(cell)
 
 
-def deviation(found: ComplexModes, truth: ComplexModes, tolerances: TableTolerances) -> float:
+def deviation(result: ComplexModes, truth: ComplexModes, tolerances: TableTolerances) -> float:
     """
     Return the largest distance of table and full solution, in tolerances.
 
     Of every oscillating mode that the table has or should have: that grows more than its bound on
     omitted modes.
     """
-    limit, below = found.tolerances.oscillation, found.omitted_below
-    ours, theirs = (m.mode_eigenvalues[(m.mode_eigenvalues.imag > limit)] for m in (found, truth))
+    limit, below = result.tolerances.oscillation, result.omitted_below
+    ours, theirs = (m.mode_eigenvalues[(m.mode_eigenvalues.imag > limit)] for m in (result, truth))
     if not ours.size or not theirs.size:
         return 0.0 if ours.size == theirs.size else np.inf
     away = np.abs(ours[:, None] - theirs)

@@ -97,16 +97,16 @@ class CycleTable:
         known = {f'{quantity}_{unit}': factor for quantity in quantities
                  for unit, factor in units.items()}
         plain = [re.sub('[^a-z0-9]+', '_', name.casefold()).strip('_') for name in names]
-        found = [i for i, name in enumerate(plain) if name in known]
-        if not found:
+        result = [i for i, name in enumerate(plain) if name in known]
+        if not result:
             others = ', '.join(name for name in known if name.startswith(quantities[0]))
             raise self._refuse(self._before, f'no column {usual!r} in {names}',
                                'the first line must name the columns, such as '
                                f'{TIME},{SPEED}; known are {others}')
-        if len(found) > 1:
-            raise self._refuse(self._before, f'{names[found[1]]!r} says again what '
-                               f'{names[found[0]]!r} says', 'keep one of the columns')
-        return Column(found[0], names[found[0]], known[plain[found[0]]])
+        if len(result) > 1:
+            raise self._refuse(self._before, f'{names[result[1]]!r} says again what '
+                               f'{names[result[0]]!r} says', 'keep one of the columns')
+        return Column(result[0], names[result[0]], known[plain[result[0]]])
 
     def _number(self, line: int, cells: list[str], column: Column) -> float:
         text = cells[column.number].strip() if column.number < len(cells) else ''

@@ -162,11 +162,11 @@ def _conditioning(section: QuantityReader | None) -> Conditioning:
             quantity.dimension, quantity.above, quantity.below, True, default,
             quantity.plausible))
 
-    found = Conditioning(number('cooling_speed', _SPEED), number('heating_speed', _SPEED),
-                         number('heating_pressure', _PRESSURE),
-                         number('longest', Quantity('time', 1.0, 1e5)))
+    result = Conditioning(number('cooling_speed', _SPEED), number('heating_speed', _SPEED),
+                          number('heating_pressure', _PRESSURE),
+                          number('longest', Quantity('time', 1.0, 1e5)))
     section.finish()
-    return found
+    return result
 
 
 def _stops(module: QuantityReader) -> Iterator[Stop]:

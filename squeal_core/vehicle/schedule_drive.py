@@ -52,10 +52,10 @@ class DrivenSchedule:
     def lines(self) -> list[str]:
         """Return the modules in words."""
         modules = dict.fromkeys(one.stop.module for one in self.stops)
-        found = {name: [one for one in self.stops if one.stop.module == name] for name in modules}
+        result = {name: [one for one in self.stops if one.stop.module == name] for name in modules}
         return [f'{name}: {len(own)} brake application{"s" * (len(own) > 1)}, '
                 f'{own[0].start:.0f} to {own[-1].end:.0f} s'
-                for name, own in found.items()]
+                for name, own in result.items()]
 
 
 class _Row(NamedTuple):

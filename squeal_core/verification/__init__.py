@@ -110,21 +110,21 @@ def sweeps(model: BrakeModel, parts: Parts | None, workers: int,
     case, friction = Case(model), np.linspace(0.0, 0.6, 61)[::stride]
     stiffness = model.nominal_contact_stiffness * np.linspace(0.02, 1.2, 60)[::stride]
     speeds = np.concatenate([np.linspace(0.25, 5.0, 20), np.linspace(6.0, 25.0, 20)])
-    found = {f'figure {figure}': sweep(model, case.at(speed), {'contact_stiffness': stiffness},
-                                       workers=workers)
-             for figure, speed in ((10, SLOW), (13, FAST))}
-    found['figure 15'] = sweep(model, case.by_law(SLOW), {'rotor_speed': speeds},
-                               friction_law=True, tracked=True)
+    result = {f'figure {figure}': sweep(model, case.at(speed), {'contact_stiffness': stiffness},
+                                        workers=workers)
+              for figure, speed in ((10, SLOW), (13, FAST))}
+    result['figure 15'] = sweep(model, case.by_law(SLOW), {'rotor_speed': speeds},
+                                friction_law=True, tracked=True)
     brakes = {'friction': (model, 1.0), 'friction, softer': (model, SOFTER[1])}
     if parts:
         brakes['friction, sums'] = parts.by_sums, 1.0
     for name, (brake, relative) in brakes.items():
         point, axes = case.at(SLOW, stiffness=relative), {'friction': friction}
-        found[name] = sweep(brake, point, axes, tracked=True)
-        found[f'{name}, no rotation'] = sweep(brake, point, axes, rotation=False, tracked=True)
-    if not all(record.complete for record in found.values()):
+        result[name] = sweep(brake, point, axes, tracked=True)
+        result[f'{name}, no rotation'] = sweep(brake, point, axes, rotation=False, tracked=True)
+    if not all(record.complete for record in result.values()):
         raise KeyboardInterrupt  # it ends a sweep early, which keeps what it has
-    return found
+    return result
 
 
 def as_text(result: Verification) -> str:

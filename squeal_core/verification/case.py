@@ -75,8 +75,8 @@ class Case:
 
     def pair(self, numbers: Pair, point: OperatingPoint) -> tuple[Mode, Mode]:
         """Return the modes that carry two numbers, worst first."""
-        found = identify(self.model, point).of(numbers)
-        return found[0], found[-1]
+        result = identify(self.model, point).of(numbers)
+        return result[0], result[-1]
 
     def critical_friction(self, numbers: Sequence[int], *, stiffness: float = 1.0) -> float:
         """Return mu at which the modes of these numbers start to grow, at 5 rad/s."""
@@ -102,13 +102,13 @@ class Case:
 
 def pairs(modes: ComplexModes) -> dict[Pair, Mode]:
     """Return the flutter modes by the numbers of each and of its neighbour in frequency."""
-    found = {}
+    result = {}
     for mode in modes.unstable:
         if mode.kind == 'flutter':
             near = min((other for other in modes.modes if other != mode),
                        key=lambda other: gap(mode, other))
-            found[min(mode.index, near.index), max(mode.index, near.index)] = mode
-    return dict(sorted(found.items()))
+            result[min(mode.index, near.index), max(mode.index, near.index)] = mode
+    return dict(sorted(result.items()))
 
 
 def added_pairs(case: Case) -> tuple[dict[Pair, Mode], dict[Pair, Pair], dict[Pair, Mode]]:

@@ -42,14 +42,14 @@ def maps(case: Case) -> Iterator[ClaimResult]:
                set(before) == {THIRD, PADS})
     yield from _moving(case, before)
     # all at once: each mode is followed while a term is taken out, whichever are asked for
-    found = dict(zip(added, mechanisms(case.model, case.at(FAST), list(added.values())),
-                     strict=True))
+    result = dict(zip(added, mechanisms(case.model, case.at(FAST), list(added.values())),
+                      strict=True))
     for pair, own in meant.items():
-        yield _added(pair, own, found.get(own))
+        yield _added(pair, own, result.get(own))
     for own in meant.values():
-        if own in found:
-            yield _gyroscopic(case, found[own])
-    yield _further({pair: mechanism for pair, mechanism in found.items()
+        if own in result:
+            yield _gyroscopic(case, result[own])
+    yield _further({pair: mechanism for pair, mechanism in result.items()
                     if pair not in meant.values()})
 
 
@@ -63,19 +63,19 @@ def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[ClaimResult]:
                    f'{share:.0%} of the energy', bool(share > 0.5), tolerance='over 50 %')
 
 
-def _added(pair: Pair, own: Pair, found: Mechanism | None) -> ClaimResult:
+def _added(pair: Pair, own: Pair, result: Mechanism | None) -> ClaimResult:
     claim, tolerance = f'{names([pair])} squeal at 20 rad/s only', 'one place'
-    if found is None:
+    if result is None:
         return said(claim, 'fig. 14', names([pair]), 'none', False, tolerance=tolerance)
-    parts = ', '.join(f'{part.name} {part.fraction:.0%}' for part in found.participation[:2])
+    parts = ', '.join(f'{part.name} {part.fraction:.0%}' for part in result.participation[:2])
     return said(claim, 'fig. 14', names([pair]), f'{names([own])}, '
-                f'{found.mode.frequency_hz:.0f} Hz', own == pair, tolerance=tolerance,
+                f'{result.mode.frequency_hz:.0f} Hz', own == pair, tolerance=tolerance,
                 fit=abs(own[0] - pair[0]) <= 1, why='a place in order of frequency depends on '
                 f'neighbours, which a fitted hat moves; in this mode take part {parts}, ...')
 
 
-def _gyroscopic(case: Case, found: Mechanism) -> ClaimResult:
-    mode, without = found.mode, found.without
+def _gyroscopic(case: Case, result: Mechanism) -> ClaimResult:
+    mode, without = result.mode, result.without
     free = complex_modes(replace(case.model, radial_dissipation=None), case.at(SLOW))
     slow = max((other for other in free.modes if abs(
         other.frequency_hz / mode.frequency_hz - 1.0) < 0.01), key=lambda m: m.growth_rate,
@@ -104,6 +104,6 @@ def _further(others: Mapping[Pair, Mechanism]) -> ClaimResult:
                 'point')
 
 
-def names(found: Iterable[Pair]) -> str:
+def names(result: Iterable[Pair]) -> str:
     """Return pairs in K09's way of writing, as 13/14."""
-    return ', '.join(f'{first}/{second}' for first, second in found)
+    return ', '.join(f'{first}/{second}' for first, second in result)

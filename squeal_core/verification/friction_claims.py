@@ -82,10 +82,10 @@ def pad_pair(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
 
 def _mergings(still: Case, softer: Sequence[tuple[Mode, Mode]]) -> str:
     """Return frictions at which pairs merge at the softer contact stiffnesses, in words."""
-    found = (nearest_exceptional_point(still.model, still.at(SLOW, stiffness=k),
-                                       modes=pair).value.real
-             for k, pair in zip(SOFTER, softer, strict=True))
-    return ', '.join(f'{value:.2f}' for value in found)
+    result = (nearest_exceptional_point(still.model, still.at(SLOW, stiffness=k),
+                                        modes=pair).value.real
+              for k, pair in zip(SOFTER, softer, strict=True))
+    return ', '.join(f'{value:.2f}' for value in result)
 
 
 def _why_apart(apart: float, near: str, parts: Parts | None) -> str:

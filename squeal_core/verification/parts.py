@@ -76,8 +76,8 @@ def rebuild(model: BrakeModel) -> Parts:
     disc = disc_modes(_hat(brake), brake.disc_modes, order=settings['disc_order'])
     pad = pad_modes(brake.pad, brake.contact, brake.pad_modes, elements=elements)
     pads = replace(pad, offset=half), replace(pad, offset=-half - brake.pad.thickness)
-    found = np.concatenate([part.angular_frequencies for part in (pads[0], disc, pads[1])])
-    if found.shape != (model.size,) or not np.allclose(found, model.angular_frequencies, 1e-6):
+    result = np.concatenate([part.angular_frequencies for part in (pads[0], disc, pads[1])])
+    if result.shape != (model.size,) or not np.allclose(result, model.angular_frequencies, 1e-6):
         raise SquealError("modes solved anew are not the model's; build the model again")
     faces = contact_faces(brake, disc, pads, elements[:2], settings['contact_points'])
     gyroscopic = operators.gyroscopic(disc.volume_layers(), _hat(brake).material.density)

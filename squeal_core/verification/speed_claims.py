@@ -77,11 +77,12 @@ def _doublets(case: Case, record: Sweep) -> Iterator[ClaimResult]:
 
 def _divergence(case: Case) -> ClaimResult:
     start = case.by_law(SLOW)
-    found = [[m.growth_rate for m in complex_modes(case.model, q).modes if m.kind == 'divergence']
-             for q in (start, replace(start, friction_slope=0.0))]
-    return said('divergence comes with the slope', 'fig. 15', 'appears', f'{len(found[0])} modes, '
-                f'{max(found[0], default=0.0):.0f} 1/s; without slope {len(found[1])}',
-                bool(found[0]) and not found[1])
+    result = [[m.growth_rate for m in complex_modes(case.model, q).modes if m.kind == 'divergence']
+              for q in (start, replace(start, friction_slope=0.0))]
+    return said('divergence comes with the slope', 'fig. 15', 'appears',
+                f'{len(result[0])} modes, {max(result[0], default=0.0):.0f} 1/s; '
+                f'without slope {len(result[1])}',
+                bool(result[0]) and not result[1])
 
 
 def torsion(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
@@ -104,12 +105,12 @@ def torsion(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
 def _by_slope(case: Case) -> ClaimResult:
     start = case.by_law(SLOW)
     mode = case.of_torsion(complex_modes(case.model, start), start)
-    found = mechanisms(case.model, start, [mode])[0]
-    without = {'negative_slope': np.nan, 'friction_couple': np.nan, **found.without}
+    result = mechanisms(case.model, start, [mode])[0]
+    without = {'negative_slope': np.nan, 'friction_couple': np.nan, **result.without}
     return said('squeals by negative slope, not coupling', 'fig. 16', 'negative slope',
                 f'{mode.growth_rate:+.1f}; without slope {without["negative_slope"]:+.1f}, '
                 f'without B {without["friction_couple"]:+.1f} 1/s',
-                found.label == 'negative slope' and without['friction_couple'] > 0.0)
+                result.label == 'negative slope' and without['friction_couple'] > 0.0)
 
 
 def _follower(case: Case, parts: Parts) -> ClaimResult:

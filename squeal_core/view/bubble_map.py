@@ -112,13 +112,13 @@ def spread(heights: Sequence[float], gap: float, top: float) -> list[float]:
 
     """
     gap = min(gap, top / max(len(heights), 1))
-    found: list[float] = []
+    result: list[float] = []
     for height in heights:
-        found.append(max(height, found[-1] + gap if found else 0.5 * gap))
-    for place in reversed(range(len(found))):
-        above = found[place + 1] if place + 1 < len(found) else top + 0.5 * gap
-        found[place] = min(found[place], above - gap)
-    return found
+        result.append(max(height, result[-1] + gap if result else 0.5 * gap))
+    for place in reversed(range(len(result))):
+        above = result[place + 1] if place + 1 < len(result) else top + 0.5 * gap
+        result[place] = min(result[place], above - gap)
+    return result
 
 
 def _legend(figure: Any, modes: Sequence[UnstableMode], scale: float) -> None:

@@ -31,7 +31,7 @@ _TICKS_APART = 5.0  # of values on a logarithmic scale: the texts of nearer ones
 _Row = Sequence[ComparedMode | None]
 
 
-def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
+def plot_comparison(result: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
                     path: FigureTarget, *, title: str, conditions: str,
                     drive: str, bounds: tuple[float, float], overwrite: bool = True) -> None:
     """
@@ -39,10 +39,10 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
 
     Parameters
     ----------
-    found : BrakeComparison
+    result : BrakeComparison
         The brakes.
     rows : sequence of rows
-        Of `found.rows()`, those to show.
+        Of `result.rows()`, those to show.
     risks : sequence of DriveRisk
         Of each brake; empty: there was no drive.
     path : path or binary file
@@ -59,10 +59,10 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
         Whether an existing file may be replaced.
 
     """
-    names = [brake.name for brake in found.brakes]
+    names = [brake.name for brake in result.brakes]
     shown = sorted(sorted(rows, key=lambda row: -_growth(row))[:_MOST], key=_frequency)
     about = f'{conditions}; matched by ' + '; '.join(dict.fromkeys(
-        match.basis for match in found.matches)) + (
+        match.basis for match in result.matches)) + (
             f'; the {_MOST} of {len(rows)} modes that grow most' if len(rows) > _MOST else '')
     title = title or f'Brakes compared: {", ".join(names)}'
     with slide(path, title, about, overwrite=overwrite) as figure:
@@ -70,14 +70,14 @@ def plot_comparison(found: BrakeComparison, rows: Sequence[_Row], risks: Sequenc
             :4 if risks else 3])
         _rows(panels[0], shown, _growths)
         _rows(panels[1], shown, _shifts)
-        _rows(panels[2], shown, partial(_boundaries, found, bounds[1]))
+        _rows(panels[2], shown, partial(_boundaries, result, bounds[1]))
         _scale_growth(panels[0], max(map(_growth, shown), default=0.0))
         panels[0].set_yticks(range(len(shown)), [_label(row) for row in shown])
         panels[1].set(xlabel=f'frequency against\n{names[0]}  %')
         panels[2].set(xlabel=f'critical friction\n(at {bounds[1]:g}: stable up to it)',
                       xlim=(bounds[0], bounds[1] + 0.03 * (bounds[1] - bounds[0])))
         macs = panels[2].secondary_yaxis('right')
-        macs.set_yticks(range(len(shown)), [_macs(found, row) for row in shown], fontsize=12)
+        macs.set_yticks(range(len(shown)), [_macs(result, row) for row in shown], fontsize=12)
         macs.tick_params(length=0)
         panels[2].set_title('MAC', loc='right', fontsize=13)
         if risks:
@@ -114,8 +114,8 @@ def _label(row: _Row) -> str:
     return f'{mode.identity}  {mode.component}  {mode.frequency_hz:.0f} Hz'
 
 
-def _macs(found: BrakeComparison, row: _Row) -> str:
-    values = [mac_of(found, row, place) for place in range(1, len(row))]
+def _macs(result: BrakeComparison, row: _Row) -> str:
+    values = [mac_of(result, row, place) for place in range(1, len(row))]
     return ', '.join('–' if math.isnan(value) else f'{value:.2f}' for value in values)
 
 
@@ -129,11 +129,11 @@ def _shifts(row: _Row) -> list[float]:
             else 100.0 * (mode.frequency_hz / first.frequency_hz - 1.0) for mode in row]
 
 
-def _boundaries(found: BrakeComparison, bound: float, row: _Row) -> list[float]:
+def _boundaries(result: BrakeComparison, bound: float, row: _Row) -> list[float]:
     """Return critical frictions: the bound where a mode is stable up to it, NaN: not known."""
     return [math.nan if mode is None or not brake.boundaries_known
             else bound if math.isnan(mode.critical_friction) else mode.critical_friction
-            for brake, mode in zip(found.brakes, row, strict=True)]
+            for brake, mode in zip(result.brakes, row, strict=True)]
 
 
 def _rows(axes: Any, rows: Sequence[_Row], values: Callable[[_Row], list[float]]) -> None:

@@ -23,6 +23,6 @@ def ranked_terms(contributions: Mapping[str, float]) -> dict[str, float]:
     """Return the terms that count [1/s], largest first, and the sum of the others."""
     least = _LEAST_SHARE * max(map(abs, contributions.values()))
     ranked = sorted(contributions.items(), key=lambda item: -item[1])
-    found = {name: value for name, value in ranked if abs(value) >= least}
-    rest = sum(value for name, value in contributions.items() if name not in found)
-    return {**found, 'others': rest} if rest else found
+    result = {name: value for name, value in ranked if abs(value) >= least}
+    rest = sum(value for name, value in contributions.items() if name not in result)
+    return {**result, 'others': rest} if rest else result

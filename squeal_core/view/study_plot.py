@@ -101,13 +101,13 @@ def _critical(study: Study) -> _Shown:
     name, unit, factor = parameter_in_words(study.about['parameter'])
     values = {side: study.grid(side) / factor for side in ('above', 'below')}
     side = max(values, key=lambda one: int(np.isfinite(values[one]).sum()))
-    found, known = values[side], np.isfinite(values[side])
-    ends = (found[known].min(), found[known].max()) if known.any() else (0.0, 1.0)
+    result, known = values[side], np.isfinite(values[side])
+    ends = (result[known].min(), result[known].max()) if known.any() else (0.0, 1.0)
     # the nearest one is the worst to a stable point, the farthest one to an unstable point
     unstable = 2 * (study.grid('growth_rate')[known] > 0.0).sum() > known.sum()
     lowest = (side == 'above') != unstable
     worst, words = (np.fmin, 'the lowest') if lowest else (np.fmax, 'the highest')
-    return _Shown(found, f'stability boundary of {name}, {side} the point  {unit}'.rstrip(),
+    return _Shown(result, f'stability boundary of {name}, {side} the point  {unit}'.rstrip(),
                   Normalize(*ends), colormaps['viridis'], worst, words)
 
 

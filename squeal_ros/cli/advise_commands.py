@@ -57,15 +57,15 @@ def advise(options: argparse.Namespace) -> int:
     risks = VehicleRisk(model, chosen)
     if options.output:
         return _map(model, chosen, risks, hold, options)
-    found = _quiet(model, chosen, risks.squeal_risk, hold, options)
+    result = _quiet(model, chosen, risks.squeal_risk, hold, options)
     if options.json:
         print(json.dumps(plain({'model': options.model, 'notice': NOTICE, 'hold': hold,
-                                'points': [_as_json(*one) for one in found]})))
+                                'points': [_as_json(*one) for one in result]})))
     else:
         print(NOTICE)
-        for at, advice in found:
+        for at, advice in result:
             print('\n'.join(_lines(at, advice, hold)))
-    return 0 if any(advice.intervals for _, advice in found) else 1
+    return 0 if any(advice.intervals for _, advice in result) else 1
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -105,12 +105,12 @@ def _quiet(model: BrakeModel, chosen: MonitorSettings, risk: SquealRisk | None, 
     present = math.nan if options.pressure is None else options.pressure
     jobs = {place: (adviser, SlidingConditions(rotor_speed=speed, pressure=present, friction=mu))
             for place, (speed, mu) in enumerate(_speeds_and_frictions(model, options))}
-    found: dict[int, PressureAdvice] = {}
+    result: dict[int, PressureAdvice] = {}
     with ProgressBar('conditions') as progress:
         for place, advice in run_jobs(PressureAdviser.__call__, jobs, options.workers):
-            found[place] = advice
-            progress(len(found), len(jobs))
-    return [(at, found[place]) for place, (_, at) in jobs.items()]
+            result[place] = advice
+            progress(len(result), len(jobs))
+    return [(at, result[place]) for place, (_, at) in jobs.items()]
 
 
 def _speeds_and_frictions(model: BrakeModel, options: argparse.Namespace
@@ -157,20 +157,20 @@ def _map(model: BrakeModel, chosen: MonitorSettings, risks: VehicleRisk, hold: f
         _bounds(model, options), options.speeds, options.frictions)
     counts = options.points
     with ProgressBar('columns') as progress:
-        found = advice_map(
+        result = advice_map(
             model, np.geomspace(low, high, counts[0]), np.geomspace(slow, fast, counts[1]),
             np.linspace(least, most, counts[2]), risk=risks.squeal_risk, hold=hold,
             about=_about(options.model, model, chosen, risks, hold), band_hz=band_of(chosen),
             tolerances=Tolerances.of(model, growth=chosen.growth_threshold),
             workers=options.workers, progress=progress)
-    write_advice_map(found, *options.output, overwrite=options.force)
-    known = int(np.isfinite(found.risk).sum())
-    others = f' (the others are {OUTSIDE})' if 0 < known < found.risk.size else ''
-    summary = {'output': options.output, 'points': found.risk.size, 'risks_known': known,
-               'stable_points': int((found.growth_rate <= chosen.growth_threshold).sum()),
-               **found.about}
+    write_advice_map(result, *options.output, overwrite=options.force)
+    known = int(np.isfinite(result.risk).sum())
+    others = f' (the others are {OUTSIDE})' if 0 < known < result.risk.size else ''
+    summary = {'output': options.output, 'points': result.risk.size, 'risks_known': known,
+               'stable_points': int((result.growth_rate <= chosen.growth_threshold).sum()),
+               **result.about}
     print(json.dumps(plain(summary)) if options.json else
-          f'{", ".join(options.output)}: {found.risk.size} points, {known} with a risk'
+          f'{", ".join(options.output)}: {result.risk.size} points, {known} with a risk'
           f'{others}, {summary["stable_points"]} stable')
     return 0 if known else 1
 

@@ -76,19 +76,19 @@ def calibrate(options: argparse.Namespace) -> int:
         report_progress(f'{done.draws} draws, {done.power:.0%} of the likelihood, effective '
                         f'sample size {done.effective_size:.0f}')
 
-    found = run_calibration(
+    result = run_calibration(
         model, emulator, recorded.applications, train, prior=ensemble_prior(settings),
         hearing=hearing, settings=limits, seed=options.seed, progress=said,
         workers=options.workers if options.workers > 1 and recorded.ticks > _MANY_TICKS else 0)
-    evaluation = evaluate(found, model, emulator, recorded.applications, train, test,
+    evaluation = evaluate(result, model, emulator, recorded.applications, train, test,
                           hearing, limits) if test else None
     about = {'model_name': Path(settings.model).name,
-             **_about(options, given, recorded, matched, found, evaluation, hearing)}
-    write_calibration(found.ensemble(_in_words(found, about)), model, options.output, about,
+             **_about(options, given, recorded, matched, result, evaluation, hearing)}
+    write_calibration(result.ensemble(_in_words(result, about)), model, options.output, about,
                       overwrite=options.force)
-    _print(options, found, evaluation, {**about, 'model': model_hash(model)},
+    _print(options, result, evaluation, {**about, 'model': model_hash(model)},
            given.of_all_brakes(options.brakes))
-    return 1 if _distrust(found, evaluation) else 0
+    return 1 if _distrust(result, evaluation) else 0
 
 
 def _check(options: argparse.Namespace, given: GivenRecordings) -> None:
@@ -147,7 +147,7 @@ def _held_out(fraction: float, events: int, evaluation: Evaluation | None) -> li
 
 
 def _about(options: argparse.Namespace, given: GivenRecordings, recorded: ListenedApplications,
-           matched: MatchedEvents, found: Calibration, evaluation: Evaluation | None,
+           matched: MatchedEvents, result: Calibration, evaluation: Evaluation | None,
            hearing: HearingModel) -> dict[str, Any]:
     """Return provenance, prior against posterior and scores, as the file has them."""
     return {
@@ -156,17 +156,17 @@ def _about(options: argparse.Namespace, given: GivenRecordings, recorded: Listen
         'events_file': Path(options.events or options.sound).name,
         'listened_to': given.listened_brakes(options.brakes),
         'observations': {
-            'with_squeal': matched.heard, 'fitted_with_squeal': found.heard,
-            'fitted_silent': found.silent,
+            'with_squeal': matched.heard, 'fitted_with_squeal': result.heard,
+            'fitted_silent': result.silent,
             'held_out': evaluation.count if evaluation else 0,
             'incomplete': matched.incomplete, 'events_unmatched': len(matched.unmatched)},
         'hearing': asdict(hearing),
-        'sampling': {'rounds': len(found.sample.rounds),
-                     'draws': found.sample.rounds[-1].draws,
-                     'effective_size': round(found.sample.effective_size, 1)},
+        'sampling': {'rounds': len(result.sample.rounds),
+                     'draws': result.sample.rounds[-1].draws,
+                     'effective_size': round(result.sample.effective_size, 1)},
         'parameters': {row.name: dict(zip(row._fields[1:], row[1:], strict=True))
-                       for row in parameter_rows(found)},
-        'remarks': [*remarks(found), *given.of_all_brakes(options.brakes),
+                       for row in parameter_rows(result)},
+        'remarks': [*remarks(result), *given.of_all_brakes(options.brakes),
                     *_held_out(options.held_out, matched.heard, evaluation)],
         'scores': {} if evaluation is None else {
             **{name.replace(' ', '_'): asdict(one) for name, one in evaluation.scores.items()},
@@ -174,17 +174,17 @@ def _about(options: argparse.Namespace, given: GivenRecordings, recorded: Listen
             'frequency_error': evaluation.frequency_error}}
 
 
-def _in_words(found: Calibration, about: Mapping[str, Any]) -> str:
-    near = f', counted {found.likelihood_power:.0%}' if found.likelihood_power < 1.0 else ''
-    return (f'calibrated with {found.heard} squealing and {found.silent} silent brake '
+def _in_words(result: Calibration, about: Mapping[str, Any]) -> str:
+    near = f', counted {result.likelihood_power:.0%}' if result.likelihood_power < 1.0 else ''
+    return (f'calibrated with {result.heard} squealing and {result.silent} silent brake '
             f'applications on {about["date"]}{near}')
 
 
-def _distrust(found: Calibration, evaluation: Evaluation | None) -> str:
+def _distrust(result: Calibration, evaluation: Evaluation | None) -> str:
     """Return the reason not to trust the calibration, as far as known; '' for none."""
-    if not found.heard:
+    if not result.heard:
         return 'no event was fitted, so the ensemble is the prior and not calibrated'
-    if found.likelihood_power < found.power:
+    if result.likelihood_power < result.power:
         return 'too small a sample'
     if evaluation is None or evaluation.count < _LEAST_HELD_OUT:
         return ''
@@ -193,21 +193,21 @@ def _distrust(found: Calibration, evaluation: Evaluation | None) -> str:
     return 'no better than the base rate' if worse else ''
 
 
-def _print(options: argparse.Namespace, found: Calibration, evaluation: Evaluation | None,
+def _print(options: argparse.Namespace, result: Calibration, evaluation: Evaluation | None,
            about: Mapping[str, Any], of_all_brakes: Sequence[str]) -> None:
-    why = _distrust(found, evaluation)
+    why = _distrust(result, evaluation)
     if options.json:
         print(json.dumps(plain({
-            **about, 'likelihood_power': found.likelihood_power, 'not_trusted': why,
+            **about, 'likelihood_power': result.likelihood_power, 'not_trusted': why,
             'output': options.output,
             'not_computed': evaluation.without if evaluation else ''})))
         return
     seen = about['observations']
     print(f'model: {about["model_name"]}, hash {about["model"][:12]}')
-    print(f'fitted: {found.heard} of {seen["with_squeal"]} events (applications with squeal), '
-          f'{found.silent} silent applications; left out: {seen["incomplete"]} hardly known, '
+    print(f'fitted: {result.heard} of {seen["with_squeal"]} events (applications with squeal), '
+          f'{result.silent} silent applications; left out: {seen["incomplete"]} hardly known, '
           f'{seen["events_unmatched"]} events in none')
-    print('\n'.join([*report_lines(found), *of_all_brakes,
+    print('\n'.join([*report_lines(result), *of_all_brakes,
                      *(evaluation_lines(evaluation) if evaluation else []),
                      *_held_out(options.held_out, seen['with_squeal'], evaluation)]))
     if why:

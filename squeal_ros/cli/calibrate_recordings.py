@@ -86,7 +86,7 @@ class GivenRecordings:
             read.zero[one.name] = zero
             read.ticks += collected.ticks
             read.applications += [
-                it for it in collected.found if it.brake in listened
+                it for it in collected.applications if it.brake in listened
                 and heard.covers(one.name, it.time[0] - zero, it.time[-1] - zero)
                 and (low is None or it.time[0] >= low) and (high is None or it.time[-1] <= high)]
         if not read.applications:

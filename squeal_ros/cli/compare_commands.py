@@ -87,18 +87,18 @@ def compare(options: argparse.Namespace) -> int:
     points = [operating_point(one.model, options) for one in given]
     compared = [_compared(one, point, bounds)
                 for one, point in zip(given, points, strict=True)]
-    found = compare_brakes(compared)
+    result = compare_brakes(compared)
     risks = _risks(given, driven, options) if driven else []
-    rows = shown_rows(found, options.band, every=options.all)
+    rows = shown_rows(result, options.band, every=options.all)
     if options.plot:
         from squeal_core.view.comparison_slide import plot_comparison
-        plot_comparison(found, rows, risks, options.plot, title=options.title,
+        plot_comparison(result, rows, risks, options.plot, title=options.title,
                         conditions=_conditions(given, points), drive=options.drive or '',
                         bounds=bounds, overwrite=options.force)
     if options.json:
-        print(json.dumps(plain(_as_json(found, rows, risks, points, options))))
+        print(json.dumps(plain(_as_json(result, rows, risks, points, options))))
     else:
-        print('\n'.join(_lines(found, rows, risks, _points_in_words(given, points), options)))
+        print('\n'.join(_lines(result, rows, risks, _points_in_words(given, points), options)))
     return 0
 
 
@@ -166,11 +166,11 @@ def _risks(given: Sequence[Given], driven: tuple[Drive, Vehicle],
            options: argparse.Namespace) -> list[DriveRisk]:
     """Return the risk of each brake over the drive, by its own friction and emulator."""
     settings = load_settings(resources.config_folder() / 'monitor.yaml')
-    settings, found = replace(settings, rate=_DRIVE_RATE), []
+    settings, result = replace(settings, rate=_DRIVE_RATE), []
     for one in given:
         if one.model.friction_table is None or one.model.caliper is None:
             lacks = 'caliper' if one.model.caliper is None else 'friction table over temperature'
-            found.append(DriveRisk(unknown=f'this model has no {lacks}'))
+            result.append(DriveRisk(unknown=f'this model has no {lacks}'))
             continue
         if find_emulator(one.model) is None:
             build_emulator_file(cached_emulator_path(one.model), one.model, overwrite=True,
@@ -178,56 +178,56 @@ def _risks(given: Sequence[Given], driven: tuple[Drive, Vehicle],
                                 of=f' for the growth emulator of {one.name}')
         signals = signals_of(*driven, one.model, rate=10.0, duration=options.duration)
         with ProgressBar(f'ticks of {one.name}') as progress:
-            found.append(drive_risk(one.model, signals, settings, progress))
-    return found
+            result.append(drive_risk(one.model, signals, settings, progress))
+    return result
 
 
 _Row = list[ComparedMode | None]
 
 
-def shown_rows(found: BrakeComparison, band_hz: tuple[float, float], *,
+def shown_rows(result: BrakeComparison, band_hz: tuple[float, float], *,
                every: bool = False) -> list[_Row]:
     """Return the modes of a band; those that are stable in all only where every one is wanted."""
     low, high = band_hz
-    return [row for row in found.rows() if any(
+    return [row for row in result.rows() if any(
         mode is not None and low <= mode.frequency_hz <= high
         and (every or mode.unstable or not math.isnan(mode.critical_friction))
         for mode in row)]
 
 
-def _as_json(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
+def _as_json(result: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
              points: Sequence[OperatingPoint], options: argparse.Namespace) -> dict[str, Any]:
     return {
         'brakes': [{
             'name': one.name, 'given': given, 'point': asdict(point),
-            'matched_by': '' if place == 0 else found.matches[place - 1].basis,
+            'matched_by': '' if place == 0 else result.matches[place - 1].basis,
             'critical_friction_known': one.boundaries_known,
             'drive_risk': asdict(risks[place]) if risks else None}
             for place, (one, given, point) in enumerate(zip(
-                found.brakes, options.brakes, points, strict=True))],
+                result.brakes, options.brakes, points, strict=True))],
         'drive': options.drive,
-        'modes': [[None if mode is None else {**mode._asdict(), 'mac': mac_of(found, row, place)}
+        'modes': [[None if mode is None else {**mode._asdict(), 'mac': mac_of(result, row, place)}
                    for place, mode in enumerate(row)] for row in rows]}
 
 
-def _lines(found: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
+def _lines(result: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveRisk],
            points: Sequence[str], options: argparse.Namespace) -> list[str]:
-    first, lines = found.brakes[0], [*points]
+    first, lines = result.brakes[0], [*points]
     lines += [f'{other.name}: modes matched with those of {first.name} by {match.basis}'
-              for other, match in zip(found.brakes[1:], found.matches, strict=True)]
+              for other, match in zip(result.brakes[1:], result.matches, strict=True)]
     lines += [f'{one.name}: critical friction is not known, as a table does not follow modes'
-              for one in found.brakes if not one.boundaries_known]
-    width = max(len(one.name) for one in found.brakes)
+              for one in result.brakes if not one.boundaries_known]
+    width = max(len(one.name) for one in result.brakes)
     lines.append(f'{"brake":{width}} {"mode":>9} {"Hz":>10} {"shift %":>8} {"growth 1/s":>11} '
                  f'{"damping ratio":>14} {"critical friction":>18} {"MAC":>6}')
     for row in rows:
-        lines += [_line(one.name, row[0], mode, mac_of(found, row, place), width)
-                  for place, (one, mode) in enumerate(zip(found.brakes, row, strict=True))]
+        lines += [_line(one.name, row[0], mode, mac_of(result, row, place), width)
+                  for place, (one, mode) in enumerate(zip(result.brakes, row, strict=True))]
     if not rows:
         lines.append('no mode of the band is unstable at the point, or at any friction up to '
                      'the bound (--all lists stable ones)')
     lines += [_risk_line(one.name, risk, options.drive)
-              for one, risk in zip(found.brakes, risks, strict=False)]
+              for one, risk in zip(result.brakes, risks, strict=False)]
     return lines
 
 

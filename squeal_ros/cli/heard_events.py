@@ -43,15 +43,15 @@ def heard_events(options: argparse.Namespace, places: Collection[str]) -> Listen
 
     """
     if options.events:
-        found = Listening(Path(options.events), tuple(read_events(options.events, places)))
+        result = Listening(Path(options.events), tuple(read_events(options.events, places)))
     elif Path(options.sound).suffix == '.csv':
-        found = read_listening(options.sound, places)
+        result = read_listening(options.sound, places)
     else:
-        found = _listened(options.sound)
+        result = _listened(options.sound)
     if options.minimum_level is None:
-        return found
-    return replace(found, events=tuple(
-        one for one in found.events if not one.level_db < options.minimum_level))
+        return result
+    return replace(result, events=tuple(
+        one for one in result.events if not one.level_db < options.minimum_level))
 
 
 def _listened(path: str) -> Listening:

@@ -66,24 +66,24 @@ def check_pictures(options: argparse.Namespace) -> None:
 
 
 def draw_pictures(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
-                  found: ComplexModes, numbers: Sequence[str]) -> None:
+                  result: ComplexModes, numbers: Sequence[str]) -> None:
     """Draw the requested plots."""
     if options.plot and options.picture == 'damping':
-        _draw_damping(options, model, point, found, numbers)
+        _draw_damping(options, model, point, result, numbers)
     elif options.plot and options.picture == 'mechanism':
         from squeal_core.view.mode_bars import plot_mechanism
-        why = _mechanism(options.mode, model, point, found, numbers)
+        why = _mechanism(options.mode, model, point, result, numbers)
         plot_mechanism(why, options.plot, overwrite=options.force, **_words(
             options, model, point, why, numbers))
     if options.animate or options.plot and options.picture == 'shape':
-        _draw_shapes(options, model, point, found, numbers)
+        _draw_shapes(options, model, point, result, numbers)
 
 
 def _draw_damping(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
-                  found: ComplexModes, numbers: Sequence[str]) -> None:
+                  result: ComplexModes, numbers: Sequence[str]) -> None:
     from squeal_core.view.mode_bars import damping_bars, plot_damping
     from squeal_core.view.slide import point_words
-    bars = damping_bars(found.modes, numbers, options.threshold, SQUEAL_BAND)
+    bars = damping_bars(result.modes, numbers, options.threshold, SQUEAL_BAND)
     if not bars:
         raise SquealError('--picture damping: no mode oscillates in {:g} to {:g} Hz at this '
                           'point'.format(*SQUEAL_BAND))
@@ -93,10 +93,10 @@ def _draw_damping(options: argparse.Namespace, model: BrakeModel, point: Operati
 
 
 def _draw_shapes(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
-                 found: ComplexModes, numbers: Sequence[str]) -> None:
+                 result: ComplexModes, numbers: Sequence[str]) -> None:
     from squeal_core.view.mode_shape import animate_shape, check_shapes, plot_shape, shape_view
     check_shapes(model)
-    why = _mechanism(options.mode, model, point, found, numbers)
+    why = _mechanism(options.mode, model, point, result, numbers)
     view = shape_view(model, mode_vectors(model, point, why.mode.eigenvalue).right,
                       **_words(options, model, point, why, numbers))
     for path, moving in ((options.plot if options.picture == 'shape' else None, False),
@@ -108,25 +108,25 @@ def _draw_shapes(options: argparse.Namespace, model: BrakeModel, point: Operatin
             (animate_shape if moving else plot_shape)(view, path, overwrite=options.force)
 
 
-def _mechanism(wanted: str | None, model: BrakeModel, point: OperatingPoint, found: ComplexModes,
+def _mechanism(wanted: str | None, model: BrakeModel, point: OperatingPoint, result: ComplexModes,
                numbers: Sequence[str]) -> Mechanism:
-    mode = _chosen(wanted, found, numbers)
+    mode = _chosen(wanted, result, numbers)
     return mechanisms(model, point, [mode], top=3)[0]
 
 
-def _chosen(wanted: str | None, found: ComplexModes, numbers: Sequence[str]) -> Mode:
+def _chosen(wanted: str | None, result: ComplexModes, numbers: Sequence[str]) -> Mode:
     """Return the mode of a number, of those that carry it the least stable one."""
     if wanted is None:
-        mode = found.worst_in(*SQUEAL_BAND)
+        mode = result.worst_in(*SQUEAL_BAND)
         if mode is None:
             raise SquealError('--plot: no mode oscillates in {:g} to {:g} Hz at this point; '
                               'choose one with --mode'.format(*SQUEAL_BAND))
         return mode
-    own = [mode for mode in found.modes
+    own = [mode for mode in result.modes
            if numbers[mode.index - 1] == wanted or wanted in numbers[mode.index - 1].split('/')]
     if not own:
         raise SquealError(f'--mode: is {short_repr(wanted)}; give a number of the column `mode`, '
-                          f'1 to {len(found.modes)} (`squeal modes ... --all` lists them)')
+                          f'1 to {len(result.modes)} (`squeal modes ... --all` lists them)')
     mode = max(own, key=lambda one: one.growth_rate)
     if mode.kind == 'rigid':
         raise SquealError(f'--mode: {wanted} is a rigid motion, an eigenvalue at zero; choose '

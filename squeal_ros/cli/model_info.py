@@ -59,10 +59,11 @@ def model_lines(header: Mapping[str, Any], model: BrakeModel, name: str) -> Iter
 
 
 def _check_line(check: object) -> str:
-    found = _mapping(check)
-    verdict = 'ok' if found.get('passed') is True else 'WARNING'
-    return (f'audit            {verdict:8}{printable(found.get("name", "unnamed")):36} '
-            f'{_number(found.get("value"), "9.2e"):>9}  limit {_number(found.get("limit"), "g")}')
+    result = _mapping(check)
+    verdict = 'ok' if result.get('passed') is True else 'WARNING'
+    return (f'audit            {verdict:8}{printable(result.get("name", "unnamed")):36} '
+            f'{_number(result.get("value"), "9.2e"):>9}  '
+            f'limit {_number(result.get("limit"), "g")}')
 
 
 def _number(value: object, form: str) -> str:

@@ -105,30 +105,30 @@ def modes(options: argparse.Namespace) -> int:
     if options.without_rotation:
         model = without_rotation(model)
     point = operating_point(model, options)
-    found = complex_modes(model, point)
-    why = {item.mode.index: item for item in mechanisms(model, point, found.unstable)}
+    result = complex_modes(model, point)
+    why = {item.mode.index: item for item in mechanisms(model, point, result.unstable)}
     numbers = [str(identity) for identity in identities(model, point)]
     coupled = [item.mode for item in why.values() if item.label == 'mode coupling']
-    coupling = FrictionCoupling(model, point, found.modes) if coupled else None
+    coupling = FrictionCoupling(model, point, result.modes) if coupled else None
     partners = {mode.index: numbers[other.index - 1] for mode in coupled
                 if coupling and (other := coupling.partner(mode))}
-    draw_pictures(options, model, point, found, numbers)
+    draw_pictures(options, model, point, result, numbers)
     if options.json:
-        worth = eigenvalue_conditions(model, point, found.modes)
+        worth = eigenvalue_conditions(model, point, result.modes)
         print(json.dumps(plain({
             'model': options.model, 'rotation': not options.without_rotation,
             'point': asdict(point), 'plot': options.plot, 'animation': options.animate,
             'modes': [{**_mode_json(mode, numbers[mode.index - 1], own),
                        **_mechanism_json(model, point, why.get(mode.index)),
                        'coupled_with': partners.get(mode.index)}
-                      for mode, own in zip(found.modes, worth, strict=True)]})))
+                      for mode, own in zip(result.modes, worth, strict=True)]})))
         return 0
     print(point_in_words(model, point))
-    words = counts_in_words([(mode.kind, mode.frequency_hz) for mode in found.unstable])
-    print(f'{len(found.unstable)} of {len(found.modes)} modes are unstable'
+    words = counts_in_words([(mode.kind, mode.frequency_hz) for mode in result.unstable])
+    print(f'{len(result.unstable)} of {len(result.modes)} modes are unstable'
           f'{f": {words}" if words else ""}')
-    shown = found.modes if options.all else sorted(
-        found.unstable, key=lambda mode: rank(mode.kind, mode.frequency_hz, mode.growth_rate))
+    shown = result.modes if options.all else sorted(
+        result.unstable, key=lambda mode: rank(mode.kind, mode.frequency_hz, mode.growth_rate))
     _print_modes(shown, numbers, why, partners)
     written = [path for path in (options.plot, options.animate) if path]
     if written:

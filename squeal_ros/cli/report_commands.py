@@ -55,8 +55,8 @@ def report(options: argparse.Namespace) -> int:
     else:
         for run in runs:
             print(_line(run))
-        for found in comparisons:
-            print('\n'.join(found.lines()))
+        for result in comparisons:
+            print('\n'.join(result.lines()))
         print(f'written: {options.output}, {size / 1e6:.1f} MB')
     return 1 if all(run.nothing_known for run in runs) else 0
 

@@ -109,15 +109,15 @@ def _split(options: argparse.Namespace) -> int:
     points, numbers = _points(options, model)
     point = points[0](model)
     tracked = identify(model, point)
-    found = target_modes(model, point, tracked, numbers[0][:1], 1, SQUEAL_BAND)
-    if not found:
+    result = target_modes(model, point, tracked, numbers[0][:1], 1, SQUEAL_BAND)
+    if not result:
         raise SquealError('no mode oscillates in the squeal band there; choose another point')
     with ProgressBar('angles') as progress:
-        growth = split_growth(masses, found[0], tracked, progress=progress)
+        growth = split_growth(masses, result[0], tracked, progress=progress)
     if options.plot:
         from squeal_core.view.tornado import plot_over_angle
-        plot_over_angle(masses, growth, found[0].point, options.plot, title=str(options.model),
-                        pressure=brake_pressure(model, found[0].point),
+        plot_over_angle(masses, growth, result[0].point, options.plot, title=str(options.model),
+                        pressure=brake_pressure(model, result[0].point),
                         overwrite=options.force)
     if options.json:
         print(json.dumps(plain(split_json(masses, growth, point, options))))

@@ -94,10 +94,10 @@ def advice(own: ModeEffect, target: TargetMode) -> str:
     """Return the change that lowers the growth rate, and the mode it brings nearest to growing."""
     way = -math.copysign(1.0, own.growth_rate)
     text = 'less' if way < 0.0 else 'more'
-    found = side_effect(own, target)
-    if found is None:
+    result = side_effect(own, target)
+    if result is None:
         return text
-    identity, frequency, growth, change = found
+    identity, frequency, growth, change = result
     return f'{text}; mode {identity} ({frequency:.0f} Hz, {growth:+.0f}) {change:+.2f}'
 
 
@@ -145,9 +145,9 @@ def sensitivity_json(study: SensitivityStudy, effects: Sequence[ParameterEffect]
 
 
 def _side_json(own: ModeEffect, target: TargetMode) -> dict[str, Any] | None:
-    found = side_effect(own, target)
-    return None if found is None else dict(zip(
-        ('identity', 'frequency_hz', 'growth_rate', 'change'), found, strict=True))
+    result = side_effect(own, target)
+    return None if result is None else dict(zip(
+        ('identity', 'frequency_hz', 'growth_rate', 'change'), result, strict=True))
 
 
 def method(study: SensitivityStudy, parameter: str) -> str:

@@ -57,9 +57,9 @@ def side_effect(masses: SplitDoublet, growth: SplitGrowth,
                 point: OperatingPoint) -> dict[str, Any] | None:
     """Return the mode of another doublet that grows most at some angle; how fast it turns."""
     for mode in _shown(growth):
-        found = led_doublet(masses, point, mode)
-        if np.nanmax(mode.over_angle) > 0.0 and found and found[0] != masses.diameters:
-            diameters, split = found
+        result = led_doublet(masses, point, mode)
+        if np.nanmax(mode.over_angle) > 0.0 and result and result[0] != masses.diameters:
+            diameters, split = result
             rate = diameters * abs(point.rotor_speed) / math.tau
             return {'identity': str(mode.identity), 'frequency_hz': mode.frequency_hz,
                     'nodal_diameters': diameters, 'split_hz': split,

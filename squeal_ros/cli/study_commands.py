@@ -75,11 +75,11 @@ def study(options: argparse.Namespace, source: StudySource, axes: dict[str, Floa
     doubts = dict[str, None]()
     begun = time.monotonic()
     with ProgressBar('points') as bar, _runner(options) as run:
-        found = run_study(
+        result = run_study(
             spec, run, checkpoint=checkpoint, warn=lambda text: doubts.setdefault(text),
             progress=bar.timed)
     _warn_some(list(doubts))
-    return _report(found, options, checkpoint, time.monotonic() - begun)
+    return _report(result, options, checkpoint, time.monotonic() - begun)
 
 
 @contextmanager
@@ -101,25 +101,25 @@ def _runner(options: argparse.Namespace) -> Iterator[Run]:
         yield run
 
 
-def _report(found: Study, options: argparse.Namespace, checkpoint: StudyCheckpoint | None,
+def _report(result: Study, options: argparse.Namespace, checkpoint: StudyCheckpoint | None,
             seconds: float) -> int:
-    complete = bool(found.done.all())
+    complete = bool(result.done.all())
     if checkpoint and complete:
-        save_study(found, checkpoint.output, overwrite=options.force)
+        save_study(result, checkpoint.output, overwrite=options.force)
         checkpoint.remove()
-    if options.plot and found.done.any():
+    if options.plot and result.done.any():
         from squeal_core.view.study_plot import plot_study
-        plot_study(found, options.plot, title=options.title, overwrite=options.force)
-    summary = summary_of(found, seconds, options)
+        plot_study(result, options.plot, title=options.title, overwrite=options.force)
+    summary = summary_of(result, seconds, options)
     printed = not (options.output or options.plot)
     if options.json:
-        rows = {'results': list(rows_of(found))} if printed else {}
+        rows = {'results': list(rows_of(result))} if printed else {}
         print(json.dumps(plain({**summary, **rows})))
     else:
         if printed:
-            print('\n'.join(study_lines(found)))
+            print('\n'.join(study_lines(result)))
         print(_in_words(summary))
-    _warn_some([_refused(**one) for one in found.about['impossible']])
+    _warn_some([_refused(**one) for one in result.about['impossible']])
     if not complete and checkpoint:
         warn(f'not finished: what is done is kept in {checkpoint.folder}; run this again to go on')
     return 0 if complete else 1
@@ -137,25 +137,25 @@ def _warn_some(texts: list[str]) -> None:
         warn(f'and {counted(len(texts) - _MOST_WARNINGS, "more warning")} of this kind')
 
 
-def summary_of(found: Study, seconds: float, options: argparse.Namespace) -> dict[str, Any]:
+def summary_of(result: Study, seconds: float, options: argparse.Namespace) -> dict[str, Any]:
     """Return a summary of a study's results."""
-    about = found.about
+    about = result.about
     shown: dict[str, Any] = {name: about[name] for name in (
         'task', 'point', 'friction_law', 'rotation', 'parameter', 'band', 'counts', 'impossible')
         if name in about}
-    squeals = {f'points_with_{kind}': int((found.columns[name] > 0).sum()) for kind, name in (
+    squeals = {f'points_with_{kind}': int((result.columns[name] > 0).sum()) for kind, name in (
         ('squeal', 'squeal_modes'), ('flutter', 'flutter_modes'),
-        ('divergence', 'divergent_modes')) if name in found.columns}
-    if 'below' in found.columns:
+        ('divergence', 'divergent_modes')) if name in result.columns}
+    if 'below' in result.columns:
         squeals['points_with_boundary'] = int(np.count_nonzero(
-            np.isfinite(found.columns['below']) | np.isfinite(found.columns['above'])))
+            np.isfinite(result.columns['below']) | np.isfinite(result.columns['above'])))
     return {
-        'points': found.size, 'done': int(found.done.sum()), 'complete': bool(found.done.all()),
-        'axes': {name: [float(v[0]), float(v[-1]), len(v)] for name, v in found.axes.items()},
-        'full': found.count(FULL), 'expansion': found.count(EXPANSION),
-        'impossible_points': found.count(IMPOSSIBLE),
+        'points': result.size, 'done': int(result.done.sum()), 'complete': bool(result.done.all()),
+        'axes': {name: [float(v[0]), float(v[-1]), len(v)] for name, v in result.axes.items()},
+        'full': result.count(FULL), 'expansion': result.count(EXPANSION),
+        'impossible_points': result.count(IMPOSSIBLE),
         **squeals, **shown, 'seconds': round(seconds, 2),
-        'output': options.output if found.done.all() else None,
+        'output': options.output if result.done.all() else None,
         'plot': options.plot}
 
 
@@ -175,12 +175,12 @@ def _in_words(summary: dict[str, Any]) -> str:
                                 if path)])
 
 
-def study_lines(found: Study) -> Iterator[str]:
+def study_lines(result: Study) -> Iterator[str]:
     """Yield a table of a study: a line a point."""
-    names = row_names(found)
+    names = row_names(result)
     widths = [max(11, len(name)) for name in names]
     yield '  '.join(f'{name:>{width}}' for name, width in zip(names, widths, strict=True))
-    for row in rows_of(found):
+    for row in rows_of(result):
         texts = ('' if value is None else value if isinstance(value, str) else f'{value:.6g}'
                  for value in row.values())
         yield '  '.join(f'{text:>{width}}' for text, width in zip(texts, widths, strict=True))

@@ -150,25 +150,26 @@ def critical(options: argparse.Namespace) -> int:
     options.rotor_speed = DEFAULT_SPEED if options.rotor_speed is None else options.rotor_speed
     point = operating_point(model, options)
     ray = partial(moved, model, point, options.parameter, friction_law=along)
-    found = critical_value(
+    result = critical_value(
         model, point, options.parameter,
         options.bounds or default_bounds(point, options.parameter),
         numbers=options.modes, band_hz=tuple(options.band), ray=ray)
     if options.json:
-        print(json.dumps(plain({**asdict(found), 'modes': options.modes, 'friction_law': along,
+        print(json.dumps(plain({**asdict(result), 'modes': options.modes, 'friction_law': along,
                                 'rotation': not options.without_rotation,
                                 'point': asdict(point)})))
     else:
-        _print_critical(found, point, along, ray)
+        _print_critical(result, point, along, ray)
     return 0
 
 
-def _print_critical(found: CriticalValue, point: OperatingPoint, law: Law, ray: Ray) -> None:
+def _print_critical(result: CriticalValue, point: OperatingPoint, law: Law, ray: Ray) -> None:
     slope = {True: 'friction and slope by the law', 'slope': 'slope by the law'}.get(
         law, f'friction {point.friction:.4g}, slope {point.friction_slope:.4g} s/m')
-    print(f'{found.parameter} {found.start:g}: growth rate {found.growth_rate:+.3f} 1/s ({slope})')
-    for way, crossing in (('below', found.below), ('above', found.above)):
-        there = '' if found.parameter != 'friction' or math.isnan(crossing.value) else (
+    print(f'{result.parameter} {result.start:g}: growth rate {result.growth_rate:+.3f} 1/s '
+          f'({slope})')
+    for way, crossing in (('below', result.below), ('above', result.above)):
+        there = '' if result.parameter != 'friction' or math.isnan(crossing.value) else (
             f'; slope {ray(crossing.value).friction_slope:.4g} s/m there'
             + (', in proportion to mu' if point.friction_slope else ''))
         print(f'{way}: {crossing.reason}{there}')
@@ -271,13 +272,13 @@ def _report(record: Sweep, options: argparse.Namespace, draw: _Draw | None,
         record.frequencies_hz <= SQUEAL_BAND[1])
     summary = {'points': len(record.points), 'done': int(record.done.sum()),
                'complete': record.complete, 'output': options.output, 'plot': options.plot,
-               **{f'points_with_{name}': int(found.any(axis=-1).sum()) for name, found in (
+               **{f'points_with_{name}': int(result.any(axis=-1).sum()) for name, result in (
                    ('squeal', squeal), ('flutter', flutter),
                    ('divergence', record.kinds == 'divergence'))}}
     printed = not (options.output or options.plot)
     if options.json:
-        results = {name: list(sweep_rows(found, numbers)) for name, found in (
-            ('results', record), ('results_without_rotation', without)) if printed and found}
+        results = {name: list(sweep_rows(result, numbers)) for name, result in (
+            ('results', record), ('results_without_rotation', without)) if printed and result}
         print(json.dumps(plain({**summary, **results})))
     else:
         if printed:

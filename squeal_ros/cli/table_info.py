@@ -64,11 +64,11 @@ def coverage_lines(report: Mapping[str, Any], *, drive: str | None = None) -> li
 
 def model_table_lines(model: BrakeModel, name: str) -> Iterator[str]:
     """Yield the lines on the table that the monitor uses for a model."""
-    found = find_table(model)
-    if found is None:
+    result = find_table(model)
+    if result is None:
         yield f'table            none; build one with `squeal tabulate {name}`'
     else:
-        yield from table_lines(found[0])
+        yield from table_lines(result[0])
 
 
 def emulator_lines(path: str | Path, contact_area: float = math.nan) -> Iterator[str]:
@@ -126,11 +126,11 @@ def _filled(title: str, items: Iterable[str]) -> str:
 
 def model_emulator_lines(model: BrakeModel, name: str) -> Iterator[str]:
     """Yield the lines on the growth emulator that the monitor uses for a model."""
-    found = find_emulator(model)
-    if found is None:
+    result = find_emulator(model)
+    if result is None:
         yield f'growth emulator  none; build one with `squeal tabulate {name} --growth-only`'
     else:
-        yield from emulator_lines(found[0], model.contact_area)
+        yield from emulator_lines(result[0], model.contact_area)
 
 
 def _number(value: object, form: str = '.3g') -> str:

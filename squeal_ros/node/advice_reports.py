@@ -72,16 +72,16 @@ class AdviceReports:
         """Return the newest advice on the split, as values of the node's diagnostics."""
         return self._of_vehicle
 
-    def take(self, found: Sequence[Assessment]) -> None:
+    def take(self, result: Sequence[Assessment]) -> None:
         """Compute and publish the advice that is due at a tick."""
-        due = [is_due(found[0].time, self._period, self._interval, place, self._turns)
+        due = [is_due(result[0].time, self._period, self._interval, place, self._turns)
                for place in range(self._turns)]
-        for one, now in zip(found, due, strict=False):
+        for one, now in zip(result, due, strict=False):
             if now:
                 self._advise(one)
-        if due[-1] and self._steps is None and self._may_search(found):
-            self._steps = self._advice.split(found)
-        if not is_due(found[0].time, self._period, self._risk_interval):
+        if due[-1] and self._steps is None and self._may_search(result):
+            self._steps = self._advice.split(result)
+        if not is_due(result[0].time, self._period, self._risk_interval):
             self._search()
 
     def _search(self) -> None:
@@ -94,11 +94,11 @@ class AdviceReports:
             except StopIteration as done:
                 self._take_split(done.value)
 
-    def _may_search(self, found: Sequence[Assessment]) -> bool:
+    def _may_search(self, result: Sequence[Assessment]) -> bool:
         """Return whether the split is not known, which costs nothing, or is due."""
-        if any(one.state != 'steady' for one in found):
+        if any(one.state != 'steady' for one in result):
             return True
-        now, began = found[0].time, self._began
+        now, began = result[0].time, self._began
         if not self._pause or (began is not None and 0 <= now - began < self._pause):
             return False
         self._began = now

@@ -117,14 +117,14 @@ class Reporter:
                  figures: Mapping[int, Mapping[str, object]], *, node: bool,
                  stopped: str = '') -> None:
         """Publish the brakes that changed or have figures, by their place, and the node."""
-        found = [messages.brake_status(self.name, assessment, level, figures.get(place))
-                 for place, (assessment, level) in enumerate(zip(
-                     assessments, levels, strict=True)) if place in changed | figures.keys()]
+        result = [messages.brake_status(self.name, assessment, level, figures.get(place))
+                  for place, (assessment, level) in enumerate(zip(
+                      assessments, levels, strict=True)) if place in changed | figures.keys()]
         if node:
-            found.append(self._node_status(assessments, stopped).of(self.name))
-        if found:
+            result.append(self._node_status(assessments, stopped).of(self.name))
+        if result:
             self._outputs.publish_diagnostics(
-                messages.diagnostics(self._library, assessments[0].time, found))
+                messages.diagnostics(self._library, assessments[0].time, result))
 
     def _dated(self, assessment: Assessment, figures: Mapping[str, object]) -> dict[str, object]:
         """Return the figures that not every tick has, and the age of the last confirmation."""
@@ -164,16 +164,16 @@ class Reporter:
 
     def _contradicted(self, assessments: Sequence[Assessment]) -> list[str]:
         """Return, in words, topics whose publishers contradict each other."""
-        topics = [self._topics[found.brake, signal] for found in assessments
-                  for signal, reading in found.inputs.items() if reading.status == 'contradicted']
+        topics = [self._topics[result.brake, signal] for result in assessments
+                  for signal, reading in result.inputs.items() if reading.status == 'contradicted']
         return [f'{topic}: {self._inputs.publishers(topic)} contradict each other'
                 for topic in dict.fromkeys(topics)]
 
 
 def _model_values(model: BrakeModel) -> dict[str, Any]:
     """Return the description of the model, and the result of its audit when it was built."""
-    found = model.provenance.get('audit')
-    checks = [check for check in (found if isinstance(found, list | tuple) else ())
+    result = model.provenance.get('audit')
+    checks = [check for check in (result if isinstance(result, list | tuple) else ())
               if isinstance(check, Mapping)]
     failed = [printable(check.get('name')) for check in checks if check.get('passed') is not True]
     return {'model': printable(model.provenance.get('brake', '')), 'model_modes': model.size,

@@ -269,14 +269,14 @@ class Router:
 
         """
         for source in self._inputs[topic]:
-            found: Sample | MissingValue
+            result: Sample | MissingValue
             try:
-                found = source.sample(message, received, number, connection)
+                result = source.sample(message, received, number, connection)
                 source.sight.see(received)
             except FieldError as error:
                 is_other = isinstance(error, OtherMessageError)
                 if not is_other or source.sight.misses(
                         received, round(source.settings.max_age * 1e9)):
                     self.problems[f'{topic}: {error}'] += 1
-                found = MissingValue(str(error), is_other)
-            yield source.brake, source.signal, found
+                result = MissingValue(str(error), is_other)
+            yield source.brake, source.signal, result

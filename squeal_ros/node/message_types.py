@@ -57,11 +57,11 @@ def _find(name: str) -> Any:
         raise ConfigurationError(
             'type', f'is {name!r}, and there is no message package {package!r} here',
             'source the workspace that has it, or correct the name') from None
-    found = getattr(module, short, None)
-    if not hasattr(found, 'get_fields_and_field_types'):  # whatever else a module holds lacks it
+    result = getattr(module, short, None)
+    if not hasattr(result, 'get_fields_and_field_types'):  # whatever else a module holds lacks it
         types = [word for word in dir(module) if hasattr(
             getattr(module, word), 'get_fields_and_field_types')]
         raise ConfigurationError(
             'type', f'is {name!r}, and {package} has no message type {short!r} (package/msg/Name)',
             f'correct the name{did_you_mean(short, types)}')
-    return found
+    return result

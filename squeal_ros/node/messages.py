@@ -149,10 +149,10 @@ def brake_status(node: str, assessment: Assessment, level: int,
 
 def costly_figure(assessment: Assessment, name: str) -> dict[str, object]:
     """Return the values of one name of `COSTLY`; none where it is not known."""
-    found = assessment.stability
-    if found is None or found.margins.compute_other is None:
+    result = assessment.stability
+    if result is None or result.margins.compute_other is None:
         return {}
-    margin = found.margins.compute_other(cast(OtherMargin, name))
+    margin = result.margins.compute_other(cast(OtherMargin, name))
     return {f'margin_{name}': margin.value, f'margin_{name}_hz': margin.frequency_hz,
             f'margin_{name}_reason': margin.reason}
 
@@ -210,12 +210,12 @@ def _figures(assessment: Assessment) -> dict[str, object]:
 
 def _of_stability(assessment: Assessment) -> dict[str, object]:
     """Return values on modes, risk and friction margin, with their source, error or reason."""
-    found = assessment.stability
-    if found is None:
+    result = assessment.stability
+    if result is None:
         return {}
-    margin, risk = found.margins.friction, assessment.risk_result
+    margin, risk = result.margins.friction, assessment.risk_result
     return {
-        'modes_from': found.modes.source, 'modes_error_1_s': float(found.modes.errors.max()),
+        'modes_from': result.modes.source, 'modes_error_1_s': float(result.modes.errors.max()),
         **({} if risk is None else {
             'risk_basis': risk.result.basis, 'risk_error': risk.result.error,
             'risk_incomplete': risk.result.incomplete, 'peak_risk': risk.result.peak_risk,

@@ -154,8 +154,8 @@ class Turns:
             step = period // self._count if period > tick else 0
             ahead = [place * step - period for place in range(self._count)]
             self._last = [(now + wait, steady + wait) for wait in ahead]
-        found = {place for place, (last, steadily) in enumerate(self._last)
-                 if abs(now - last) >= period or steady - steadily >= period}
-        for place in found:
+        result = {place for place, (last, steadily) in enumerate(self._last)
+                  if abs(now - last) >= period or steady - steadily >= period}
+        for place in result:
             self._last[place] = now, steady
-        return found
+        return result

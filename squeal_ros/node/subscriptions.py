@@ -117,8 +117,8 @@ class InputTopics:
         self._taken = time.monotonic_ns()
         self._topics = {topic: _Topic(library.type(name)) for topic, name in types.items()}
         try:
-            for topic, found in self._topics.items():
-                found.subscription = self._subscribe(topic, found)
+            for topic, result in self._topics.items():
+                result.subscription = self._subscribe(topic, result)
         except Exception:
             self.destroy()
             raise
@@ -215,9 +215,9 @@ class InputTopics:
         for name, topic in self._topics.items():
             publishers = self._node.get_publishers_info_by_topic(name)
             topic.alone = len(publishers) == 1
-            found = frozenset(bytes(info.endpoint_gid) for info in publishers)
-            if found != topic.publishers:  # each counts its messages from a number of its own
-                topic.publishers, topic.sequence = found, None
+            result = frozenset(bytes(info.endpoint_gid) for info in publishers)
+            if result != topic.publishers:  # each counts its messages from a number of its own
+                topic.publishers, topic.sequence = result, None
             topic.names = tuple(sorted(map(_name, publishers)))
             topic.wrong = tuple(sorted(set(self._wrong(name, topic, publishers))))
             for text in topic.wrong:
@@ -236,29 +236,29 @@ class InputTopics:
             elif own and str(info.topic_type_hash) not in own:
                 yield f'{name}: {publisher} publishes another version of {topic.type_name}'
 
-    def _subscribe(self, topic: str, found: _Topic) -> Any:
+    def _subscribe(self, topic: str, result: _Topic) -> Any:
         def receive(data: bytes, info: Mapping[str, Any]) -> None:
-            self._read(topic, found, data, info, self._moment().received(info))
+            self._read(topic, result, data, info, self._moment().received(info))
 
         qos = QoSProfile(depth=_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT,
                          durability=DurabilityPolicy.VOLATILE)
         with naming(topic):
             return self._node.create_subscription(
-                found.kind, topic, receive, qos, raw=True, callback_group=self._aside,
+                result.kind, topic, receive, qos, raw=True, callback_group=self._aside,
                 qos_overriding_options=QoSOverridingOptions(POLICIES))
 
-    def _read(self, topic: str, found: _Topic, data: bytes, info: Mapping[str, Any],
+    def _read(self, topic: str, result: _Topic, data: bytes, info: Mapping[str, Any],
               received: int) -> None:
-        found.received += 1
+        result.received += 1
         sequence = info.get('publication_sequence_number') or 0
-        if found.alone and sequence and found.sequence and sequence > found.sequence:
-            found.dropped += sequence - found.sequence - 1
-        found.sequence = sequence
+        if result.alone and sequence and result.sequence and sequence > result.sequence:
+            result.dropped += sequence - result.sequence - 1
+        result.sequence = sequence
         try:
-            message = deserialize_message(data, found.kind)
+            message = deserialize_message(data, result.kind)
         except Exception as error:
-            found.undecodable += 1
-            self._complain(f'{topic}: no {found.type_name} ({type(error).__name__})')
+            result.undecodable += 1
+            self._complain(f'{topic}: no {result.type_name} ({type(error).__name__})')
             return
         self._receive(topic, message, received, sequence if 0 < sequence < _NO_NUMBER else 0)
 

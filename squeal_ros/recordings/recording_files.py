@@ -127,7 +127,7 @@ def find_recordings(patterns: Iterable[str | Path]) -> list[Path]:
         For a pattern that nothing fits.
 
     """
-    found: dict[Path, Path] = {}  # by where they are, so that no link names one twice
+    result: dict[Path, Path] = {}  # by where they are, so that no link names one twice
     for pattern in patterns:
         named = _named(str(pattern))
         inside = [recording for path in named for recording in _recordings_of(path)]
@@ -136,8 +136,8 @@ def find_recordings(patterns: Iterable[str | Path]) -> list[Path]:
             raise RecordingError(short_repr(str(pattern)), what,
                                  f'give files, folders or patterns of {", ".join(_FORMATS)}')
         for recording in inside:
-            found.setdefault(recording.resolve(), recording)
-    return sorted(found.values(), key=_natural)
+            result.setdefault(recording.resolve(), recording)
+    return sorted(result.values(), key=_natural)
 
 
 def _named(pattern: str) -> list[Path]:

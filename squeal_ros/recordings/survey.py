@@ -38,11 +38,11 @@ def contents_of(path: str | Path, types: str | Path | None = None) -> Contents:
         For what cannot be read.
 
     """
-    found = find_recordings([path])
-    if len(found) > 1:
-        raise RecordingError(path, f'holds {len(found)} recordings, the first {found[0]}',
+    result = find_recordings([path])
+    if len(result) > 1:
+        raise RecordingError(path, f'holds {len(result)} recordings, the first {result[0]}',
                              'give one of them; the file of signals serves all that are alike')
-    (path,) = found
+    (path,) = result
     kind = kind_of_path(path)
     if kind == 'csv':
         from squeal_ros.recordings.tables.csv_contents import csv_contents

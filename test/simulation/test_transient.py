@@ -198,7 +198,8 @@ def test_steps_too_long_for_the_friction_are_refused(kang: BrakeModel, faces: Fa
         list(transient.run())
 
 
-@pytest.mark.parametrize('module', ['contact', 'history', 'listening', 'microphone', 'transient'])
+@pytest.mark.parametrize('module', [
+    'contact', 'history', 'simulated_sound', 'microphone', 'transient'])
 def test_examples(module: str, faces: Faces) -> None:
     found = doctest.testmod(importlib.import_module(f'squeal_core.simulation.{module}'))
     assert found.attempted > 0

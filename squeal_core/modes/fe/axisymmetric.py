@@ -138,9 +138,9 @@ def disc_modes(disc: HatDisc, count: int, *, order: int = 4, element_size: float
     clamped = basis.get_dofs(lambda x: np.isclose(x[0], disc.clamp_radius)).all()
 
     def solve() -> tuple[FloatArray, FloatArray]:
-        found = _lowest(basis, disc.material, clamped, count)[:count + 1]
-        return (np.array([m.frequency for m in found]),
-                np.array([[m.diameters, m.family, m.half == 's', *m.shape] for m in found]))
+        result = _lowest(basis, disc.material, clamped, count)[:count + 1]
+        return (np.array([m.frequency for m in result]),
+                np.array([[m.diameters, m.family, m.half == 's', *m.shape] for m in result]))
 
     material = disc.material
     key = content_key(

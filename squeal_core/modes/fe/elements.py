@@ -85,9 +85,9 @@ def foreign_mesh(coordinates: FloatArray, block: ElementBlock) -> tuple[
 
 def functions(element: skfem.Element, local: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return an element's shapes, (n, P), at local points (3, P), and gradients (n, 3, P)."""
-    found = [element.lbasis(local.copy(), i) for i in range(len(element.doflocs))]
-    return (np.array([value + 0.0 * local[0] for value, _ in found]),
-            np.array([np.asarray(slope) + 0.0 * local for _, slope in found]))
+    result = [element.lbasis(local.copy(), i) for i in range(len(element.doflocs))]
+    return (np.array([value + 0.0 * local[0] for value, _ in result]),
+            np.array([np.asarray(slope) + 0.0 * local for _, slope in result]))
 
 
 def isoparametric(mesh: skfem.Mesh, element: skfem.Element) -> skfem.Mesh:

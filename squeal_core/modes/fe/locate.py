@@ -174,8 +174,8 @@ def _invert(cells: Cells, points: FloatArray, own: Any) -> tuple[FloatArray, Flo
     next_to = np.linalg.norm(nodes - points[:, None], axis=0).argmin(axis=0)
     x = (0.8 * cells.places[next_to] + 0.2 * cells.places.mean(axis=0)).T
     for _ in range(_NEWTON_STEPS):
-        found, slopes = cells.geometry(own, x)
-        step = np.einsum('pji,ip->jp', inverse(slopes), points - found)
+        result, slopes = cells.geometry(own, x)
+        step = np.einsum('pji,ip->jp', inverse(slopes), points - result)
         x = np.clip(x + step, -0.5, 1.5)
         if np.abs(step).max(initial=0.0) < 1e-13:
             break

@@ -71,14 +71,14 @@ class ElementModes:
         where = np.array([points.radius * np.cos(points.angle),
                           points.radius * np.sin(points.angle), points.height])
         best = np.full(points.radius.size, np.inf)
-        found = np.zeros((2, 3, len(self.names), points.radius.size))
+        result = np.zeros((2, 3, len(self.names), points.radius.size))
         for block in self.modes.elements:
             number, local, outside = search(self._cells(block), where)
             better = outside < best
             best[better] = outside[better]
-            found[..., better] = self._at(block, number[better], local[:, better])
+            result[..., better] = self._at(block, number[better], local[:, better])
         check_found(best, where)
-        return polar(found[0], found[1], points)
+        return polar(result[0], result[1], points)
 
     def volume_layers(self) -> Iterator[SampledShapes]:
         """Yield samples at the elements' quadrature points, which together cover the volume."""

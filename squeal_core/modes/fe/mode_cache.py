@@ -68,14 +68,14 @@ def remembered(folder: str | Path | None, key: str, shape: tuple[int, int],
     if folder is None:
         return compute()
     path = Path(folder) / f'modes-{key[:32]}.npz'
-    found = _read(path, key, shape)
-    if found is None:
-        found = compute()
+    result = _read(path, key, shape)
+    if result is None:
+        result = compute()
         try:
-            _write(path, key, found)
+            _write(path, key, result)
         except (OSError, OutputError) as error:
             warnings.warn(f'modes are not cached: {error}', RuntimeWarning, stacklevel=2)
-    return found
+    return result
 
 
 def _read(path: Path, key: str, shape: tuple[int, int]) -> Solution | None:

@@ -52,26 +52,26 @@ class _Found:
 
 def read(path: Path) -> RawModes:
     """Read a `.frd` file; static steps and other results than displacements are passed over."""
-    text, found, i = Text.read(path), _Found(), 0
+    text, result, i = Text.read(path), _Found(), 0
     while (key := text.line(i)[:6].strip()) != b'9999':
         if key == b'2C':
-            i = _nodes(text, i, found)
+            i = _nodes(text, i, result)
         elif key == b'3C':
-            i = _elements(text, i, found)
+            i = _elements(text, i, result)
         elif key == b'100C':
-            i = _result(text, i, found)
+            i = _result(text, i, result)
         else:
             if text.lines[i][:10] == b'    1PSTEP':
-                found.mass, found.diameters = 0.0, -1
+                result.mass, result.diameters = 0.0, -1
             elif text.lines[i][:9] == b'    1PHID':
-                found.diameters = int(text.number(i, 9, 40, int))
+                result.diameters = int(text.number(i, 9, 40, int))
             elif text.lines[i][:8] == b'    1PGM':
-                found.mass = text.number(i, 8, 40)
+                result.mass = text.number(i, 8, 40)
             i += 1
-    if found.nodes is None:
+    if result.nodes is None:
         raise ReaderError(path, 'holds no nodes (no block 2C)', 'run CalculiX with *NODE FILE')
-    masses = found.masses if min(found.masses, default=0.0) > 0.0 else None
-    return assemble(path, found.nodes, found.fields, found.frequencies_hz, found.cells,
+    masses = result.masses if min(result.masses, default=0.0) > 0.0 else None
+    return assemble(path, result.nodes, result.fields, result.frequencies_hz, result.cells,
                     modal_masses=masses)
 
 
@@ -96,16 +96,16 @@ def _long(text: Text, i: int, column: int) -> None:
                          '1, the long ASCII one, is read', _ASCII)
 
 
-def _nodes(text: Text, i: int, found: _Found) -> int:
-    if found.nodes is not None:
+def _nodes(text: Text, i: int, result: _Found) -> int:
+    if result.nodes is not None:
         raise text.error(i, 'begins a second block of nodes', 'give the results of one run')
     _long(text, i, 73)
     count = int(text.number(i, 24, 36, int))
-    found.nodes = _field(text, i + 1, count, f'line {i + 1}')
+    result.nodes = _field(text, i + 1, count, f'line {i + 1}')
     return i + count + 2
 
 
-def _elements(text: Text, i: int, found: _Found) -> int:
+def _elements(text: Text, i: int, result: _Found) -> int:
     _long(text, i, 73)
     count, i = text.number(i, 24, 36, int), i + 1
     for _ in range(count):
@@ -119,7 +119,7 @@ def _elements(text: Text, i: int, found: _Found) -> int:
                              'mesh with tetrahedra, hexahedra or wedges')
         nodes = _element_nodes(text, i + 1, size)
         if kind:
-            found.cells.setdefault(kind, []).append([nodes[place] for place in order])
+            result.cells.setdefault(kind, []).append([nodes[place] for place in order])
         i += 1 + -(-size // _PER_LINE)
     if text.line(i).strip() != b'-3':
         raise text.wrong(i, f'the end of a block of {count} elements')
@@ -137,7 +137,7 @@ def _element_nodes(text: Text, i: int, size: int) -> list[int]:
     return nodes
 
 
-def _result(text: Text, i: int, found: _Found) -> int:
+def _result(text: Text, i: int, result: _Found) -> int:
     """Read a block of results: kept if it is the displacement of a normal mode."""
     head = i
     count, kind = int(text.number(i, 24, 36, int)), text.number(i, 56, 58, int)
@@ -146,15 +146,15 @@ def _result(text: Text, i: int, found: _Found) -> int:
     while text.line(i)[:3] in (b' -4', b' -5'):
         i += 1
     modal = kind == _NORMAL_MODES and text.lines[head][63:73].strip() == b'MODAL'
-    if modal and (found.diameters >= 0 or name == b'DISPI'):
+    if modal and (result.diameters >= 0 or name == b'DISPI'):
         raise text.error(head, 'has a mode of one sector in cyclic symmetry (nodal diameters '
-                         f'{max(found.diameters, 0)}, real and imaginary part)', _WHOLE)
+                         f'{max(result.diameters, 0)}, real and imaginary part)', _WHOLE)
     if name != b'DISP' or not modal:
         while text.line(i).strip() != b'-3':
             i += 1
         return i + 1
     _long(text, head, 73)
-    found.fields.append(_field(text, i, count, f'line {head + 1}'))
-    found.frequencies_hz.append(text.number(head, 12, 24))
-    found.masses.append(found.mass)
+    result.fields.append(_field(text, i, count, f'line {head + 1}'))
+    result.frequencies_hz.append(text.number(head, 12, 24))
+    result.masses.append(result.mass)
     return i + count + 1

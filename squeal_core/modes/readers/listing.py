@@ -93,22 +93,22 @@ def read(path: Path) -> RawModes:
 
 def read_text(text: Text) -> RawModes:
     """Read the lines of a listing."""
-    found, section = _Found(), _Section()
+    result, section = _Found(), _Section()
     for i, raw in enumerate(text.lines):
         line = raw.decode('latin-1').upper()
         if section.rows is not None and _ROW.match(line):
             section.rows.append(_row(text, i, line, section))
         elif line.strip(' ,\t'):
-            section = _next(text, i, line, found, section)
-    if not found.coordinates:
+            section = _next(text, i, line, result, section)
+    if not result.coordinates:
         raise ReaderError(text.path, f'holds no table of coordinates: {_NOT_READ}', _LAYOUTS)
-    if not found.modes:
+    if not result.modes:
         raise ReaderError(text.path, 'holds no table of displacements below a frequency: '
                           f'{_NOT_READ}', _LAYOUTS)
     fields = [_field(rows, f'mode {" substep ".join(mode)}')
-              for mode, rows in found.modes.items()]
-    return assemble(text.path, _field(found.coordinates, 'table of coordinates'), fields,
-                    list(found.frequencies_hz.values()), {})
+              for mode, rows in result.modes.items()]
+    return assemble(text.path, _field(result.coordinates, 'table of coordinates'), fields,
+                    list(result.frequencies_hz.values()), {})
 
 
 def _field(rows: list[list[float]], where: str) -> NodeField:
@@ -116,24 +116,24 @@ def _field(rows: list[list[float]], where: str) -> NodeField:
     return NodeField(table[:, 0].astype(np.int64), table[:, 1:], where)
 
 
-def _next(text: Text, i: int, line: str, found: _Found, section: _Section) -> _Section:
+def _next(text: Text, i: int, line: str, result: _Found, section: _Section) -> _Section:
     """Return the section after a line that is no row of numbers: begun, ended or unchanged."""
     words = line.replace(',', ' ').split()
     _check_kind(text, i, line)
     if line.partition(',')[0].strip() == '*NODE':  # not *NODE OUTPUT
-        return _Section((0, 1, 2), 3, found.coordinates)
+        return _Section((0, 1, 2), 3, result.coordinates)
     if words[0] == 'NODE' and len(words) > 1 and not words[1].isdigit():
-        return _head(text, i, words[1:], found)
+        return _head(text, i, words[1:], result)
     if words[0].startswith('**') or words[0] == 'LABEL' or not line.strip(' -\t'):
         return section
     if step := _STEP.search(line):
-        found.step, found.mode = step.groups(), None
+        result.step, result.mode = step.groups(), None
     elif frame := _FRAME.search(line):
-        _begin(text, i, (frame[1],), frame[2], found)
+        _begin(text, i, (frame[1],), frame[2], result)
     elif frequency := _FREQUENCY.search(line):
-        _begin(text, i, found.step, frequency[1], found)
+        _begin(text, i, result.step, frequency[1], result)
     elif _TIME.search(line):
-        found.mode = None
+        result.mode = None
     return _Section()
 
 
@@ -149,17 +149,17 @@ def _check_kind(text: Text, i: int, line: str) -> None:
                          'list the nodes where the results have them, in the global system')
 
 
-def _begin(text: Text, i: int, mode: tuple[str, ...], frequency: str, found: _Found) -> None:
+def _begin(text: Text, i: int, mode: tuple[str, ...], frequency: str, result: _Found) -> None:
     """Begin a mode, or a further page of it."""
     value = _number(text, i, frequency)
-    if found.frequencies_hz.setdefault(mode, value) != value:
+    if result.frequencies_hz.setdefault(mode, value) != value:
         raise text.error(i, f'gives {value} Hz to mode {" substep ".join(mode)}, which had '
-                         f'{found.frequencies_hz[mode]} Hz above', 'join listings of one run')
-    found.mode = mode
-    found.modes.setdefault(mode, [])
+                         f'{result.frequencies_hz[mode]} Hz above', 'join listings of one run')
+    result.mode = mode
+    result.modes.setdefault(mode, [])
 
 
-def _head(text: Text, i: int, names: list[str], found: _Found) -> _Section:
+def _head(text: Text, i: int, names: list[str], result: _Found) -> _Section:
     for known in (_COORDINATES, _SHAPES):
         places = {known[name]: k for k, name in enumerate(names) if name in known}
         if len(places) < 3:
@@ -167,10 +167,10 @@ def _head(text: Text, i: int, names: list[str], found: _Found) -> _Section:
         if not all(_PLAIN_NAME.fullmatch(name) for name in names):
             raise text.error(i, f'has the heading {short_repr(text.line(i).decode("latin-1"))}: '
                              f'{_NOT_READ}', _LAYOUTS)
-        if known is _SHAPES and found.mode is None:
+        if known is _SHAPES and result.mode is None:
             raise text.error(i, 'begins displacements with no frequency above them',
                              'print the results of a modal analysis')
-        rows = found.coordinates if known is _COORDINATES else found.modes[found.mode or ()]
+        rows = result.coordinates if known is _COORDINATES else result.modes[result.mode or ()]
         return _Section((places[0], places[1], places[2]), len(names), rows)
     return _Section()
 

@@ -144,20 +144,20 @@ def _table(path: Path, tables: Tables, name: str) -> Mapping[str, Any]:
 
 def _modes(path: Path, tables: Tables) -> tuple[list[tuple[int, int]], FloatArray, Any]:
     """Mode numbers with the domains that hold their shapes; frequencies; generalised masses."""
-    domains, found = _table(path, tables, DOMAINS), _table(path, tables, VALUES)
+    domains, result = _table(path, tables, DOMAINS), _table(path, tables, VALUES)
     held = np.isin(domains['ID'], _table(path, tables, VECTORS)['DOMAIN_ID'])
     order = np.argsort(domains['MODE'][held], kind='stable')
     numbers, ids = domains['MODE'][held][order], domains['ID'][held][order]
-    if any(np.unique(modes).size != modes.size for modes in (numbers, found['MODE'])):
+    if any(np.unique(modes).size != modes.size for modes in (numbers, result['MODE'])):
         raise ReaderError(path, 'holds modes of more than one subcase',
                           'export one subcase of normal modes')
-    missing = numbers[~np.isin(numbers, found['MODE'])]
+    missing = numbers[~np.isin(numbers, result['MODE'])]
     if missing.size:
         raise ReaderError(path, f'gives no frequency of mode {missing[0]}', _REMEDY)
-    rows = np.argsort(found['MODE'])
-    rows = rows[np.searchsorted(found['MODE'], numbers, sorter=rows)]
-    hertz = np.where(found['EIGEN'] < 0.0, -1.0, 1.0)[rows] * found['FREQ'][rows]
-    masses = found['MASS'][rows]
+    rows = np.argsort(result['MODE'])
+    rows = rows[np.searchsorted(result['MODE'], numbers, sorter=rows)]
+    hertz = np.where(result['EIGEN'] < 0.0, -1.0, 1.0)[rows] * result['FREQ'][rows]
+    masses = result['MASS'][rows]
     stated = masses.size and masses.min() > 0.0
     modes = list(zip(numbers.tolist(), ids.tolist(), strict=True))
     return modes, hertz, masses if stated else None
@@ -188,4 +188,4 @@ def by_kind(path: Path, element: str, numbers: IntArray, nodes: IntArray) -> dic
     sorted_nodes = {linear: nodes[middles == 0][:, :corners]}
     if nodes.shape[1] == len(order):
         sorted_nodes[quadratic] = nodes[middles > 0][:, order]
-    return {kind: found for kind, found in sorted_nodes.items() if len(found)}
+    return {kind: result for kind, result in sorted_nodes.items() if len(result)}

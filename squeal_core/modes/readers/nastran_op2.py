@@ -72,14 +72,14 @@ def _one_line(error: BaseException) -> str:
 
 
 def _vectors(path: Path, model: Any) -> Any:
-    found = list(model.eigenvectors.values())
-    if len(found) != 1:
-        raise ReaderError(path, f'holds eigenvectors of {len(found)} subcases',
+    result = list(model.eigenvectors.values())
+    if len(result) != 1:
+        raise ReaderError(path, f'holds eigenvectors of {len(result)} subcases',
                           'export one subcase of real normal modes, with DISPLACEMENT = ALL')
-    if not hasattr(found[0], 'eigns') or np.iscomplexobj(found[0].data):
-        raise ReaderError(path, f'holds a {type(found[0]).__name__}, no real eigenvectors',
+    if not hasattr(result[0], 'eigns') or np.iscomplexobj(result[0].data):
+        raise ReaderError(path, f'holds a {type(result[0]).__name__}, no real eigenvectors',
                           'export real normal modes (SOL 103)')
-    return found[0]
+    return result[0]
 
 
 def _nodes(path: Path, model: Any) -> NodeField:
@@ -120,7 +120,7 @@ def _cells(path: Path, model: Any) -> dict[str, IntArray]:
         size = max(len(e.node_ids) for e in elements)
         nodes = np.array([[n or 0 for n in e.node_ids] + [0] * (size - len(e.node_ids))
                           for e in elements], np.int64)
-        for kind, found in by_kind(path, name, np.array([e.eid for e in elements]),
-                                   nodes).items():
-            cells.setdefault(kind, []).append(found)
-    return {kind: np.vstack(found) for kind, found in cells.items()}
+        for kind, result in by_kind(path, name, np.array([e.eid for e in elements]),
+                                    nodes).items():
+            cells.setdefault(kind, []).append(result)
+    return {kind: np.vstack(result) for kind, result in cells.items()}

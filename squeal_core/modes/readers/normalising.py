@@ -82,10 +82,10 @@ def normalised(modes: NodalModes, stated: FloatArray | None, density: float | No
 
 
 def stated_masses(source: str, count: int, given: float | Sequence[float] | None,
-                  found: FloatArray | None, unit_kg: float) -> FloatArray | None:
+                  result: FloatArray | None, unit_kg: float) -> FloatArray | None:
     """Return modal masses [kg]: those given, one for all or one each; else those of the file."""
     if given is None:
-        return None if found is None else found * unit_kg
+        return None if result is None else result * unit_kg
     masses = np.array(given, dtype=float)
     if masses.shape not in ((), (count,)):
         raise ReaderError(source, f'has {count} modes but {masses.size} modal masses',
@@ -123,16 +123,16 @@ def _integrated(modes: NodalModes, density: float, stated: FloatArray | None,
         raise ReaderError(modes.source, 'cannot be integrated over: '
                           f'{str(error).removeprefix(f"{modes.source}: ")}',
                           'or leave density away') from None
-    found = np.diag(products)
+    result = np.diag(products)
     _check_orthogonal(modes, products, _SHARED_MASS)
     if stated is None:
-        return found
-    off = np.abs(found / stated - 1.0)
+        return result
+    off = np.abs(result / stated - 1.0)
     if off.max() > tolerance:
         worst = int(off.argmax())
         raise ReaderError(
-            modes.source, f'mode {worst + 1} has a modal mass of {found[worst]:.6g} kg by density '
-            f'and elements, {stated[worst]:.6g} kg by what is stated', 'check density, '
+            modes.source, f'mode {worst + 1} has a modal mass of {result[worst]:.6g} kg by '
+            f'density and elements, {stated[worst]:.6g} kg by what is stated', 'check density, '
             'modal_mass, mass_unit and length_unit')
     return stated
 
@@ -168,10 +168,10 @@ def _check_box(modes: NodalModes) -> None:
 
 
 def _check_total(modes: NodalModes, total: float, tolerance: float) -> None:
-    found = rigid_mass(modes)
-    if found is None:
+    result = rigid_mass(modes)
+    if result is None:
         raise ReaderError(modes.source, 'has not the six rigid modes that total_mass is checked '
                           'by', 'leave total_mass away')
-    if abs(found / total - 1.0) > tolerance:
-        raise ReaderError(modes.source, f'weighs {found:.4g} kg by its rigid modes, {total:.4g} '
+    if abs(result / total - 1.0) > tolerance:
+        raise ReaderError(modes.source, f'weighs {result:.4g} kg by its rigid modes, {total:.4g} '
                           'kg by total_mass', 'check total_mass, modal_mass and mass_unit')

@@ -85,20 +85,20 @@ def choice(raw: RawModes, name: str, value: str, choices: dict[str, Any]) -> Any
 
 def frequencies(raw: RawModes, given_hz: Sequence[float] | None) -> FloatArray:
     """Return frequencies [Hz]: those given, or those of the file; rigid ones exactly zero."""
-    found = raw.frequencies_hz if given_hz is None else np.array(given_hz, dtype=float)
-    if found is None:
+    result = raw.frequencies_hz if given_hz is None else np.array(given_hz, dtype=float)
+    if result is None:
         raise ReaderError(raw.source, 'does not state frequencies', 'give frequencies_hz')
-    if found.shape != (len(raw.shapes),):
-        raise ReaderError(raw.source, f'has {len(raw.shapes)} modes but {found.size} frequencies',
+    if result.shape != (len(raw.shapes),):
+        raise ReaderError(raw.source, f'has {len(raw.shapes)} modes but {result.size} frequencies',
                           'give one each mode')
-    finite = found[np.isfinite(found)]
+    finite = result[np.isfinite(result)]
     limit = float(np.clip(_RIGID_PART * np.abs(finite).max(initial=0.0), RIGID_HZ,
                           _MOST_RIGID_HZ))
-    bad = ~np.isfinite(found) | (found <= -limit) | (found > _HIGHEST_HZ)
+    bad = ~np.isfinite(result) | (result <= -limit) | (result > _HIGHEST_HZ)
     if bad.any():
-        raise ReaderError(raw.source, f'mode {bad.argmax() + 1} has {found[bad.argmax()]} Hz',
+        raise ReaderError(raw.source, f'mode {bad.argmax() + 1} has {result[bad.argmax()]} Hz',
                           'give real normal modes of a stable component, frequencies in Hz')
-    hertz = np.where(np.abs(found) < limit, 0.0, found)
+    hertz = np.where(np.abs(result) < limit, 0.0, result)
     fall = np.flatnonzero(np.diff(hertz) < 0.0)
     if fall.size:
         raise ReaderError(raw.source, f'mode {fall[0] + 2} has {hertz[fall[0] + 1]} Hz after '

@@ -116,8 +116,8 @@ def _check_names(text: Text, i: int, cells: list[str], modes: int) -> None:
     if names != wanted:
         place = next((k for k, pair in enumerate(zip(names, wanted, strict=False))
                       if pair[0] != pair[1]), min(len(names), len(wanted)))
-        found = short_repr(cells[place]) if place < len(cells) else 'nothing'
-        raise text.error(i, f'has {found} in column {place + 1}, where {modes} modes have '
+        result = short_repr(cells[place]) if place < len(cells) else 'nothing'
+        raise text.error(i, f'has {result} in column {place + 1}, where {modes} modes have '
                          f'{wanted[place] if place < len(wanted) else "nothing"}', _REMEDY)
 
 

@@ -71,16 +71,16 @@ class _Found:
 
 def read(path: Path) -> RawModes:
     """Read a universal file; datasets of other numbers are passed over."""
-    text, found = Text.read(path), _Found()
+    text, result = Text.read(path), _Found()
     readers = {15: _nodes_15, 2411: _nodes_2411, 2412: _elements, 55: _shape_55, 2414: _shape_2414,
                164: _units, 18: _systems_18, 2420: _systems_2420}
     for number, start, stop in _datasets(text):
         if number in readers:
-            readers[number](text, start, stop, found)
-    nodes = _global_nodes(path, found)
-    masses = found.masses if min(found.masses, default=0.0) > 0.0 else None
-    return assemble(path, nodes, found.fields, found.frequencies_hz, found.cells,
-                    modal_masses=masses, length_unit_m=found.length_unit_m)
+            readers[number](text, start, stop, result)
+    nodes = _global_nodes(path, result)
+    masses = result.masses if min(result.masses, default=0.0) > 0.0 else None
+    return assemble(path, nodes, result.fields, result.frequencies_hz, result.cells,
+                    modal_masses=masses, length_unit_m=result.length_unit_m)
 
 
 def _datasets(text: Text) -> Iterator[tuple[int, int, int]]:
@@ -97,70 +97,70 @@ def _datasets(text: Text) -> Iterator[tuple[int, int, int]]:
             yield text.number(start + 1, 0, 6, int), start + 2, stop
 
 
-def _keep_nodes(text: Text, start: int, found: _Found, heads: np.ndarray,
+def _keep_nodes(text: Text, start: int, result: _Found, heads: np.ndarray,
                 values: np.ndarray, number: int) -> None:
-    if found.nodes is not None:
+    if result.nodes is not None:
         raise text.error(start - 1, 'begins a second dataset of nodes', 'export one component')
-    found.placed = heads[:, :3]
-    found.nodes = NodeField(heads[:, 0], values, f'dataset {number} at line {start}')
+    result.placed = heads[:, :3]
+    result.nodes = NodeField(heads[:, 0], values, f'dataset {number} at line {start}')
 
 
-def _global_nodes(path: Path, found: _Found) -> NodeField:
+def _global_nodes(path: Path, result: _Found) -> NodeField:
     """Return the nodes; refuse them and their results in others than the global system."""
-    if found.nodes is None or found.placed is None:
+    if result.nodes is None or result.placed is None:
         raise ReaderError(path, 'holds no nodes (dataset 15 or 2411)', 'export the nodes as well')
-    labels = np.unique(found.placed[:, 1:])
+    labels = np.unique(result.placed[:, 1:])
     others = [label for label in labels.tolist()
-              if not found.systems.get(label, label in _GLOBAL)]
-    bad = np.flatnonzero(np.isin(found.placed[:, 1:], others).any(axis=1))
+              if not result.systems.get(label, label in _GLOBAL)]
+    bad = np.flatnonzero(np.isin(result.placed[:, 1:], others).any(axis=1))
     if bad.size:
-        node, place, shift = found.placed[bad[0]].tolist()
-        raise ReaderError(f'{path}, {found.nodes.where}', f'gives node {node} in coordinate '
+        node, place, shift = result.placed[bad[0]].tolist()
+        raise ReaderError(f'{path}, {result.nodes.where}', f'gives node {node} in coordinate '
                           f'systems {place} and {shift}; the global Cartesian one is read, which '
                           f'{short_repr(others)} is not', _EXPORT_GLOBAL)
-    return found.nodes
+    return result.nodes
 
 
-def _systems_2420(text: Text, start: int, stop: int, found: _Found) -> None:
+def _systems_2420(text: Text, start: int, stop: int, result: _Found) -> None:
     """Six records each: label and type; name; three axes and an origin."""
     for i in range(start + 2, stop - 5, 6):
         label, kind = (text.number(i, 10 * k, 10 * k + 10, int) for k in range(2))
         matrix = text.fixed(range(i + 2, i + 6), 0, 25, 3)
-        found.systems[label] = kind == 0 and np.allclose(matrix, np.eye(4, 3), atol=1e-9)
+        result.systems[label] = kind == 0 and np.allclose(matrix, np.eye(4, 3), atol=1e-9)
 
 
-def _systems_18(text: Text, start: int, stop: int, found: _Found) -> None:
+def _systems_18(text: Text, start: int, stop: int, result: _Found) -> None:
     """Four records each: label and type; name; origin, a point on x, a point in the xz plane."""
     for i in range(start, stop - 3, 4):
         label, kind = (text.number(i, 10 * k, 10 * k + 10, int) for k in range(2))
         origin_x, on_xz = text.fixed(range(i + 2, i + 3), 0, 13, 6), text.fixed(
             range(i + 3, i + 4), 0, 13, 3)
         across = [*origin_x[0, :3], *origin_x[0, 4:], on_xz[0, 1]]
-        found.systems[label] = bool(kind == 0 and np.allclose(across, 0.0, atol=1e-9)
-                                    and origin_x[0, 3] > 0.0 and on_xz[0, 2] > 0.0)
+        result.systems[label] = bool(kind == 0 and np.allclose(across, 0.0, atol=1e-9)
+                                     and origin_x[0, 3] > 0.0 and on_xz[0, 2] > 0.0)
 
 
-def _nodes_15(text: Text, start: int, stop: int, found: _Found) -> None:
+def _nodes_15(text: Text, start: int, stop: int, result: _Found) -> None:
     rows = range(start, stop)
-    _keep_nodes(text, start, found, text.fixed(rows, 0, 10, 4, int),
+    _keep_nodes(text, start, result, text.fixed(rows, 0, 10, 4, int),
                 text.fixed(rows, 40, 13, 3), 15)
 
 
-def _nodes_2411(text: Text, start: int, stop: int, found: _Found) -> None:
+def _nodes_2411(text: Text, start: int, stop: int, result: _Found) -> None:
     if (stop - start) % 2:
         raise text.error(stop - 1, 'ends dataset 2411 in the middle of a node')
-    _keep_nodes(text, start, found, text.fixed(range(start, stop, 2), 0, 10, 4, int),
+    _keep_nodes(text, start, result, text.fixed(range(start, stop, 2), 0, 10, 4, int),
                 text.fixed(range(start + 1, stop, 2), 0, 25, 3), 2411)
 
 
-def _units(text: Text, start: int, stop: int, found: _Found) -> None:
+def _units(text: Text, start: int, stop: int, result: _Found) -> None:
     factor = text.number(start + 1, 0, 25)
     if not 1e-6 < factor < 1e6:
         raise text.error(start + 1, f'gives {factor} units of length to a metre')
-    found.length_unit_m = 1.0 / factor
+    result.length_unit_m = 1.0 / factor
 
 
-def _elements(text: Text, start: int, stop: int, found: _Found) -> None:
+def _elements(text: Text, start: int, stop: int, result: _Found) -> None:
     i = start
     while i < stop:
         descriptor, size = text.number(i, 10, 20, int), text.number(i, 50, 60, int)
@@ -172,27 +172,27 @@ def _elements(text: Text, start: int, stop: int, found: _Found) -> None:
         if kind:
             nodes = [text.number(i + k // 8, 10 * (k % 8), 10 * (k % 8) + 10, int)
                      for k in range(size)]
-            found.cells.setdefault(kind, []).append([nodes[place] for place in order])
+            result.cells.setdefault(kind, []).append([nodes[place] for place in order])
         i += -(-size // 8)
     if i != stop:
         raise text.error(stop, 'ends dataset 2412 in the middle of an element')
 
 
-def _shape_55(text: Text, start: int, stop: int, found: _Found) -> None:
+def _shape_55(text: Text, start: int, stop: int, result: _Found) -> None:
     layout = _mode_layout(text, start + 5)
     if layout:
-        found.frequencies_hz.append(text.number(start + 7, 0, 13))
-        found.masses.append(text.number(start + 7, 13, 26))
-        _keep_shape(text, start, range(start + 8, stop), layout, found, 55)
+        result.frequencies_hz.append(text.number(start + 7, 0, 13))
+        result.masses.append(text.number(start + 7, 13, 26))
+        _keep_shape(text, start, range(start + 8, stop), layout, result, 55)
 
 
-def _shape_2414(text: Text, start: int, stop: int, found: _Found) -> None:
+def _shape_2414(text: Text, start: int, stop: int, result: _Found) -> None:
     at_nodes = text.number(start + 2, 0, 10, int) == 1
     layout = _mode_layout(text, start + 8) if at_nodes else None
     if layout:
-        found.frequencies_hz.append(text.number(start + 11, 13, 26))
-        found.masses.append(text.number(start + 11, 39, 52))
-        _keep_shape(text, start, range(start + 13, stop), layout, found, 2414)
+        result.frequencies_hz.append(text.number(start + 11, 13, 26))
+        result.masses.append(text.number(start + 11, 39, 52))
+        _keep_shape(text, start, range(start + 13, stop), layout, result, 2414)
 
 
 def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
@@ -217,7 +217,7 @@ def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
     return int(width), kind in _COMPLEX
 
 
-def _keep_shape(text: Text, start: int, rows: range, layout: tuple[int, bool], found: _Found,
+def _keep_shape(text: Text, start: int, rows: range, layout: tuple[int, bool], result: _Found,
                 number: int) -> None:
     """Keep a shape: a record of the node, then its values, six a record; complex ones as pairs."""
     width, is_complex = layout
@@ -230,4 +230,4 @@ def _keep_shape(text: Text, start: int, rows: range, layout: tuple[int, bool], f
     where = f'dataset {number} at line {start}'
     if is_complex:
         values = real_shape(values[:, ::2] + 1j * values[:, 1::2], f'{text.path}, {where}')
-    found.fields.append(NodeField(ids, values[:, :3], where))
+    result.fields.append(NodeField(ids, values[:, :3], where))

@@ -76,16 +76,16 @@ class _File:
 def read(path: Path) -> RawModes:
     """Read points, solid cells and the vectors of modes."""
     data = read_bytes(path)
-    found = _APPENDED.search(data)
-    markup = data[:found.end()] if found else data
+    result = _APPENDED.search(data)
+    markup = data[:result.end()] if result else data
     if b'<!DOCTYPE' in markup or b'<!ENTITY' in markup:
         raise ReaderError(path, 'defines entities, which a VTU file has no need of', AGAIN)
     if markup.count(b'<') > _MOST_TAGS:
         raise ReaderError(path, f'has more than {_MOST_TAGS} tags', 'export fewer arrays')
     end = data.rfind(b'</AppendedData>')
-    raw = data[found.end():end] if found and end > found.end() else b''
+    raw = data[result.end():end] if result and end > result.end() else b''
     try:
-        root = ElementTree.fromstring(data[:found.end()] + data[end:] if found else data)
+        root = ElementTree.fromstring(data[:result.end()] + data[end:] if result else data)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise ReaderError(path, f'is cut short or no XML ({error})', AGAIN) from None
     try:
@@ -136,7 +136,7 @@ def _read(file: _File, root: ElementTree.Element) -> RawModes:
     grid = {element.get('Name', ''): element
             for element in root.findall('UnstructuredGrid/FieldData/DataArray')}
     stated = [_HERTZ.search(name) for name in names]
-    hertz = [float(found[1]) for found in stated if found]
+    hertz = [float(result[1]) for result in stated if result]
     frequencies = (hertz if len(hertz) == len(names)
                    else _field(file, grid, 'frequency_hz', numbers))
     return assemble(file.path, NodeField(ids, points.astype(float), 'Points'),
@@ -151,20 +151,20 @@ def _modes(file: _File, piece: ElementTree.Element,
     """Vectors at the points that are named as modes, in the order of their numbers."""
     arrays = {element.get('Name', ''): element for element in piece.findall('PointData/DataArray')
               if element.get('NumberOfComponents') == '3'}
-    found = sorted((int(number[1]), name) for name in arrays
-                   if (number := _NUMBERED.search(name)))
-    numbers = [number for number, _ in found]
-    if not found:
+    result = sorted((int(number[1]), name) for name in arrays
+                    if (number := _NUMBERED.search(name)))
+    numbers = [number for number, _ in result]
+    if not result:
         raise file.error('has no array of vectors named as a mode, '
                          f'but {short_repr([*arrays])}', _REMEDY)
     if numbers != list(range(numbers[0], numbers[0] + len(numbers))) or numbers[0] > 1:
         raise file.error(f'has modes {short_repr(numbers)}',
                          'give all modes from 0 or 1, each once')
-    if 8 * size * len(found) > file.most:
-        raise file.error(f'states {len(found)} modes at {size // 3} points, which so small a file '
-                         'cannot hold')
-    return numbers, [name for _, name in found], [_array(file, arrays[name], size)
-                                                  for _, name in found]
+    if 8 * size * len(result) > file.most:
+        raise file.error(f'states {len(result)} modes at {size // 3} points, which so small a '
+                         'file cannot hold')
+    return numbers, [name for _, name in result], [_array(file, arrays[name], size)
+                                                   for _, name in result]
 
 
 def _field(file: _File, grid: dict[str, ElementTree.Element], name: str,

@@ -146,17 +146,17 @@ class CrossChecks:
                  end: int) -> None:
         settings = self._settings
         learn_share(wheel, motion)
-        found = against_pressure(wheel, motion, end, settings)
+        result = against_pressure(wheel, motion, end, settings)
         if not math.isnan(wheel.own['pressure'].mean):
-            found += unexplained
+            result += unexplained
         wheel.doubts['pressure'].weigh(
-            found, agrees=pressure_agrees(wheel, self._all, settings))
+            result, agrees=pressure_agrees(wheel, self._all, settings))
         slow_or_fast, agrees = against_speed(wheel, motion, settings)
         wheel.doubts['rotor_speed'].weigh(slow_or_fast, agrees=agrees)
         if (friction := wheel.doubts.get('friction')) is not None:
-            found, compared = against_friction(wheel, settings)
+            result, compared = against_friction(wheel, settings)
             if compared:
-                friction.weigh(found, agrees=True)
+                friction.weigh(result, agrees=True)
             else:
                 friction.pause()
 

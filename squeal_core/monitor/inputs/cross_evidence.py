@@ -74,9 +74,9 @@ class Doubt:
     _adding: set[str] = field(default_factory=set)
     _agreed: int = 0
 
-    def weigh(self, found: Sequence[Contradiction], *, agrees: bool) -> None:
+    def weigh(self, result: Sequence[Contradiction], *, agrees: bool) -> None:
         """Add the evidence of one step."""
-        if agrees and not found:  # nearly always
+        if agrees and not result:  # nearly always
             self._elapsed, self._present = {}, False
             self._agreed += STEP
             if self.text and self._agreed >= self.agreement:
@@ -84,13 +84,13 @@ class Doubt:
             return
         kept = {kind: elapsed for kind, elapsed in self._elapsed.items() if kind in self._adding}
         self._elapsed = kept | {
-            one.kind: self._elapsed.get(one.kind, 0) + STEP for one in found}
-        self._adding |= {one.kind for one in found if one.adds_up}
+            one.kind: self._elapsed.get(one.kind, 0) + STEP for one in result}
+        self._adding |= {one.kind for one in result if one.adds_up}
         self._agreed = 0
-        self._present = bool(found)
-        told = [one for one in found if self._elapsed[one.kind] >= one.after * _SECOND]
-        if told or (self.text and found):
-            first = (told or found)[0]
+        self._present = bool(result)
+        told = [one for one in result if self._elapsed[one.kind] >= one.after * _SECOND]
+        if told or (self.text and result):
+            first = (told or result)[0]
             self.kind, self.text = first.kind, first.text
             self._end = first.until or self.until
 

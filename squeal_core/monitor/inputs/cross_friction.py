@@ -30,19 +30,19 @@ def against_friction(wheel: Wheel, settings: MonitorSettings) -> tuple[list[Cont
             wheel.own['pressure'].smooth >= least):
         return [], False
     partner = wheel.partner
-    found, known = [], False
+    result, known = [], False
     if partner is not None and partner.smooth >= least and not math.isnan(partner.friction):
         known = True
         if own < settings.friction_ratio * partner.friction:
-            found.append(_friction_contradiction(wheel, partner, settings))
+            result.append(_friction_contradiction(wheel, partner, settings))
     others = sorted((other for other in wheel.others if other.smooth >= least
                      and not math.isnan(other.friction)), key=lambda other: other.friction)
     if len(others) >= 2:
         known = True
         middle = others[(len(others) - 1) // 2]
-        if not found and own < _OTHER_AXLES * settings.friction_ratio * middle.friction:
-            found.append(_friction_contradiction(wheel, middle, settings))
-    return found, known
+        if not result and own < _OTHER_AXLES * settings.friction_ratio * middle.friction:
+            result.append(_friction_contradiction(wheel, middle, settings))
+    return result, known
 
 
 def _friction_contradiction(wheel: Wheel, other: Wheel,

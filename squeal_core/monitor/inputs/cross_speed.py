@@ -42,8 +42,8 @@ def against_speed(wheel: Wheel, motion: Motion, settings: MonitorSettings
     own = abs(wheel.own['rotor_speed'].mean)
     pair = _pair(wheel) if settings.wheel_speed_tolerance else None
     if pair is None or math.isnan(own) or _allowed(own, pair, wheel, motion, settings):
-        found = list(_slow_axle(wheel, own, settings))
-        return found, pair is not None and not found and not math.isnan(own)
+        result = list(_slow_axle(wheel, own, settings))
+        return result, pair is not None and not result and not math.isnan(own)
     braking = wheel.own['pressure'].smooth >= settings.release_pressure
     if own > pair.fast.speed:
         kind, after = 'fast', settings.slip_time if braking else settings.single_brake_time

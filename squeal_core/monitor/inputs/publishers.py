@@ -142,10 +142,10 @@ class PublisherGuard:
             self._tracks = [*self._tracks[1 - _MOST:], _Track(connection, number, stamp)]
             return self._tracks[-1]
         last = max(one.number for one in tracks)
-        found = min((one for one in tracks if one.number == last),
-                    key=lambda one: _distance(one.value, value))
-        found.number = number
-        return found
+        result = min((one for one in tracks if one.number == last),
+                     key=lambda one: _distance(one.value, value))
+        result.number = number
+        return result
 
     def _apart(self, one: _Span, other: _Span) -> bool:
         if one.is_empty or other.is_empty:

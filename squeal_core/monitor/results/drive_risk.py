@@ -85,10 +85,10 @@ def drive_risk(model: BrakeModel, signals: BrakeSignals, settings: MonitorSettin
     ticks = _prepared(VehicleInputs(settings, model), signals, settings.period)
     total, alarms = int(signals.time[-1] * 1e9) // settings.period + 1, 0
     while block := list(islice(ticks, _BLOCK)):
-        for found in evaluator.complete(block):
-            summary.add(found)
+        for result in evaluator.complete(block):
+            summary.add(result)
             alarms += sum(one.state == 'steady' and one.risk >= settings.risk_warning
-                          for one in found)
+                          for one in result)
         progress(min(summary.ticks, total), total)
     brakes = summary.brakes.values()
     known = sum(brake.risks for brake in brakes)

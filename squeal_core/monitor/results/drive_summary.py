@@ -186,29 +186,29 @@ class DriveSummary:
         """Add the counts of other brakes at the same ticks."""
         self.brakes = {**self.brakes, **other.brakes}
 
-    def _count(self, brake: BrakeSummary, found: Assessment) -> None:
+    def _count(self, brake: BrakeSummary, result: Assessment) -> None:
         known_before = brake.states.total() > brake.unknown
-        brake.states[found.state] += 1
-        sliding = self.slides(found)
+        brake.states[result.state] += 1
+        sliding = self.slides(result)
         if sliding is None:
             brake.unknown += 1
         else:
             brake.sliding += sliding
             if not known_before and brake.unknown * brake.period <= _BRIEF:
                 brake.starting, brake.unknown = brake.unknown, 0
-        if found.state == 'steady':
-            _take_risk(brake, found)
-        elif found.state not in _AT_REST:
-            _note(brake, found, braking=sliding is not False)
+        if result.state == 'steady':
+            _take_risk(brake, result)
+        elif result.state not in _AT_REST:
+            _note(brake, result, braking=sliding is not False)
 
-    def slides(self, found: Assessment) -> bool | None:
+    def slides(self, result: Assessment) -> bool | None:
         """Return whether a brake slides under load; None where its inputs do not tell."""
-        if found.state == 'steady' or found.state in _AT_REST:
-            return found.state == 'steady'
-        if all(reading.status == 'good' for reading in found.inputs.values()):
+        if result.state == 'steady' or result.state in _AT_REST:
+            return result.state == 'steady'
+        if all(reading.status == 'good' for reading in result.inputs.values()):
             return None  # the inputs contradict something else
-        pressure = _value(found.inputs.get('pressure'))
-        speed = abs(_value(found.inputs.get('rotor_speed')))
+        pressure = _value(result.inputs.get('pressure'))
+        speed = abs(_value(result.inputs.get('rotor_speed')))
         limits = self._settings
         if pressure < limits.release_pressure or speed < limits.minimum_rotor_speed:
             return False
@@ -266,28 +266,28 @@ def _value(reading: Reading | None) -> float:
     return reading.value if reading is not None and reading.is_believed else math.nan
 
 
-def _take_risk(brake: BrakeSummary, found: Assessment) -> None:
+def _take_risk(brake: BrakeSummary, result: Assessment) -> None:
     """Take the risk of a brake that slides under load, or why it is not known."""
-    risk = found.risk_result
-    if math.isnan(found.risk):
-        brake.unknown_risks[risk.unknown if risk else found.reason] += 1
+    risk = result.risk_result
+    if math.isnan(result.risk):
+        brake.unknown_risks[risk.unknown if risk else result.reason] += 1
         return
     brake.risks += 1
     brake.incomplete += bool(risk and risk.result.incomplete)
-    brake.total_risk += found.risk
-    brake.peak_risk = max(found.risk, brake.peak_risk)  # the first stays beside NaN
+    brake.total_risk += result.risk
+    brake.peak_risk = max(result.risk, brake.peak_risk)  # the first stays beside NaN
 
 
-def _note(brake: BrakeSummary, found: Assessment, *, braking: bool) -> None:
-    key = f'{found.state}: {_NUMBER.sub("#", found.reason)}'  # one for all values and ages
+def _note(brake: BrakeSummary, result: Assessment, *, braking: bool) -> None:
+    key = f'{result.state}: {_NUMBER.sub("#", result.reason)}'  # one for all values and ages
     if key not in brake.reasons and len(brake.reasons) >= _MOST_REASONS:
-        key = f'{found.state}: for other reasons'
+        key = f'{result.state}: for other reasons'
     if key not in brake.reasons:
-        bad = [(signal, reading) for signal, reading in found.inputs.items()
+        bad = [(signal, reading) for signal, reading in result.inputs.items()
                if reading.status != 'good']
         brake.reasons[key] = Reason(
-            found.reason, found.state, tuple(signal for signal, _ in bad),
-            '; '.join(f'{r.status} {r.detail}' for _, r in bad), found.time * 1e-9)
+            result.reason, result.state, tuple(signal for signal, _ in bad),
+            '; '.join(f'{r.status} {r.detail}' for _, r in bad), result.time * 1e-9)
     brake.reasons[key].ticks += 1
     brake.reasons[key].braking += braking
 

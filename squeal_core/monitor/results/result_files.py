@@ -161,7 +161,7 @@ def find_results(paths: Sequence[str | Path]) -> list[Path]:
         For a path at which there is none.
 
     """
-    found: dict[Path, Path] = {}
+    result: dict[Path, Path] = {}
     for path in map(Path, paths):
         summaries = [path] if path.is_file() else sorted(
             summary for pattern in (SUMMARY, f'*.{SUMMARY}') for summary in path.rglob(pattern)
@@ -169,8 +169,8 @@ def find_results(paths: Sequence[str | Path]) -> list[Path]:
         if not summaries:
             raise ResultError(path, 'holds no result of `squeal replay`' if path.is_dir()
                               else 'is not there', 'give the folder that it wrote (-o)')
-        found |= {summary.resolve(): summary for summary in summaries}
-    return list(found.values())
+        result |= {summary.resolve(): summary for summary in summaries}
+    return list(result.values())
 
 
 def _read_summary(path: Path) -> dict[str, Any]:

@@ -54,8 +54,8 @@ def file_hash(path: str | Path) -> tuple[str, int]:
 def sources_of(model: BrakeModel, settings: MonitorSettings) -> dict[str, Any]:
     """Return software, model, table, emulator, calibration and settings of a replay."""
     table, emulator = settings.table, settings.growth_emulator
-    if not table and (found := find_table(model)):
-        table = str(found[0])
+    if not table and (result := find_table(model)):
+        table = str(result[0])
     if not emulator and (own := find_emulator(model)):
         emulator = str(own[0])
     text = json.dumps(plain(asdict(settings)), indent=1)  # which is YAML too

@@ -65,15 +65,15 @@ def _peaks(run: Run, place: int) -> Iterator[Trace]:
     """Yield the points of a run: those with predicted squeal filled, the others open."""
     own = style(place)
     for alarm, words in ((True, 'squeal predicted'), (False, 'not')):
-        found = [one for one in run.known if bool(one.alarm) == alarm
-                 and math.isfinite(one.frequency_hz)]
-        if found:
+        result = [one for one in run.known if bool(one.alarm) == alarm
+                  and math.isfinite(one.frequency_hz)]
+        if result:
             yield {
-                **points(len(found)), 'name': f'{label(run.name)}: {words}',
-                'x': packed([DECIBELS * one.build_up_nepers for one in found]),
-                'y': packed([one.frequency_hz / 1e3 for one in found]),
-                'text': [label(one.brake) for one in found],
-                'customdata': packed([(one.peak_risk, one.growth_rate_1_s) for one in found]),
+                **points(len(result)), 'name': f'{label(run.name)}: {words}',
+                'x': packed([DECIBELS * one.build_up_nepers for one in result]),
+                'y': packed([one.frequency_hz / 1e3 for one in result]),
+                'text': [label(one.brake) for one in result],
+                'customdata': packed([(one.peak_risk, one.growth_rate_1_s) for one in result]),
                 'marker': {'color': own.colour, 'size': 8, 'opacity': 0.8,
                            'symbol': own.symbol + ('' if alarm else '-open')},
                 'hovertemplate': '%{y:.3f} kHz, %{x:.1f} dB<br>%{text}, risk '
@@ -89,8 +89,8 @@ def frequencies_over_time(runs: Sequence[Run],
     none = (NOT_KNOWN if all(run.nothing_known for run in runs) else
             '' if any(run.events for run in runs) else
             'No squeal event is predicted while the risk was known.')
-    measured = [_measured_events(run, found)
-                for run, found in zip(runs, comparisons, strict=False)]
+    measured = [_measured_events(run, result)
+                for run, result in zip(runs, comparisons, strict=False)]
     if none and not any(measured):
         return Figure(**about, unknown=none)
     traces = []

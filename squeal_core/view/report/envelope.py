@@ -128,8 +128,8 @@ class StretchEnvelope:
         steps = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
         first = self.times[0] - 0.5 * self.width
         ends = np.column_stack([np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)])
-        found: FloatArray = first + self.width * ends
-        return found
+        result: FloatArray = first + self.width * ends
+        return result
 
     def modes(self) -> FloatArray:
         """

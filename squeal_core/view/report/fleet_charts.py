@@ -132,5 +132,5 @@ def region_words(at: Region) -> tuple[str, str]:
 
 def known_regions(regions: Mapping[Region, Group]) -> list[tuple[Region, Group]]:
     """Return regions with predicted squeal: those with most of it first."""
-    found = [(at, one) for at, one in regions.items() if one.alarms]
-    return sorted(found, key=lambda item: (item[1].alarms, *item[1].rank), reverse=True)
+    result = [(at, one) for at, one in regions.items() if one.alarms]
+    return sorted(result, key=lambda item: (item[1].alarms, *item[1].rank), reverse=True)

@@ -159,18 +159,18 @@ def read_fleet(folder: FleetFolder) -> FleetData:
     """
     rows: list[Row] = [row for row in folder.rows('recordings') if not row[1].copy_of]
     regions, brakings = _applied(folder.rows('applications'))
-    found = [_Counted(label, one, brakings[label.recording]) for label, one in rows]
+    result = [_Counted(label, one, brakings[label.recording]) for label, one in rows]
     total = Group()
-    for _, record, count in found:
+    for _, record, count in result:
         total.add(record, count)
-    vehicles = _grouped((one.label.vehicle, one) for one in found)
+    vehicles = _grouped((one.label.vehicle, one) for one in result)
     return FleetData(
         folder, rows, brakings, total,
         dict(sorted(vehicles.items(), key=lambda item: item[1].rank, reverse=True)),
         _grouped((one.brake, _Counted(label, one, one.applications_known))  # never two at once
                  for label, one in folder.rows('brakes')),
-        _classes(found, lambda label: label.mileage_km, _mileage_step, _mileage_name),
-        _classes(found, _day, _day_step, _day_name), regions)
+        _classes(result, lambda label: label.mileage_km, _mileage_step, _mileage_name),
+        _classes(result, _day, _day_step, _day_name), regions)
 
 
 class _Counted(NamedTuple):

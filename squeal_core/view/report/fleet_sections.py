@@ -110,16 +110,16 @@ def _more(count: int, most: int, name: str) -> Iterator[Markup]:
 
 def _reasons(data: FleetData) -> Iterator[Markup]:
     """Yield the reasons for unknown risk, by braking time: the main one of each recording."""
-    found: dict[str, tuple[float, int, str]] = {}
+    result: dict[str, tuple[float, int, str]] = {}
     for _, one in data.recordings:
         unknown = one.braking_s - one.risk_known_s
         if unknown > 0.0:
             text, _, remedy = one.why_not_known.rpartition('; ')
-            seconds, count, first = found.get(remedy, (0.0, 0, text or remedy or DASH))
-            found[remedy] = seconds + unknown, count + 1, first
+            seconds, count, first = result.get(remedy, (0.0, 0, text or remedy or DASH))
+            result[remedy] = seconds + unknown, count + 1, first
     rows = [(duration(seconds), str(count), prose(first), prose(remedy or DASH))
             for remedy, (seconds, count, first) in sorted(
-                found.items(), key=lambda item: item[1], reverse=True)]
+                result.items(), key=lambda item: item[1], reverse=True)]
     if rows:
         yield table(('braking time not known', 'recordings', 'main reason, at first', 'remedy'),
                     rows[:_MOST_REASONS], numbers_from=9, caption='Not known, and why')

@@ -126,21 +126,21 @@ def _points(records: Sequence[ApplicationRecord], over: int, place: int, name: s
             limits: Sequence[float]) -> list[Trace]:
     """Return the points of a class: mean friction over mean pressure or speed."""
     own, axis = style(place), '' if over == 0 else '2'
-    found = [one for one in records
-             if np.digitize(one.pressure_pa if over else _speed(one), limits) == place]
+    result = [one for one in records
+              if np.digitize(one.pressure_pa if over else _speed(one), limits) == place]
     symbols = {True: own.symbol, False: f'{own.symbol}-open', None: 'x-thin'}
     return [{
-        **points(len(found)), 'name': name, 'legendgroup': f'{over}{place}',
+        **points(len(result)), 'name': name, 'legendgroup': f'{over}{place}',
         'legend': f'legend{axis}', 'xaxis': f'x{axis}', 'yaxis': f'y{axis}',
-        'x': packed([_speed(one) if over else one.pressure_pa / 1e5 for one in found]),
-        'y': packed([one.friction for one in found]),
+        'x': packed([_speed(one) if over else one.pressure_pa / 1e5 for one in result]),
+        'y': packed([one.friction for one in result]),
         'customdata': packed([(one.peak_risk, one.pressure_pa / 1e5, _speed(one))
-                              for one in found]),
+                              for one in result]),
         'marker': {'color': own.colour, 'size': 7, 'opacity': 0.75,
-                   'symbol': [symbols[one.alarm] for one in found],
+                   'symbol': [symbols[one.alarm] for one in result],
                    'line': {'color': own.colour, 'width': 1.2}},
         'hovertemplate': 'friction %{y:.3f}, risk %{customdata[0]:.2f}<br>%{customdata[1]:.1f} '
-                         'bar, %{customdata[2]:.0f} rad/s<extra></extra>'}] if found else []
+                         'bar, %{customdata[2]:.0f} rad/s<extra></extra>'}] if result else []
 
 
 def _boundary(boundary: FrictionBoundary, over: int, place: int, name: str) -> list[Trace]:

@@ -100,14 +100,14 @@ def _recordings(run: Run) -> Markup:
 
 def _reasons(run: Run) -> Iterator[Markup]:
     """Yield the reasons for unknown risk, by braking time."""
-    found: dict[tuple[str, str, str], float] = {}
+    result: dict[tuple[str, str, str], float] = {}
     for one in run.results:
         rate = float(one.summary['rate_hz'])
         for brake, about in one.summary['report']['brakes'].items():
             for reason in about['reasons']:
                 key = brake, str(reason['state']), f'{reason["text"]}; {reason["remedy"]}'
-                found[key] = found.get(key, 0.0) + reason['braking_ticks'] / rate
-    ranked = sorted(((seconds, *key) for key, seconds in found.items()), reverse=True)
+                result[key] = result.get(key, 0.0) + reason['braking_ticks'] / rate
+    ranked = sorted(((seconds, *key) for key, seconds in result.items()), reverse=True)
     rows = [(brake, f'{seconds:.1f} s', state, *map(prose, text.rpartition('; ')[::2]))
             for seconds, brake, state, text in ranked if seconds > 0.0]
     if rows:

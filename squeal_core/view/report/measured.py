@@ -30,35 +30,35 @@ from squeal_core.view.report.words import clock, DASH, number, risk
 _LISTED = 20  # applications
 
 
-def measured_section(found: Comparison, of_run: str) -> list[Markup]:
+def measured_section(result: Comparison, of_run: str) -> list[Markup]:
     """Return the notes of a comparison, then outcomes, pitches, lead times and scores."""
     return [element('h3', f'Measured squeal{of_run}'),
-            element('ul', [element('li', prose(note)) for note in found.notes]),
-            _outcomes(found), *_pitches(found), *_scores(found), *_applications(found)]
+            element('ul', [element('li', prose(note)) for note in result.notes]),
+            _outcomes(result), *_pitches(result), *_scores(result), *_applications(result)]
 
 
-def _outcomes(found: Comparison) -> Markup:
-    counts = found.counts
+def _outcomes(result: Comparison) -> Markup:
+    counts = result.counts
     known = sum(counts.values()) - counts['not known']
     heard = counts['hit'] + counts['miss']
-    why = Counter(one.why for one in found.matches.applications if one.outcome == 'not known')
+    why = Counter(one.why for one in result.matches.applications if one.outcome == 'not known')
     share = f'{100.0 * heard / known:.1f} %' if known else 'not known'
     rows: list[list[Content]] = [
-        [name, str(counts[name]), found.hits_in_words() if name == 'hit' else '']
+        [name, str(counts[name]), result.hits_in_words() if name == 'hit' else '']
         for name in OUTCOMES[:-1]]
     rows.append(['not known', str(counts['not known']),
                  '; '.join(f'{count}: {reason}' for reason, count in why.most_common())])
     rows.append(['with measured squeal', str(heard), f'{share} of {known} known ones'])
     what = {'brake': 'of one brake each'}.get(
-        found.unit, 'of brakes that the events do not tell apart: '
-        + ', '.join(' + '.join(group) for group in found.matches.groups))
+        result.unit, 'of brakes that the events do not tell apart: '
+        + ', '.join(' + '.join(group) for group in result.matches.groups))
     return table(('outcome', 'applications', ''), rows, numbers_from=1,
                  caption=f'Brake applications, {what}')
 
 
-def _pitches(found: Comparison) -> Iterator[Markup]:
-    pitch = found.as_json()['frequency']
-    if found.hits['count']:
+def _pitches(result: Comparison) -> Iterator[Markup]:
+    pitch = result.as_json()['frequency']
+    if result.hits['count']:
         yield element('p', f'{HIT_ALONE.capitalize()}: some alarm was up in the same braking.')
     if pitch['events'] and not pitch['with_unstable_mode']:
         yield element('p', f'Pitch: no unstable mode was predicted at any of {pitch["events"]} '
@@ -69,12 +69,12 @@ def _pitches(found: Comparison) -> Iterator[Markup]:
             f'{100 * pitch["median_relative_error"]:.1f} % in the median; within 2 % at '
             f'{pitch["within_2_percent"]} of {pitch["events"]} events; none was predicted at '
             f'{pitch["events"] - pitch["with_unstable_mode"]}.'))
-    if words := found.lead_in_words():
+    if words := result.lead_in_words():
         yield element('p', f'Alarm: {words}.')
 
 
-def _scores(found: Comparison) -> Iterator[Markup]:
-    scores = found.scores
+def _scores(result: Comparison) -> Iterator[Markup]:
+    scores = result.scores
     if scores.predictors:
         def row(name: str) -> list[Content]:
             one = scores.predictors[name]
@@ -101,8 +101,8 @@ def _with_ends(value: float, ends: tuple[float, float]) -> str:
     return f'{value:.2f} ({number(ends[0], ".2f")} to {number(ends[1], ".2f")})'
 
 
-def _applications(found: Comparison) -> Iterator[Markup]:
-    shown = [one for one in found.matches.applications
+def _applications(result: Comparison) -> Iterator[Markup]:
+    shown = [one for one in result.matches.applications
              if one.outcome in ('miss', 'false alarm', 'hit')]
     shown.sort(key=lambda one: ('miss', 'false alarm', 'hit').index(one.outcome))
     if shown:
@@ -121,11 +121,11 @@ def _row(one: MatchedApplication) -> list[Content]:
             DASH if math.isnan(one.lead_time) else ahead_or_late(one.lead_time)]
 
 
-def measured_figures(found: Comparison, name: str, of_run: str) -> list[Figure]:
+def measured_figures(result: Comparison, name: str, of_run: str) -> list[Figure]:
     """Return the calibration curve and the pitches of a comparison."""
-    return [_calibration(found, f'calibration-{name}', f'Predicted risk against measured squeal'
+    return [_calibration(result, f'calibration-{name}', f'Predicted risk against measured squeal'
                          f'{of_run}'),
-            _pitch_chart(found, f'pitch-{name}', f'Predicted against measured pitch{of_run}')]
+            _pitch_chart(result, f'pitch-{name}', f'Predicted against measured pitch{of_run}')]
 
 
 def _diagonal(low: float, high: float, words: str) -> dict[str, Any]:
@@ -133,11 +133,11 @@ def _diagonal(low: float, high: float, words: str) -> dict[str, Any]:
             'line': {'color': GREY, 'dash': 'dash', 'width': 1}, 'hoverinfo': 'skip'}
 
 
-def _calibration(found: Comparison, name: str, title: str) -> Figure:
-    curve = np.array(found.scores.curve, float).reshape(-1, 3)
+def _calibration(result: Comparison, name: str, title: str) -> Figure:
+    curve = np.array(result.scores.curve, float).reshape(-1, 3)
     if not len(curve):
         return Figure(name, title, unknown='Not known: ' + ('; '.join(
-            note.removeprefix(SCORES_NOT_KNOWN) for note in found.scores.notes)
+            note.removeprefix(SCORES_NOT_KNOWN) for note in result.scores.notes)
             or 'there are too few applications whose outcome is known') + '.')
     own = style(0)
     return Figure(name, title, caption=(
@@ -154,8 +154,8 @@ def _calibration(found: Comparison, name: str, title: str) -> Figure:
                 'legend': LEGEND})
 
 
-def _pitch_chart(found: Comparison, name: str, title: str) -> Figure:
-    pairs = np.array([(pitch, pitch * (1.0 + error)) for pitch, error in found.frequency_errors
+def _pitch_chart(result: Comparison, name: str, title: str) -> Figure:
+    pairs = np.array([(pitch, pitch * (1.0 + error)) for pitch, error in result.frequency_errors
                       if not math.isnan(error)]).reshape(-1, 2) / 1e3
     if not len(pairs):
         return Figure(name, title, unknown='No unstable mode was predicted at any measured event '

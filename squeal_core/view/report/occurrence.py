@@ -74,12 +74,12 @@ def occurrence(runs: Sequence[Run], condition: Condition,
     hits = [np.array([one.alarm for one in run.known], bool) for run in runs]
     brakings = [run.known_brakings for run in runs]
     names = [label(run.name) if len(runs) > 1 else 'predicted' for run in runs]
-    for run, found in zip(runs, comparisons, strict=False):
-        heard = [one for one in found.matches.applications if one.outcome != 'not known']
+    for run, result in zip(runs, comparisons, strict=False):
+        heard = [one for one in result.matches.applications if one.outcome != 'not known']
         values.append(np.array([_measured_value(one, condition) for one in heard]))
         hits.append(np.array([one.measured for one in heard], bool))
         brakings.append(braking_numbers([
-            (one.recording, one.start, one.end) for one in (found.braking for found in heard)]))
+            (one.recording, one.start, one.end) for one in (result.braking for result in heard)]))
         names.append(f'{label(run.name)}, measured' if len(runs) > 1 else 'measured')
     counted = [own[hit] if of_all else own for own, hit in zip(values, hits, strict=True)]
     everything = np.concatenate([own[np.isfinite(own)] for own in counted])
@@ -142,16 +142,16 @@ def _measured_value(one: MatchedApplication, condition: Condition) -> float:
     return one.events[0].frequency_hz / 1e3 if one.events else math.nan
 
 
-def _bars(name: str, place: int, found: Shares) -> Trace:
-    percent = 100.0 * found.share
+def _bars(name: str, place: int, result: Shares) -> Trace:
+    percent = 100.0 * result.share
     return {
-        'type': 'bar', 'name': name, 'x': _class_names(found.edges), 'y': packed(percent),
+        'type': 'bar', 'name': name, 'x': _class_names(result.edges), 'y': packed(percent),
         'customdata': packed(np.column_stack(
-            [found.counts, 100 * found.low, 100 * found.high])),
+            [result.counts, 100 * result.low, 100 * result.high])),
         'marker': {'color': style(place).colour,
                    'pattern': {'shape': ('', '/', 'x', '.', '\\', '-')[place % 6]}},
         'error_y': {'type': 'data', 'symmetric': False, 'thickness': 1, 'color': GREY,
-                    'array': packed(100 * found.high - percent),
-                    'arrayminus': packed(percent - 100 * found.low)},
+                    'array': packed(100 * result.high - percent),
+                    'arrayminus': packed(percent - 100 * result.low)},
         'hovertemplate': '%{x}: %{y:.1f} % of %{customdata[0]} applications<br>95 %: '
                          '%{customdata[1]:.1f} to %{customdata[2]:.1f} %<extra></extra>'}

@@ -166,15 +166,15 @@ def _each(runs: Sequence[Run], section: Callable[[Run], list[Markup]]) -> Iterat
 def _measured(page: Page, runs: Sequence[Run],
               comparisons: Sequence[Comparison]) -> Iterator[Markup]:
     """Yield measured beside predicted squeal of each run."""
-    for place, (run, found) in enumerate(zip(runs, comparisons, strict=False)):
+    for place, (run, result) in enumerate(zip(runs, comparisons, strict=False)):
         of_run = f': {run.name}' if len(runs) > 1 else ''
-        yield from measured_section(found, of_run)
-        yield page.draw(*measured_figures(found, str(place), of_run))
+        yield from measured_section(result, of_run)
+        yield page.draw(*measured_figures(result, str(place), of_run))
 
 
 def _timelines(drive: Drive, comparisons: Sequence[Comparison]) -> Iterator[Figure]:
-    measured = [event for found in comparisons[:1]
-                for event in charts.measured_in(drive.result, found)]
+    measured = [event for result in comparisons[:1]
+                for event in charts.measured_in(drive.result, result)]
     for place, (title, words, envelope) in enumerate(drive.stretches):
         yield timeline(envelope, name=f'timeline-{drive.place}-{place}', title=title, what=words,
                        measured=measured)

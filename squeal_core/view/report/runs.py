@@ -157,10 +157,10 @@ def load_runs(paths: Sequence[str | Path]) -> list[Run]:
     if len(paths) > MOST_RUNS:
         raise SquealError(f'{len(paths)} results; give at most {MOST_RUNS} to compare, or the '
                           'folder that holds them to have them as one')
-    found = [sorted(map(loaded, find_results([path])),
-                    key=lambda one: (start_of(one), one.name)) for path in paths]
+    result = [sorted(map(loaded, find_results([path])),
+                     key=lambda one: (start_of(one), one.name)) for path in paths]
     return [Run(name, tuple(results))
-            for name, results in zip(_names(paths), found, strict=True)]
+            for name, results in zip(_names(paths), result, strict=True)]
 
 
 def loaded(path: Path) -> ReplayResult:

@@ -264,15 +264,15 @@ def quality_section(run: Run) -> list[Markup]:
                   [_quality(key, found) for key, found in inputs.items()], numbers_from=4)]
 
 
-def _quality(key: tuple[str, ...], found: Sequence[Mapping[str, Any]]) -> list[Content]:
+def _quality(key: tuple[str, ...], result: Sequence[Mapping[str, Any]]) -> list[Content]:
     invalid: Counter[str] = Counter()
-    for one in found:
+    for one in result:
         invalid.update(one.get('invalid_s') or {})
 
     def of(name: str) -> list[float]:
-        return [value for one in found if (value := one.get(name)) is not None]
+        return [value for one in result if (value := one.get(name)) is not None]
 
-    return [*key, str(len(found)), f'{sum(of("messages")):.0f}',
+    return [*key, str(len(result)), f'{sum(of("messages")):.0f}',
             number(min(of('rate_hz'), default=math.nan)), f'{sum(of("gaps")):.0f}',
             number(max(of('longest_gap_s'), default=math.nan), '.2f'),
             number(sum(of('stale_s'))), number(sum(invalid.values())),

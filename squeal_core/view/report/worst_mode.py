@@ -142,16 +142,16 @@ def _nearest(modes: Sequence[Mode], at: Mapping[str, float]) -> Mode | None:
     return best
 
 
-def shape_figure(found: WorstMode, name: str, of: str = '') -> Figure:
+def shape_figure(result: WorstMode, name: str, of: str = '') -> Figure:
     """Return the shape of the mode at its extreme."""
     about: dict[str, Any] = {'name': name, 'title': f'Shape of the worst mode{of}'}
-    if found.model is None or found.point is None or found.mechanism is None:
-        return Figure(**about, unknown=found.unknown)
-    surface, mode = found.model.surface, found.mechanism.mode
+    if result.model is None or result.point is None or result.mechanism is None:
+        return Figure(**about, unknown=result.unknown)
+    surface, mode = result.model.surface, result.mechanism.mode
     if surface is None:
         return Figure(**about, unknown='Not known: the model file holds no surface; build it '
                                        'again with this version.')
-    vectors = mode_vectors(found.model, found.point, mode.eigenvalue)
+    vectors = mode_vectors(result.model, result.point, mode.eigenvalue)
     points, amplitude = surface.displaced(vectors.right, _DRAWN)
     return Figure(**about, height=480, traces=list(_meshes(surface, points, amplitude)), caption=(
         f'Mode {mode.index}, {mode.frequency_hz:.0f} Hz, at its extreme, far enlarged; coloured '
@@ -179,17 +179,17 @@ def _meshes(surface: Any, points: FloatArray, amplitude: FloatArray) -> Iterator
         first = own.stop
 
 
-def mechanism_figure(found: WorstMode, name: str, of: str = '') -> Figure:
+def mechanism_figure(result: WorstMode, name: str, of: str = '') -> Figure:
     """Return the contributions of terms to the growth rate, as bars that sum to it."""
     about: dict[str, Any] = {'name': name, 'title': f'Mechanism of the worst mode{of}'}
-    if found.mechanism is None:
-        return Figure(**about, unknown=found.unknown)
-    terms = ranked_terms(found.mechanism.contributions)
-    total = found.mechanism.mode.growth_rate
+    if result.mechanism is None:
+        return Figure(**about, unknown=result.unknown)
+    terms = ranked_terms(result.mechanism.contributions)
+    total = result.mechanism.mode.growth_rate
     names = [*(name.replace('_', ' ') for name in terms), 'growth rate']
     values = [*terms.values(), total]
     return Figure(**about, height=480, caption=(
-        f'At {found.conditions}: {found.mechanism.label}; {found.mechanism.reason}. Each bar '
+        f'At {result.conditions}: {result.mechanism.label}; {result.mechanism.reason}. Each bar '
         'begins where the one above it ends; together they are the growth rate.'), traces=[{
             'type': 'waterfall', 'orientation': 'h', 'y': names, 'x': values,
             'measure': ['relative'] * len(terms) + ['total'], 'textposition': 'auto',

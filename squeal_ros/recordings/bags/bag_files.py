@@ -124,15 +124,15 @@ class BagFiles:
 
     def _unpacked(self, files: list[Path]) -> list[Path]:
         """Return the files, packed ones unpacked into a folder that goes with this object."""
-        found = []
+        result = []
         for file in files:
             if file.suffix == _PACKED:
                 self._folder = self._folder or TemporaryDirectory()
                 target = Path(self._folder.name, file.stem)
                 self.notes += filter(None, [unpack_file(file, target, BagError)])
                 file = target
-            found.append(file)
-        return found
+            result.append(file)
+        return result
 
     def _note_log(self, file: Path) -> None:
         log = file.with_name(f'{file.name}-wal')

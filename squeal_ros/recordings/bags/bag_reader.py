@@ -100,13 +100,13 @@ class Bag:
 
     def undefined_topics(self) -> dict[str, str]:
         """Return the topics whose messages nothing defines, each with the reason."""
-        found: dict[str, str] = {}
+        result: dict[str, str] = {}
         for connection in self._connections:
             try:
                 self._kind(connection)
             except DefinitionError as error:
-                found[connection.topic] = f'{connection.topic}: {error.what}; {error.remedy}'
-        return found
+                result[connection.topic] = f'{connection.topic}: {error.what}; {error.remedy}'
+        return result
 
     def messages(self, wanted: Mapping[str, str]) -> Iterator[tuple[str, int, Any, int]]:
         """
@@ -189,14 +189,14 @@ class Bag:
         """Return the undamaged part of a file; raise BagError where there is none."""
         if path.suffix not in RECOVERABLE:
             raise _unreadable(path, error) from None
-        found = RecoveredStorage(path)
-        if not found.whole:
+        result = RecoveredStorage(path)
+        if not result.whole:
             raise _unreadable(path, error) from None
-        self._recovered[path] = found
+        self._recovered[path] = result
         self.notes.append(
-            f'{path}: is damaged ({in_one_line(error, 120)}); {found.whole} messages are whole '
-            f'and read, the rest is lost: {found.lost or "its index"}')
-        return found
+            f'{path}: is damaged ({in_one_line(error, 120)}); {result.whole} messages are whole '
+            f'and read, the rest is lost: {result.lost or "its index"}')
+        return result
 
     def _read(self, reader: Storage, chosen: list[Connection], path: Path
               ) -> Iterator[tuple[Connection, int, bytes]]:

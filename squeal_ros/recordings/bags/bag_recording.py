@@ -132,4 +132,4 @@ class BagRecording:
         more = f'; and {len(findings) - 3} more of this kind' if len(findings) > 3 else ''
         return BagError(
             self.path, f'{what} {", ".join(sorted(self._found.wanted))}',
-            '; '.join(f'{found.what}: {found.remedy}' for found in findings[:3]) + more)
+            '; '.join(f'{result.what}: {result.remedy}' for result in findings[:3]) + more)

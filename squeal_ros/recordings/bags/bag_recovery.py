@@ -257,13 +257,13 @@ class RecoveredStorage:
             while missed < _FEW_ROWS_LOST:
                 steps = count()
                 try:
-                    found = database.execute('SELECT topic_id, timestamp, data FROM messages '
-                                             'WHERE id = ?', (row,)).fetchone()
+                    result = database.execute('SELECT topic_id, timestamp, data FROM messages '
+                                              'WHERE id = ?', (row,)).fetchone()
                 except sqlite3.DatabaseError:
-                    found, self.lost = None, 'pages of the database are missing or damaged'
-                row, missed = row + 1, 0 if found else missed + 1
-                if found and isinstance(found[2], bytes):
-                    yield found
+                    result, self.lost = None, 'pages of the database are missing or damaged'
+                row, missed = row + 1, 0 if result else missed + 1
+                if result and isinstance(result[2], bytes):
+                    yield result
         except sqlite3.DatabaseError as error:
             self.lost = f'the database cannot be read ({error})'
         finally:
@@ -284,9 +284,9 @@ class RecoveredStorage:
 
 def _texts(data: bytes, count: int) -> list[str]:
     """Return texts that each stand behind their length."""
-    found, at = [], 0
+    result, at = [], 0
     for _ in range(count):
         size = struct.unpack_from('<I', data, at)[0]
-        found.append(data[at + 4:at + 4 + size].decode('utf-8', 'replace'))
+        result.append(data[at + 4:at + 4 + size].decode('utf-8', 'replace'))
         at += 4 + size
-    return found
+    return result

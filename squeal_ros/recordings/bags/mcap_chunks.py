@@ -82,7 +82,7 @@ def _unpacked(chunk: ChunkInfo, file: BinaryIO) -> bytes:
 def _messages(data: bytes, chunk: ChunkInfo, channels: Mapping[int, Connection]
               ) -> list[StoredMessage]:
     """Return the messages of a chunk, by time; those of one time in the order of the file."""
-    found: list[StoredMessage] = []
+    result: list[StoredMessage] = []
     first, last = chunk.message_start_time, chunk.message_end_time
     at, end, in_order = 0, len(data), True
     while at < end:
@@ -95,9 +95,9 @@ def _messages(data: bytes, chunk: ChunkInfo, channels: Mapping[int, Connection]
                 raise ReaderError(f'a message of {size} bytes is cut off')
             _, _, number, _, time, _ = _MESSAGE.unpack_from(data, at)
             if number in channels and first <= time <= last:
-                in_order = in_order and (not found or time >= found[-1][1])
-                found.append((channels[number], time, data[at + _MESSAGE.size:behind]))
+                in_order = in_order and (not result or time >= result[-1][1])
+                result.append((channels[number], time, data[at + _MESSAGE.size:behind]))
         at = behind
     if at > end:
         raise ReaderError('a record is cut off')
-    return found if in_order else sorted(found, key=_time)
+    return result if in_order else sorted(result, key=_time)

@@ -136,18 +136,18 @@ class MessageDefinitions:
         for path in (*self._in_folder(package, base), *_in_workspace(package, base)):
             text = read_text_bounded(path, _MOST_BYTES, DefinitionError)
             try:
-                found = _parse_block(text, name, idl=path.suffix == '.idl').get(name)
+                result = _parse_block(text, name, idl=path.suffix == '.idl').get(name)
             except Exception as error:
                 raise DefinitionError(
                     path, f'is no message definition ({in_one_line(error, 120)})',
                     'correct or remove it') from None
-            if found is not None:
-                return found
-        found = _STANDARD.fielddefs.get(name)
-        if found is not None and noted:
+            if result is not None:
+                return result
+        result = _STANDARD.fielddefs.get(name)
+        if result is not None and noted:
             self.notes[name] = (f'the bag holds no definition of {name}; that of ROS 2 Jazzy '
                                 'is used')
-        return found
+        return result
 
     def _in_folder(self, package: str, base: str) -> list[Path]:
         """Return the folder's files for a type, the ones in its package's folder first."""

@@ -49,13 +49,13 @@ class _KnownLayout(NamedTuple):
             stamps = [second * 1_000_000_000 + nanosecond or time for second, nanosecond, time
                       in zip(seconds.tolist(), nanoseconds.tolist(), times, strict=True)]
         publishers = [record.publisher for record in alike]
-        found = []
+        result = []
         with np.errstate(all='ignore'):  # as Python's own numbers are multiplied
             for source, values in zip(self.sources, numbers, strict=True):
                 own = stamps if source.settings.stamp == 'header' else times
-                found.append([*map(Sample, own, source.in_unit(values.astype(float)).tolist(),
-                                   repeat(0), publishers)])
-        return fits, found
+                result.append([*map(Sample, own, source.in_unit(values.astype(float)).tolist(),
+                                    repeat(0), publishers)])
+        return fits, result
 
 
 class SampleReader:
@@ -66,15 +66,15 @@ class SampleReader:
     ----------
     bag : Bag
     settings : MonitorSettings
-    found : InputFindings
+    result : InputFindings
     namespace : str
         Where the settings' relative topics are in the bag.
 
     """
 
-    def __init__(self, bag: Bag, settings: MonitorSettings, found: InputFindings,
+    def __init__(self, bag: Bag, settings: MonitorSettings, result: InputFindings,
                  namespace: str) -> None:
-        self._bag, self._found = bag, found
+        self._bag, self._found = bag, result
         self._router = Router.of(settings)
         self._topics: defaultdict[str, list[str]] = defaultdict(list)  # of the settings, by bag's
         for topic in self._router.types:
@@ -91,7 +91,7 @@ class SampleReader:
             For raw frames of several ids on one topic.
 
         """
-        found: list[Samples] = [[] for _ in records]
+        result: list[Samples] = [[] for _ in records]
         alike: defaultdict[Any, list[int]] = defaultdict(list)
         for place, record in enumerate(records):
             alike[record.topic, record.store, len(record.data)].append(place)
@@ -99,16 +99,16 @@ class SampleReader:
             layouts, tried = self._layouts[topic, store], 0
             while places:
                 for known in layouts[tried:]:
-                    places = self._read(known, records, places, found)
+                    places = self._read(known, records, places, result)
                 tried, done = len(layouts), 0
                 while done < len(places) and len(layouts) == tried:
                     place, done = places[done], done + 1
-                    found[place] = self._decoded(records[place], layouts)
+                    result[place] = self._decoded(records[place], layouts)
                 places = places[done:]
-        return found
+        return result
 
     def _read(self, known: _KnownLayout, records: Sequence[Record], places: list[int],
-              found: list[Samples]) -> list[int]:
+              result: list[Samples]) -> list[int]:
         """Read the messages of a layout at once; return the places of all others."""
         chosen = [records[place] for place in places]
         if not chosen or len(chosen[0].data) != known.layout.length:
@@ -125,7 +125,7 @@ class SampleReader:
             self._found.evidence(brake, signal).take(
                 [sample.stamp - time for sample, time in zip(samples, times, strict=True)])
             for place, sample in zip(alike, samples, strict=True):
-                found[place].append((brake, signal, sample))
+                result[place].append((brake, signal, sample))
         return list(compress(places, ~fits))
 
     def _decoded(self, record: Record, layouts: list[_KnownLayout]) -> Samples:

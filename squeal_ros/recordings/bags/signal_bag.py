@@ -65,19 +65,19 @@ def _topics(signals: BrakeSignals) -> list[tuple[str, str, Any, FloatArray]]:
     speed = make(kind := 'sensor_msgs/msg/JointState')(
         header=header, name=[f'{brake}_wheel_joint' for brake in signals.brakes], position=none,
         velocity=mark, effort=none)
-    found = [('/joint_states', kind, speed, signals.rotor_speed)]
+    result = [('/joint_states', kind, speed, signals.rotor_speed)]
     pressure = make('sensor_msgs/msg/FluidPressure')(
         header=header, fluid_pressure=_MARK, variance=0.0)
     temperature = make('sensor_msgs/msg/Temperature')(
         header=header, temperature=_MARK, variance=0.0)
     friction = make('std_msgs/msg/Float64')(data=_MARK)
     for i, brake in enumerate(signals.brakes):
-        found += [(f'/{brake}/{name}', message.__msgtype__, message, values[:, i:i + 1])
-                  for name, message, values in (
-                      ('brake_pressure', pressure, signals.pressure),
-                      ('friction', friction, signals.friction),
-                      ('rotor_temperature', temperature, signals.temperature - ZERO_CELSIUS))]
-    return found
+        result += [(f'/{brake}/{name}', message.__msgtype__, message, values[:, i:i + 1])
+                   for name, message, values in (
+                       ('brake_pressure', pressure, signals.pressure),
+                       ('friction', friction, signals.friction),
+                       ('rotor_temperature', temperature, signals.temperature - ZERO_CELSIUS))]
+    return result
 
 
 def _serialised(kind: str, template: Any, times: NDArray[np.int64],

@@ -106,20 +106,20 @@ class FleetRun:
         """Take results that were not reported: of an earlier run, or of a worker cut off."""
         untold = {key: self._results / key for name, key in self._keys.items()
                   if name not in self._results_of and name not in self._errors}
-        found = {key: Evaluated(str(folder), file_hash(folder)[0])
-                 for key, folder in untold.items() if folder.is_dir()}
-        self._results_of |= {name: found[key] for name, key in self._keys.items()
-                             if key in found}
-        self.kept += len(self._before & found.keys())
-        self.computed += len(found.keys() - self._before)
+        result = {key: Evaluated(str(folder), file_hash(folder)[0])
+                  for key, folder in untold.items() if folder.is_dir()}
+        self._results_of |= {name: result[key] for name, key in self._keys.items()
+                             if key in result}
+        self.kept += len(self._before & result.keys())
+        self.computed += len(result.keys() - self._before)
 
     def _read(self, engine: FleetEngine) -> None:
         jobs = {name: (str(path),) for name, path in self.paths.items()}
-        for name, found in engine.results(recording_digest, jobs, self._going_on('read')):
-            if isinstance(found, Exception):
-                self._errors[name] = _words(self.paths[name], found)
+        for name, result in engine.results(recording_digest, jobs, self._going_on('read')):
+            if isinstance(result, Exception):
+                self._errors[name] = _words(self.paths[name], result)
             else:
-                self._digests[name] = found
+                self._digests[name] = result
             self.show('read', [name])
 
     def _evaluate(self, engine: FleetEngine) -> None:
@@ -132,18 +132,18 @@ class FleetRun:
         expected, packed = self._expected(), pickle.dumps(self.task)
         jobs = {key: (packed, str(self.paths[own[0]]), str(self._results / key),
                       expected.get(key, '')) for key, own in names.items()}
-        for key, found in engine.results(evaluate_recording, jobs, self._going_on('evaluated')):
-            error = _words(self.paths[names[key][0]], found) if isinstance(
-                found, Exception) else found.error
+        for key, result in engine.results(evaluate_recording, jobs, self._going_on('evaluated')):
+            error = _words(self.paths[names[key][0]], result) if isinstance(
+                result, Exception) else result.error
             first = str(self.paths[names[key][0]])
             for name in names[key]:
                 if error:
                     self._errors[name] = error.replace(first, str(self.paths[name]))
                 else:
-                    self._results_of[name] = found
+                    self._results_of[name] = result
             if not error:
-                self.computed += found.written
-                self.kept += not found.written
+                self.computed += result.written
+                self.kept += not result.written
             self.show('evaluated', names[key])
 
     def _going_on(self, phase: str) -> Callable[[], bool]:
@@ -165,11 +165,11 @@ class FleetRun:
             {'sources': self.task.sources, 'partial': self.lost}, self.task.tables)
 
     def _member(self, name: str, path: Path, row: VehicleRow) -> Member:
-        found = self._results_of.get(name)
-        if found is None:
+        result = self._results_of.get(name)
+        if result is None:
             return Member(name, path, row, self._digests.get(name, ''),
                           error=self._errors.get(name, self.lost), reached=name in self._errors)
-        return Member(name, path, row, self._digests[name], Path(found.path), found.sha256)
+        return Member(name, path, row, self._digests[name], Path(result.path), result.sha256)
 
 
 def absolute(path: str | Path) -> Path:

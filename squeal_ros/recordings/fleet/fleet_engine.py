@@ -203,9 +203,9 @@ class _Attempt:
                     guard.check()
                 elif ended.status in ('cancelled', 'lost'):
                     return  # with the connection
-                elif found := self._taken(ended, guard.timeout):
+                elif result := self._taken(ended, guard.timeout):
                     guard.ended()
-                    yield found
+                    yield result
                 self.stopped = not self._going_on()
                 if self.stopped:
                     return
@@ -230,14 +230,14 @@ class _Attempt:
     def _taken(self, ended: Future, timeout: float) -> tuple[str, Any] | None:
         """Return key and result of a job; None: its worker was lost before it was fetched."""
         try:
-            found = ended.result(timeout=timeout) if ended.status == 'finished' else _of_job(
+            result = ended.result(timeout=timeout) if ended.status == 'finished' else _of_job(
                 ended.exception(timeout=timeout))
         except TimeoutError:
             ended.add_done_callback(self._done.put)
             return None
         key, _ = self._running.pop(ended.key)
         del self._left[key]
-        return key, found
+        return key, result
 
 
 class _Call:

@@ -107,12 +107,12 @@ def vehicles_of(recordings: Mapping[str, Path], rows: Sequence[VehicleRow],
     common = Path(os.path.commonpath(places.values()))
     if common in places.values() and set(given) & {*common.parents}:
         common = common.parent
-    found = {}
+    result = {}
     for name, path in recordings.items():
         folders = places[name].relative_to(common).parts
         plain = VehicleRow(name, folders[0] if folders else '')
         row = next((row for row in rows if any(
             text == row.recording or fnmatchcase(text, row.recording)
             for text in (name, path.name, str(path)))), plain)
-        found[name] = row if row.vehicle else row._replace(vehicle=plain.vehicle)
-    return found
+        result[name] = row if row.vehicle else row._replace(vehicle=plain.vehicle)
+    return result

@@ -87,10 +87,10 @@ def _ticks(live: Iterable[AssessmentRecord], replayed: Iterable[AssessmentRecord
                        ((round(row.time_s, 6), 1, row) for row in replayed),
                        key=itemgetter(0))
     for _, entries in groupby(both, key=itemgetter(0)):
-        found: tuple[dict[str, AssessmentRecord], dict[str, AssessmentRecord]] = {}, {}
+        result: tuple[dict[str, AssessmentRecord], dict[str, AssessmentRecord]] = {}, {}
         for _, which, row in entries:
-            found[which][row.brake] = row
-        yield found
+            result[which][row.brake] = row
+        yield result
 
 
 def _inputs(row: AssessmentRecord) -> str:

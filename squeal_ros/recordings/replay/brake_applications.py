@@ -48,7 +48,7 @@ class ApplicationCollector:
 
     Attributes
     ----------
-    found : list of BrakeApplication
+    applications : list of BrakeApplication
     start : float
         Time of the first tick [s]; NaN before it.
     ticks : int
@@ -59,7 +59,7 @@ class ApplicationCollector:
     def __init__(self, recording: str, model: BrakeModel, period: float) -> None:
         self._recording, self._model, self._period = recording, model, period
         self._open: dict[str, list[_Row]] = {}
-        self.found: list[BrakeApplication] = []
+        self.applications: list[BrakeApplication] = []
         self.start = math.nan
         self.ticks = 0
 
@@ -95,13 +95,13 @@ class ApplicationCollector:
     def _end(self, brake: str) -> None:
         rows = self._open.pop(brake, [])
         if any(math.isfinite(row[1]) for row in rows):
-            self.found.append(BrakeApplication(brake, self._recording, *np.array(rows).T))
+            self.applications.append(BrakeApplication(brake, self._recording, *np.array(rows).T))
 
     def finish(self) -> list[BrakeApplication]:
         """End what is open and return all applications in the order of their starts."""
         for brake in list(self._open):
             self._end(brake)
-        return sorted(self.found, key=lambda one: (one.time[0], one.brake))
+        return sorted(self.applications, key=lambda one: (one.time[0], one.brake))
 
 
 def collect_applications(replay: Replay, recording: str) -> ApplicationCollector:
@@ -117,5 +117,5 @@ def collect_applications(replay: Replay, recording: str) -> ApplicationCollector
     collector = ApplicationCollector(recording, replay.model, replay.settings.period * 1e-9)
     for block in replay.blocks():
         collector.add(block)
-    collector.found = collector.finish()
+    collector.applications = collector.finish()
     return collector

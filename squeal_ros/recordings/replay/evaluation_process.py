@@ -155,10 +155,10 @@ def _records(answers: Sequence[bytes]) -> Iterator[TickRecord]:
 
 
 def _unpickled(answer: bytes) -> Any:
-    found = pickle.loads(answer)
-    if isinstance(found, str):
-        raise SquealError(found)
-    return found
+    result = pickle.loads(answer)
+    if isinstance(result, str):
+        raise SquealError(result)
+    return result
 
 
 class _EvaluationProcess:

@@ -137,8 +137,8 @@ class Outputs:
             with BagWriter(self.paths.bag, files, latched=LATCHED) as bag:
                 summary = files.add(self.paths.summary) if replay else None  # is committed last
                 self._write_ticks(records, tables, bag)
-            found = self.recorder.detector.events
-            self.events = found if replay is None else with_details(found, replay)
+            result = self.recorder.detector.events
+            self.events = result if replay is None else with_details(result, replay)
             write_records(events.partial, SquealEvent, self.events)
             write_records(applications.partial, ApplicationRecord,
                           self.recorder.applications.applications)

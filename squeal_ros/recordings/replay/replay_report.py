@@ -200,9 +200,9 @@ class ReplayReport:
         for finding in self.findings:
             remedies.setdefault(finding.remedy, []).extend(
                 name for name in finding.inputs if name in own)
-        found = [f'{", ".join(names)}: {remedy}' for remedy, names in remedies.items() if names]
-        if found:
-            return '; '.join(found)
+        result = [f'{", ".join(names)}: {remedy}' for remedy, names in remedies.items() if names]
+        if result:
+            return '; '.join(result)
         said = f'{reason.details} {reason.text}'
         return next((remedy for words, remedy in _REMEDIES if words in said), _ANY_REMEDY)
 
@@ -214,11 +214,11 @@ class ReplayReport:
 
 def _risk_findings(summary: DriveSummary) -> list[Finding]:
     """Return findings on the unknown squeal risk of sliding brakes, each with a remedy."""
-    found: dict[str, list[BrakeSummary]] = defaultdict(list)
+    result: dict[str, list[BrakeSummary]] = defaultdict(list)
     for brake in summary.brakes.values():
         for why in brake.unknown_risks:
-            found[why].append(brake)
-    return [_risk_finding(why, brakes) for why, brakes in found.items()]
+            result[why].append(brake)
+    return [_risk_finding(why, brakes) for why, brakes in result.items()]
 
 
 def _risk_finding(why: str, brakes: Sequence[BrakeSummary]) -> Finding:

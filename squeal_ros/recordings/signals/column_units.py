@@ -44,8 +44,8 @@ def unit_in_name(name: str) -> str:
     ending = _ENDINGS.search(name)
     if ending is None:
         return 's' if re.fullmatch(r'(time|t|zeit|temps|tempo)_s', name.casefold()) else ''
-    found = ending[1].casefold()
-    return found if found.startswith(('deg', 'grad')) else found.replace('_', '/')
+    result = ending[1].casefold()
+    return result if result.startswith(('deg', 'grad')) else result.replace('_', '/')
 
 
 def unit_of_field(message_type: str, path: str) -> str:

@@ -143,22 +143,22 @@ def propose(entries: Sequence[Entry]) -> Proposal:
     corners = sorted((place for place in places if '_' in place), key=_order)
     names = corners or sorted((place for place in places if place), key=_order) or (
         [''] if places else [])
-    found = {name or ONE_BRAKE: [*filter(None, (
+    result = {name or ONE_BRAKE: [*filter(None, (
         _of_brake(best, name, signal) for signal in SIGNALS))] for name in names}
-    lacking = {name: lacks for name, guesses in found.items() if (lacks := _lacks(guesses))}
-    return Proposal({name: guesses for name, guesses in found.items() if name not in lacking},
+    lacking = {name: lacks for name, guesses in result.items() if (lacks := _lacks(guesses))}
+    return Proposal({name: guesses for name, guesses in result.items() if name not in lacking},
                     lacking)
 
 
 def position_of(entries: Sequence[Entry]) -> tuple[Entry, ...]:
     """Return the columns that look like latitude and longitude; nothing where one is missing."""
-    found = [next((entry for entry in entries if not entry.field and entry.type == 'number'
-                   and entry.unit.strip('[]() °').casefold() in ('', 'deg', 'grad')
-                   and words & set(plain_words(entry.name)) and entry.count
-                   and not _MOVEMENT & set(plain_words(entry.name))
-                   and -most <= entry.minimum <= entry.maximum <= most), None)
-             for words, most in ((_LATITUDE, 90.0), (_LONGITUDE, 180.0))]
-    return tuple(entry for entry in found if entry) if all(found) else ()
+    result = [next((entry for entry in entries if not entry.field and entry.type == 'number'
+                    and entry.unit.strip('[]() °').casefold() in ('', 'deg', 'grad')
+                    and words & set(plain_words(entry.name)) and entry.count
+                    and not _MOVEMENT & set(plain_words(entry.name))
+                    and -most <= entry.minimum <= entry.maximum <= most), None)
+              for words, most in ((_LATITUDE, 90.0), (_LONGITUDE, 180.0))]
+    return tuple(entry for entry in result if entry) if all(result) else ()
 
 
 def _by_element(guesses: Iterator[Guess], labels: Collection[str]) -> Iterator[Guess]:

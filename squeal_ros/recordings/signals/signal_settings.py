@@ -52,8 +52,8 @@ def settings_with_signals(settings: MonitorSettings, signals: Signals) -> Monito
     for source in signals.sources:
         known = before.get(source.brake, {}).get(source.signal)
         inputs.setdefault(source.brake, {})[source.signal] = _input(source, known)
-    brakes = tuple(BrakeSettings(name, found, signals.frictions.get(name, 0.0))
-                   for name, found in inputs.items())
+    brakes = tuple(BrakeSettings(name, result, signals.frictions.get(name, 0.0))
+                   for name, result in inputs.items())
     for brake in brakes:
         _check_friction(signals, brake, settings)
     try:

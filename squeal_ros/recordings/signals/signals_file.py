@@ -168,10 +168,10 @@ def read_signals(path: str | Path) -> Signals:
         if constant := _constant_friction(section):
             frictions[brake] = constant
         sources += _inputs(section, brake, radius, stamp, constant > 0.0)
-    found = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')),
-                    _position(top.section('position')), frictions, file_hash(path)[0])
+    result = Signals(path, tuple(sources), read_clock(clock), read_table(top.section('table')),
+                     _position(top.section('position')), frictions, file_hash(path)[0])
     top.finish()
-    return found
+    return result
 
 
 def _constant_friction(brake: YamlSection) -> float:
@@ -180,23 +180,23 @@ def _constant_friction(brake: YamlSection) -> float:
     if not isinstance(entry, Mapping) or 'constant' not in entry:
         return 0.0
     section = brake.section('friction')
-    found = section.number('constant', 0.0, 0.0, LARGEST_FRICTION)
+    result = section.number('constant', 0.0, 0.0, LARGEST_FRICTION)
     section.finish()
-    return found
+    return result
 
 
 def _inputs(brake: YamlSection, name: str, radius: float, stamp: str,
             is_constant: bool) -> list[SignalSource]:
     radius = brake.number(_RADIUS, radius, 0.0, _LARGEST_RADIUS)
-    found = [_source(entry, name, signal, radius, stamp)
-             for signal in SIGNALS if signal in brake.content
-             and not (is_constant and signal == 'friction') for entry in brake.sections(signal)]
+    result = [_source(entry, name, signal, radius, stamp)
+              for signal in SIGNALS if signal in brake.content
+              and not (is_constant and signal == 'friction') for entry in brake.sections(signal)]
     brake.finish(SIGNALS)
-    kinds = {source.kind for source in found} or {'column'}
+    kinds = {source.kind for source in result} or {'column'}
     for kind in sorted(kinds):
-        signals = [source.signal for source in found if source.kind == kind]
+        signals = [source.signal for source in result if source.kind == kind]
         _check_inputs(brake, signals, is_constant, f' as {kind}' if len(kinds) > 1 else '')
-    return found
+    return result
 
 
 def _check_inputs(brake: YamlSection, signals: Sequence[Signal], is_constant: bool,
@@ -230,12 +230,12 @@ def _source(entry: YamlSection, brake: str, signal: Signal, radius: float,
     if key == 'topic':
         about = {'kind': 'topic', 'type': entry.text('type'), 'field': entry.text('field'),
                  'stamp': entry.text('stamp', stamp, ('header', 'receipt'))}
-    found = SignalSource(
+    result = SignalSource(
         brake=brake, signal=signal, where=entry.where(), name=name, unit=unit, **about,
         scale=factor * unit.scale * scale, offset=factor * (unit.scale * offset + unit.offset),
         passed_on=passed_on)
     entry.finish((*allowed, _RADIUS))
-    return found
+    return result
 
 
 def _named(entry: YamlSection, *others: str) -> tuple[str, str]:
@@ -256,18 +256,18 @@ def _named(entry: YamlSection, *others: str) -> tuple[str, str]:
 def _position(section: YamlSection) -> tuple[CoordinateSource, ...]:
     if not section.content:
         return ()
-    found = tuple(_coordinate(section.section(key)) for key in ('latitude', 'longitude'))
+    result = tuple(_coordinate(section.section(key)) for key in ('latitude', 'longitude'))
     section.finish()
-    return found
+    return result
 
 
 def _coordinate(entry: YamlSection) -> CoordinateSource:
     _, name = _named(entry)
     unit = entry.text('unit', 'deg', tuple(_DEGREES))
-    found = CoordinateSource(entry.where(), name, entry.count('group', _MOST_GROUPS),
-                             _DEGREES[unit] * entry.number('scale', 1.0))
+    result = CoordinateSource(entry.where(), name, entry.count('group', _MOST_GROUPS),
+                              _DEGREES[unit] * entry.number('scale', 1.0))
     entry.finish()
-    return found
+    return result
 
 
 def _unit(entry: YamlSection, signal: Signal, radius: float) -> tuple[Unit, float]:

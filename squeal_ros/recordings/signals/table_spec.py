@@ -93,11 +93,11 @@ def read_clock(section: YamlSection) -> ClockSpec:
             raise section.error('unit', f'is {short_repr(unit)}', f'write one of '
                                 f'{", ".join(units)}{did_you_mean(unit, units)}')
         unit = known.name
-    found = ClockSpec(
+    result = ClockSpec(
         columns=tuple(map(str, columns)), unit=unit, start=_start(section),
         timezone=section.text('timezone'), offset=section.number('offset', 0.0))
     section.finish(('channel',))
-    return found
+    return result
 
 
 def _start(section: YamlSection) -> datetime | float | None:
@@ -137,14 +137,14 @@ def read_table(section: YamlSection) -> TableSpec:
         raise section.error('encoding', f'is {short_repr(encoding)}',
                             'write utf-8, latin-1, cp1252 or utf-16') from None
     thousands = section.text('thousands') if 'thousands' in section.content else None
-    found = TableSpec(
+    result = TableSpec(
         delimiter=delimiter, decimal=section.text('decimal', '', ('.', ',')), thousands=thousands,
         encoding=encoding, header_row=section.count('header_row', _MOST_ROWS),
         unit_row=section.count('unit_row', _MOST_ROWS),
         first_row=section.count('first_row', _MOST_ROWS))
-    if thousands and (len(thousands) > 1 or thousands in (found.decimal, delimiter)
+    if thousands and (len(thousands) > 1 or thousands in (result.decimal, delimiter)
                       or thousands.isdecimal()):
         raise section.error('thousands', f'is {short_repr(thousands)}',
                             'write another mark than those of decimals and columns')
     section.finish()
-    return found
+    return result

@@ -121,15 +121,15 @@ class _Survey:
 
     def entries(self) -> list[Entry]:
         """Return an entry of each column."""
-        layout, found = self._layout, []
+        layout, result = self._layout, []
         for place, (name, column) in enumerate(zip(layout.names, self._columns, strict=True)):
             kind = 'time' if place in self._places else (
                 'text' if self._texts[place] > column.count else 'number')
-            found.append(Entry(
+            result.append(Entry(
                 name=name, type=kind, unit=layout.units[place] or unit_in_name(name),
                 count=column.count, missing=self._missing[place], texts=self._texts[place],
                 **column.as_fields()))
-        return found
+        return result
 
 
 def _layout_notes(layout: CsvLayout) -> list[str]:

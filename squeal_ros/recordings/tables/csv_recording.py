@@ -171,15 +171,15 @@ class CsvRecording:
             if self._may_be_local and not self._local:
                 self._local = not has_zone(text)
             taken = True
-            found = []
+            result = []
             for column, place in zip(self._columns, self._places, strict=True):
                 cell = cells[place] if place < len(cells) else ''
                 one = column.sample(self._number(cell), time.stated, cell, f'in line {line}')
                 if one is not None:
-                    found.append(one)
+                    result.append(one)
             if self._position:
                 self._take_position(time.recorded, cells)
-            yield time.recorded, found
+            yield time.recorded, result
         if not taken:
             said = [*self._times.notes(), *self._row_notes()]
             raise CsvError(self.path, f'has no row to read{": " * bool(said)}{"; ".join(said)}',

@@ -185,13 +185,13 @@ def _values(signal: Any) -> Sequence[Any]:
     if values.ndim != 1 or values.dtype.names:
         return [None] * len(values)
     numbers = values.dtype.kind in 'fiub'
-    found: list[Any] = (values.astype(float) if numbers else values).tolist()
+    result: list[Any] = (values.astype(float) if numbers else values).tolist()
     if not numbers:
-        found = [_number_or_text(value) for value in found]
+        result = [_number_or_text(value) for value in result]
     if signal.invalidation_bits is not None:
         for place in np.flatnonzero(np.asarray(signal.invalidation_bits)).tolist():
-            found[place] = np.nan
-    return found
+            result[place] = np.nan
+    return result
 
 
 def _number_or_text(value: Any) -> float | str:

@@ -161,18 +161,18 @@ class MdfRecording:
                 time = times.take(record, stated)
                 if time is None:
                     continue
-                found = []
+                result = []
                 for (column, _), values in zip(own, inputs, strict=True):
                     value = values[place]
                     number = value if isinstance(value, float) else None
                     one = column.sample(number, time.stated, str(value), f'in record {record}')
                     if one is not None:
-                        found.append(one)
+                        result.append(one)
                 if fix:
                     north, east = (column[place] for column in places)
                     if isinstance(north, float) and isinstance(east, float):
                         self.positions.take(time.recorded, scales[0] * north, scales[1] * east)
-                yield time.recorded, found
+                yield time.recorded, result
 
 
 def _chosen(source: SignalSource | CoordinateSource, file: MdfFile) -> Channel:
