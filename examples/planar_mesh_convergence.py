@@ -69,7 +69,7 @@ GRID = PlanarGrid()  # that modes are carried to from irregular nodes
 
 
 def main(arguments: list[str]) -> None:
-    from squeal_core.view.mesh_convergence import Ladder, plot_mesh_convergence
+    from squeal_core.view.mesh_convergence import MeshRefinement, plot_mesh_convergence
 
     quick = '--quick' in arguments
     brake = read_brake(resources.config_folder() / 'brakes' / 'kang2009.yaml')
@@ -92,12 +92,12 @@ def main(arguments: list[str]) -> None:
             growth.append(largest_growth(brake, disc, pad, found))
             print(f'| {name} | {contact[0]} x {contact[1]} | {radial} x {around} | '
                   + ' | '.join(f'{e:.1e}' for e in rows[-1].values()) + f' | {growth[-1]:.1f} |')
-        rules.append(Ladder(titles[name], [row[0][1] for row in ladder[:len(rows)]],
-                            columns(rows), growth, order))
+        rules.append(MeshRefinement(titles[name], [row[0][1] for row in ladder[:len(rows)]],
+                                    columns(rows), growth, order))
     print(f'\nrelative errors in the Frobenius norm; the growth rate is {truth:.2f} 1/s\n')
     derivative_errors(brake, disc, pad, exact, STEPS[:1] if quick else STEPS)
     rows = irregular_errors(brake, pad, MESHES[:2] if quick else MESHES)
-    plot_mesh_convergence(rules, Ladder(
+    plot_mesh_convergence(rules, MeshRefinement(
         'modes from irregular nodes, default grid\nagainst exact integrals over the elements',
         [2 * around for around in MESHES[:len(rows)]], columns(rows)),
         next((a for a in arguments if a.endswith('.png')), 'planar_mesh.png'), growth_rate=truth)

@@ -151,7 +151,7 @@ def damping_ratios(brake: Brake, frequencies: Sequence[FloatArray]) -> FloatArra
 def _surface(brake: Brake, disc: ModalBasis,
              pads: tuple[ModalBasis, ModalBasis]) -> SurfaceShapes:
     """
-    Return shapes for pictures: of the ring that the pads sweep, and of the pads.
+    Return shapes for plots: of the ring that the pads sweep, and of the pads.
 
     They are taken on the contact faces, which every source of modes covers, just inside the
     edges; the pads' are drawn at their backs.

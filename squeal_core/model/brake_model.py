@@ -69,7 +69,7 @@ class BrakeModel:
     provenance : mapping
         How the model came to be: texts and numbers for `squeal info`.
     surface : SurfaceShapes, optional
-        Shapes of the modes, for pictures.
+        Shapes of the modes, for plots.
 
     Raises
     ------

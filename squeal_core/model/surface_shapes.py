@@ -113,7 +113,7 @@ class SurfaceShapes:
             block[:, 2, here] = result.normal.T
             blocks.append(block)
             before = here.stop
-        # single precision is plenty for a picture, and half the file
+        # single precision is plenty for a plot, and half the file
         return cls(np.concatenate(points), np.concatenate(blocks).astype(np.float32),
                    tuple(patch for patch, _, _ in parts))
 

@@ -36,15 +36,15 @@ from squeal_core.surrogate.table_cell import TableCell, TableTolerances
 from squeal_core.surrogate.table_domain import TableDomain
 from squeal_core.surrogate.table_file import model_hash, SCHEMA
 
-Triple = tuple[int, int, int]
+PerAxis = tuple[int, int, int]
 
 
 @dataclass(frozen=True)
 class Leaf:
     """A cell by its level and place along each axis; no contents: it was given up."""
 
-    levels: Triple
-    place: Triple
+    levels: PerAxis
+    place: PerAxis
     cell: TableCell | None
 
 

@@ -33,7 +33,7 @@ from squeal_core.common.errors import OperatingPointError
 from squeal_core.common.worker_processes import run_jobs
 from squeal_core.model.brake_model import BrakeModel
 from squeal_core.stability.eigensolution import Tolerances
-from squeal_core.surrogate.build_checkpoint import BuildCheckpoint, Leaf, Triple
+from squeal_core.surrogate.build_checkpoint import BuildCheckpoint, Leaf, PerAxis
 from squeal_core.surrogate.cell_fit import fit_cell
 from squeal_core.surrogate.expansion_table import ExpansionTable
 from squeal_core.surrogate.full_solutions import FullSolutions
@@ -100,7 +100,7 @@ def build_table(model: BrakeModel, domain: TableDomain | None = None, *,
     return builder.table([leaf for i in sorted(leaves) for leaf in leaves[i]], about)
 
 
-def _leaves(builder: '_Builder', boxes: Sequence[tuple[Triple, FloatArray | None]]) -> list[Leaf]:
+def _leaves(builder: '_Builder', boxes: Sequence[tuple[PerAxis, FloatArray | None]]) -> list[Leaf]:
     """Return the cells of boxes side by side, which share full solutions."""
     solutions = FullSolutions(builder.model, builder.domain)
     return [leaf for place, x in boxes for leaf in builder.leaves(solutions, (0, 0, 0), place, x)]
@@ -127,17 +127,17 @@ class _Builder:
             if boxes:
                 yield self, boxes
 
-    def geometry(self, levels: Triple, place: Triple) -> tuple[FloatArray, FloatArray]:
+    def geometry(self, levels: PerAxis, place: PerAxis) -> tuple[FloatArray, FloatArray]:
         """Return the centre of a cell and half its edges."""
         half = 0.5 * self.domain.width / (self.boxes * 2.0 ** np.array(levels))
         return self.domain.low + half * (2.0 * np.array(place) + 1.0), half
 
-    def inside(self, place: Triple, levels: Triple, x: FloatArray) -> Any:
+    def inside(self, place: PerAxis, levels: PerAxis, x: FloatArray) -> Any:
         """Return whether each place x (P, 3) lies in a cell."""
         centre, half = self.geometry(levels, place)
         return (np.abs(x - centre) <= half * (1.0 + 1e-9)).all(axis=1)
 
-    def leaves(self, solutions: FullSolutions, levels: Triple, place: Triple,
+    def leaves(self, solutions: FullSolutions, levels: PerAxis, place: PerAxis,
                x: FloatArray | None, axes: tuple[int, ...] = ()) -> Iterator[Leaf]:
         """Yield the cells that a box is halved into; along given axes without trying it first."""
         centre, half = self.geometry(levels, place)
@@ -178,7 +178,7 @@ class _Builder:
             about={**about, 'given_up': len(leaves) - len(kept)})
 
 
-def _axis(axes: tuple[int, ...], levels: Triple) -> int | None:
+def _axis(axes: tuple[int, ...], levels: PerAxis) -> int | None:
     """Return the axis to halve; None where a cell is not halved any further."""
     if not axes or sum(levels) >= _DEPTH:
         return None
@@ -187,6 +187,6 @@ def _axis(axes: tuple[int, ...], levels: Triple) -> int | None:
     return int(np.argmin(levels)) if min(levels) < _HALVINGS else None
 
 
-def _with(values: Triple, axis: int, value: int) -> Triple:
+def _with(values: PerAxis, axis: int, value: int) -> PerAxis:
     first, second, third = (value if i == axis else old for i, old in enumerate(values))
     return first, second, third

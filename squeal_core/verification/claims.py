@@ -22,7 +22,7 @@ from squeal_core.stability.eigensolution import complex_modes, Mode
 from squeal_core.stability.mechanism import Mechanism, mechanisms
 from squeal_core.verification.case import added_pairs, Case
 from squeal_core.verification.paper import EXACT, FAST, FIT, PADS, Pair, PRINTED, SLOW, THIRD
-from squeal_core.verification.row import ClaimResult, said
+from squeal_core.verification.row import ClaimResult, row
 
 
 def components(case: Case) -> Iterator[ClaimResult]:
@@ -30,16 +30,16 @@ def components(case: Case) -> Iterator[ClaimResult]:
     for printed, name, words, source, why in PRINTED:
         own = case.model.angular_frequencies[case.model.names.index(name)] / 2.0 / np.pi
         off = abs(own / printed - 1.0)
-        yield said(words, source, f'{printed:g} Hz', f'{own:.1f} Hz, {own / printed - 1:+.2%}',
-                   bool(off <= EXACT), fit=bool(off <= FIT), why=why,
-                   tolerance=f'{100 * EXACT:g}/{100 * FIT:g} %')
+        yield row(words, source, f'{printed:g} Hz', f'{own:.1f} Hz, {own / printed - 1:+.2%}',
+                  bool(off <= EXACT), fit=bool(off <= FIT), why=why,
+                  tolerance=f'{100 * EXACT:g}/{100 * FIT:g} %')
 
 
 def maps(case: Case) -> Iterator[ClaimResult]:
     """Yield the claims of figs 10 and 13: pairs that squeal at full stiffness, and their parts."""
     before, meant, added = added_pairs(case)
-    yield said('pairs that squeal at 5 rad/s', 'fig. 10', names([THIRD, PADS]), names(before),
-               set(before) == {THIRD, PADS})
+    yield row('pairs that squeal at 5 rad/s', 'fig. 10', names([THIRD, PADS]), names(before),
+              set(before) == {THIRD, PADS})
     yield from _moving(case, before)
     # all at once: each mode is followed while a term is taken out, whichever are asked for
     result = dict(zip(added, mechanisms(case.model, case.at(FAST), list(added.values())),
@@ -59,19 +59,19 @@ def _moving(case: Case, before: Mapping[Pair, Mode]) -> Iterator[ClaimResult]:
     for pair, words, part in ((THIRD, 'third disc doublet', third),
                               (PADS, 'rigid pads', case.rigid)):
         share = case.energy(case.at(SLOW), before[pair])[part].sum() if pair in before else 0.0
-        yield said(f'what moves in {names([pair])}', 'sec. 3.1', words,
-                   f'{share:.0%} of the energy', bool(share > 0.5), tolerance='over 50 %')
+        yield row(f'what moves in {names([pair])}', 'sec. 3.1', words,
+                  f'{share:.0%} of the energy', bool(share > 0.5), tolerance='over 50 %')
 
 
 def _added(pair: Pair, own: Pair, result: Mechanism | None) -> ClaimResult:
     claim, tolerance = f'{names([pair])} squeal at 20 rad/s only', 'one place'
     if result is None:
-        return said(claim, 'fig. 14', names([pair]), 'none', False, tolerance=tolerance)
+        return row(claim, 'fig. 14', names([pair]), 'none', False, tolerance=tolerance)
     parts = ', '.join(f'{part.name} {part.fraction:.0%}' for part in result.participation[:2])
-    return said(claim, 'fig. 14', names([pair]), f'{names([own])}, '
-                f'{result.mode.frequency_hz:.0f} Hz', own == pair, tolerance=tolerance,
-                fit=abs(own[0] - pair[0]) <= 1, why='a place in order of frequency depends on '
-                f'neighbours, which a fitted hat moves; in this mode take part {parts}, ...')
+    return row(claim, 'fig. 14', names([pair]), f'{names([own])}, '
+               f'{result.mode.frequency_hz:.0f} Hz', own == pair, tolerance=tolerance,
+               fit=abs(own[0] - pair[0]) <= 1, why='a place in order of frequency depends on '
+               f'neighbours, which a fitted hat moves; in this mode take part {parts}, ...')
 
 
 def _gyroscopic(case: Case, result: Mechanism) -> ClaimResult:
@@ -80,7 +80,7 @@ def _gyroscopic(case: Case, result: Mechanism) -> ClaimResult:
     slow = max((other for other in free.modes if abs(
         other.frequency_hz / mode.frequency_hz - 1.0) < 0.01), key=lambda m: m.growth_rate,
         default=free.modes[0])
-    return said(
+    return row(
         f'{mode.frequency_hz:.0f} Hz: added by gyroscopic term', 'sec. 3.1', 'grows by it',
         f'{mode.growth_rate:+.1f}, without it {without["gyroscopic"]:+.1f} 1/s',
         without['gyroscopic'] <= 0.0, known=min(without['rotation'], slow.growth_rate) > 0.0,
@@ -97,11 +97,11 @@ def _further(others: Mapping[Pair, Mechanism]) -> ClaimResult:
                        for other in others.values())
     own = ', '.join(f'{names([pair])} ({other.mode.frequency_hz:.0f} Hz)'
                     for pair, other in others.items())
-    return said('further pairs at 20 rad/s', 'sec. 3.1', 'none named', own or 'none', not others,
-                known=leads <= {'disc (2,0)', 'disc (7,0)'},
-                why=f'the second and the seventh disc doublet grow as well ({growth}); the text '
-                'does not say that it names all, and its map (fig. 13) was not compared point by '
-                'point')
+    return row('further pairs at 20 rad/s', 'sec. 3.1', 'none named', own or 'none', not others,
+               known=leads <= {'disc (2,0)', 'disc (7,0)'},
+               why=f'the second and the seventh disc doublet grow as well ({growth}); the text '
+               'does not say that it names all, and its map (fig. 13) was not compared point by '
+               'point')
 
 
 def names(result: Iterable[Pair]) -> str:

@@ -24,7 +24,7 @@ from squeal_core.stability.mechanism import without_rotation
 from squeal_core.verification.case import Case, gap, merged
 from squeal_core.verification.paper import PADS, SLOW, SOFTER, THIRD
 from squeal_core.verification.parts import Parts
-from squeal_core.verification.row import ClaimResult, said
+from squeal_core.verification.row import ClaimResult, row
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,16 @@ def third_doublet(case: Case) -> Iterator[ClaimResult]:
     still = variants.still
     first, second = still.pair(THIRD, slow)
     at = nearest_exceptional_point(still.model, slow, modes=(first, second)).value.real
-    yield said('13/14 merge without rotation', 'fig. 12', 'merge', f'at friction {at:.3f}; '
-               f'{gap(first, second):.2f} Hz apart at 0.42', merged(first, second))
+    yield row('13/14 merge without rotation', 'fig. 12', 'merge', f'at friction {at:.3f}; '
+              f'{gap(first, second):.2f} Hz apart at 0.42', merged(first, second))
     turning = Case(replace(case.model, radial_dissipation=None, negative_slope=None))
     one, other = turning.pair(THIRD, slow)
     split = [first.growth_rate - second.growth_rate, one.growth_rate - other.growth_rate]
-    yield said('gyroscopic term splits Re further', 'sec. 3.1', 'strengthens',
-               f'{split[0]:.1f} to {split[1]:.1f} 1/s', split[1] > split[0])
+    yield row('gyroscopic term splits Re further', 'sec. 3.1', 'strengthens',
+              f'{split[0]:.1f} to {split[1]:.1f} 1/s', split[1] > split[0])
     low, high, both = (c.critical_friction(THIRD) for c in (still, variants.damped, case))
-    yield said('radial term raises critical friction of 13/14', 'sec. 3.1', 'raises',
-               f'{low:.3f} to {high:.3f}; all rotation {both:.3f}', high > low)
+    yield row('radial term raises critical friction of 13/14', 'sec. 3.1', 'raises',
+              f'{low:.3f} to {high:.3f}; all rotation {both:.3f}', high > low)
 
 
 def pad_pair(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
@@ -67,16 +67,16 @@ def pad_pair(case: Case, parts: Parts | None) -> Iterator[ClaimResult]:
     first, second = still.pair(PADS, slow)
     softer = [still.soft_pair(stiffness) for stiffness in SOFTER]
     near = _mergings(still, softer)
-    yield said('25/26 merge without rotation, K 100 %', 'fig. 11', 'merge',
-               f'{gap(first, second):.1f} Hz apart at 0.42', merged(first, second),
-               why=_why_apart(gap(first, second), near, parts),
-               known=all(merged(*pair) for pair in softer))
-    yield said('such a merging at K 70 to 72 %', 'fig. 11', 'merge (100 %)',
-               f'at friction {near}', all(merged(*pair) for pair in softer),
-               tolerance='softer K')
+    yield row('25/26 merge without rotation, K 100 %', 'fig. 11', 'merge',
+              f'{gap(first, second):.1f} Hz apart at 0.42', merged(first, second),
+              why=_why_apart(gap(first, second), near, parts),
+              known=all(merged(*pair) for pair in softer))
+    yield row('such a merging at K 70 to 72 %', 'fig. 11', 'merge (100 %)',
+              f'at friction {near}', all(merged(*pair) for pair in softer),
+              tolerance='softer K')
     grown = variants.damped.pair(PADS, slow)[0].growth_rate
-    yield said('unlike radial damping of 25/26 destabilises', 'sec. 3.1', 'destabilises',
-               f'{first.growth_rate:+.1f} to {grown:+.1f} 1/s', grown > first.growth_rate)
+    yield row('unlike radial damping of 25/26 destabilises', 'sec. 3.1', 'destabilises',
+              f'{first.growth_rate:+.1f} to {grown:+.1f} 1/s', grown > first.growth_rate)
     yield _raised(variants, softer[1])
 
 
@@ -105,7 +105,7 @@ def _raised(variants: _Variants, softer: tuple[Mode, Mode]) -> ClaimResult:
     low, high = (case.critical_friction(PADS) for case in both)
     soft = [case.critical_friction([mode.index for mode in softer], stiffness=SOFTER[1])
             for case in both]
-    return said('radial term raises critical friction of 25/26', 'sec. 3.1', 'raises',
-                f'{low:.3f} to {high:.3f}', high > low, known=soft[1] > soft[0],
-                why='there is no merging here that it could put off; where there is one, at 71 % '
-                f'of the stiffness, it does: from {soft[0]:.3f} to {soft[1]:.3f}')
+    return row('radial term raises critical friction of 25/26', 'sec. 3.1', 'raises',
+               f'{low:.3f} to {high:.3f}', high > low, known=soft[1] > soft[0],
+               why='there is no merging here that it could put off; where there is one, at 71 % '
+               f'of the stiffness, it does: from {soft[0]:.3f} to {soft[1]:.3f}')

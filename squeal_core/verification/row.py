@@ -44,8 +44,8 @@ class ClaimResult:
     known: bool = False
 
 
-def said(claim: str, source: str, paper: str, project: str, holds: bool, *, known: bool = False,
-         why: str = '', fit: bool = False, tolerance: str = 'as said') -> ClaimResult:
+def row(claim: str, source: str, paper: str, project: str, holds: bool, *, known: bool = False,
+        why: str = '', fit: bool = False, tolerance: str = 'as said') -> ClaimResult:
     """Return the row of a statement that holds, nearly holds (`fit`) or does not."""
     verdict: Verdict = 'reproduced' if holds else 'within fit' if fit else 'NOT reproduced'
     return ClaimResult(claim=claim, source=source, paper=paper, project=project,

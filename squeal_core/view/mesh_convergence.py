@@ -31,7 +31,7 @@ _RULES = ('firebrick', 'darkgoldenrod', 'teal')  # no colours of matrices
 
 
 @dataclass(frozen=True)
-class Ladder:
+class MeshRefinement:
     """
     Results of a mesh refinement, the coarsest mesh first.
 
@@ -56,16 +56,16 @@ class Ladder:
     order: float = 0.0
 
 
-def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: FigureTarget, *,
-                          growth_rate: float) -> None:
+def plot_mesh_convergence(rules: Sequence[MeshRefinement], meshes: MeshRefinement,
+                          path: FigureTarget, *, growth_rate: float) -> None:
     """
     Draw errors and growth rates over the fineness of planar meshes to a PNG file.
 
     Parameters
     ----------
-    rules : sequence of Ladder
+    rules : sequence of MeshRefinement
         Up to three: exact shapes on finer and finer grids, one rule each.
-    meshes : Ladder
+    meshes : MeshRefinement
         The default grid, fed from irregular nodes that lie denser and denser.
     path : path
         Where the file is.
@@ -79,7 +79,8 @@ def plot_mesh_convergence(rules: Sequence[Ladder], meshes: Ladder, path: FigureT
         save_figure(figure, path, dpi=100)
 
 
-def _draw(figure: Figure, rules: Sequence[Ladder], meshes: Ladder, growth_rate: float) -> None:
+def _draw(figure: Figure, rules: Sequence[MeshRefinement], meshes: MeshRefinement,
+          growth_rate: float) -> None:
     grid = figure.add_gridspec(2, 6, height_ratios=(1.15, 1.0))
     top = [figure.add_subplot(grid[0, 2 * i:2 * i + 2]) for i in range(len(rules))]
     every = [e for ladder in rules for values in ladder.errors.values() for e in values if e]
@@ -97,7 +98,7 @@ def _draw(figure: Figure, rules: Sequence[Ladder], meshes: Ladder, growth_rate: 
     nodes.set(xlabel='nodes round the disc', ylabel='relative error of the matrix')
 
 
-def _errors(axes: Any, ladder: Ladder) -> None:
+def _errors(axes: Any, ladder: MeshRefinement) -> None:
     for number, (name, values) in enumerate(ladder.errors.items()):
         axes.loglog(ladder.points, values, color=f'C{number}', marker=_MARKERS[number % 6],
                     markersize=4, linewidth=1.1, label=name)
@@ -116,7 +117,7 @@ def _errors(axes: Any, ladder: Ladder) -> None:
     axes.set_title(ladder.title)
 
 
-def _growth_rates(axes: Any, rules: Sequence[Ladder], exact: float) -> None:
+def _growth_rates(axes: Any, rules: Sequence[MeshRefinement], exact: float) -> None:
     for number, ladder in enumerate(rules):
         axes.loglog(ladder.points, ladder.growth_rates, color=_RULES[number],
                     marker=_MARKERS[number], markersize=5, label=ladder.title.partition('\n')[0])

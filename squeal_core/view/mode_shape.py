@@ -52,7 +52,7 @@ _DRAWN = 0.09  # largest displacement that is drawn, of the outer radius
 _APART = 0.3  # how far pads are drawn from the disc, of the outer radius
 _VIEW = {'elev': 28.0, 'azim': 35.0}
 _NO_SHAPES = ('this model carries no shapes of its modes: it was made from matrices or by an '
-              'early version; build it from a brake description, or draw --picture damping or '
+              'early version; build it from a brake description, or draw --plot-kind damping or '
               'mechanism, which need none')
 
 
@@ -105,7 +105,7 @@ def shape_view(model: BrakeModel, vector: ComplexArray, title: str, about: str) 
     vector : (N,) array
         Right vector of the mode, in modal coordinates.
     title, about : str
-        Two lines above the picture.
+        Two lines above the plot.
 
     Raises
     ------

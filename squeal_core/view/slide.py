@@ -38,7 +38,7 @@ MARKERS = 'os^DvPX*'
 _STYLE = {'font.size': 14, 'axes.titlesize': 15, 'axes.labelsize': 15, 'legend.fontsize': 13,
           'figure.titlesize': 18, 'axes.spines.top': False, 'axes.spines.right': False,
           'axes.titlelocation': 'left', 'hatch.linewidth': 0.8, 'axes.axisbelow': True}
-STIFFNESS = ('10⁹ N/m³', 1e9)  # unit of contact stiffness per area in pictures, in N/m^3
+STIFFNESS = ('10⁹ N/m³', 1e9)  # unit of contact stiffness per area in plots, in N/m^3
 _LINE, _MOST_LINES = 118, 3  # characters of a line below a title, and how many there are
 
 

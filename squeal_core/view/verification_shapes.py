@@ -65,7 +65,7 @@ class _Patch:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ShapePlot:
     """The surfaces of the brake that are drawn: hat and rotor from above, and pads."""
 
     disc: tuple[_Patch, _Patch]
@@ -73,7 +73,7 @@ class Picture:
 
     @classmethod
     @lru_cache(maxsize=1)  # five figures of the same parts
-    def of(cls, parts: Parts) -> 'Picture':
+    def of(cls, parts: Parts) -> 'ShapePlot':
         disc, contact = parts.brake.disc, parts.brake.contact
         assert isinstance(disc, HatDisc)  # else there are no parts
         first, half = len(parts.pads[0].names), 0.5 * disc.rotor_thickness
@@ -111,15 +111,15 @@ def _patch(basis: ModalBasis, radii: tuple[float, float], angles: tuple[float, f
 
 def draw_components(parts: Parts, path: FigureTarget, title: str) -> None:
     """Draw the modes of the components that K09 names, as its fig. 8."""
-    picture, model = Picture.of(parts), parts.model
+    plot, model = ShapePlot.of(parts), parts.model
     with rc_context({**STYLE, 'axes.titlesize': 9, 'axes.titlelocation': 'center'}):
         figure = Figure(figsize=(9.0, 7.6), layout='constrained')
         panels = figure.subplots(3, 3).ravel()
         for axes, (_, name, words, *_) in zip(panels, PRINTED, strict=True):
             direction: Direction = 'tangential' if name == TORSION else 'normal'
             vector = np.eye(model.size, dtype=complex)[model.names.index(name)]
-            patches = picture.pads[:1] if name.startswith('pad') else picture.disc
-            _draw(axes, patches, picture.in_phase(vector, direction), direction)
+            patches = plot.pads[:1] if name.startswith('pad') else plot.disc
+            _draw(axes, patches, plot.in_phase(vector, direction), direction)
             hertz = model.angular_frequencies[model.names.index(name)] / 2.0 / np.pi
             axes.set_title(f'{words}: {hertz:.0f} Hz\n{_WORDS[direction]}')
         _finish(figure, panels, path, title)
@@ -128,7 +128,7 @@ def draw_components(parts: Parts, path: FigureTarget, title: str) -> None:
 def draw_modes(parts: Parts, path: FigureTarget, title: str, point: OperatingPoint,
                numbers: Sequence[int], *, direction: Direction = 'normal') -> None:
     """Draw modes of the brake by their place in order of frequency, two in a row."""
-    picture = Picture.of(parts)
+    plot = ShapePlot.of(parts)
     every = complex_modes(parts.model, point).modes
     modes = [every[number - 1] for number in numbers]
     rows, columns = -(-len(modes) // 2), min(2, len(modes))
@@ -137,23 +137,23 @@ def draw_modes(parts: Parts, path: FigureTarget, title: str, point: OperatingPoi
         panels = figure.subplots(rows, 3 * columns, squeeze=False,
                                  width_ratios=(3, 1, 1) * columns).reshape(-1, 3)
         for row, mode in zip(panels, modes, strict=True):
-            _mode(row, picture, parts.model, point, mode, direction)
+            _mode(row, plot, parts.model, point, mode, direction)
         _finish(figure, panels.ravel(), path, f'{title}, Ω = {point.rotor_speed:g} rad/s, '
                 f'µ = {point.friction:.3g}\nmotion {_WORDS[direction]}; pads drawn larger')
 
 
-def _mode(row: Any, picture: Picture, model: BrakeModel, point: OperatingPoint,
+def _mode(row: Any, plot: ShapePlot, model: BrakeModel, point: OperatingPoint,
           mode: Mode, direction: Direction) -> None:
-    vector = picture.in_phase(mode_vectors(model, point, mode.eigenvalue).right, direction)
-    for axes, patches, words in zip(row, (picture.disc, *((pad,) for pad in picture.pads)), (
+    vector = plot.in_phase(mode_vectors(model, point, mode.eigenvalue).right, direction)
+    for axes, patches, words in zip(row, (plot.disc, *((pad,) for pad in plot.pads)), (
             f'mode {mode.index}: {mode.frequency_hz:.0f} Hz, {mode.growth_rate:+.1f} 1/s',
             'pad 1 (top)', 'pad 2'), strict=True):
         _draw(axes, patches, vector, direction)
         axes.set_title(words)
-    for pad in picture.pads:
+    for pad in plot.pads:
         _outline(row[0], pad, color='black', linestyle=(0, (4, 2)), path_effects=_HALO)
     if direction == 'tangential':
-        rotor = picture.disc[1]
+        rotor = plot.disc[1]
         out, along = (rotor.motion(vector, way).real for way in ('radial', 'tangential'))
         c, s = rotor.x / np.hypot(rotor.x, rotor.y), rotor.y / np.hypot(rotor.x, rotor.y)
         some = (slice(4, None, 8), slice(None, None, 12))

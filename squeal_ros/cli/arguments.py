@@ -28,7 +28,7 @@ from squeal_core.model.brake_model import BrakeModel
 from squeal_core.studies.point_options import PointOptions
 
 MOST_WORKERS = 256
-PICTURES = ('.png', '.svg', '.pdf')
+PLOT_SUFFIXES = ('.png', '.svg', '.pdf')
 DEFAULT_SPEED = 5.0  # rad/s, of sweeps and of sensitivity
 
 

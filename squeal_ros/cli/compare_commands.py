@@ -54,7 +54,7 @@ from squeal_ros.cli.arguments import (
     check_workers,
     is_description,
     operating_point,
-    PICTURES,
+    PLOT_SUFFIXES,
     positive,
     shipped,
 )
@@ -113,7 +113,7 @@ def _check(options: argparse.Namespace, bounds: tuple[float, float]) -> None:
         raise SquealError(f'--bounds: are {bounds[0]:g} and {bounds[1]:g}; give two frictions '
                           'that rise')
     files = [path for path in map(Path, options.brakes) if path.is_file()]
-    check_output('--plot', options.plot, PICTURES, force=options.force, inputs=files)
+    check_output('--plot', options.plot, PLOT_SUFFIXES, force=options.force, inputs=files)
 
 
 def _read(names: Sequence[str]) -> list[Given]:
@@ -232,7 +232,7 @@ def _lines(result: BrakeComparison, rows: Sequence[_Row], risks: Sequence[DriveR
 
 
 def _conditions(given: Sequence[Given], points: Sequence[OperatingPoint]) -> str:
-    """Return the operating point for a picture: of the first brake where they differ."""
+    """Return the operating point for a plot: of the first brake where they differ."""
     from squeal_core.view.slide import point_words
     words = [point_words(point, brake_pressure(one.model, point))
              for one, point in zip(given, points, strict=True)]

@@ -39,7 +39,7 @@ def add_options(p: argparse.ArgumentParser) -> None:
                    'schedule; a growth emulator that is missing is built first, in minutes')
     p.add_argument('--vehicle', default='midsize', metavar='VEHICLE.yaml')
     p.add_argument('--duration', type=float, metavar='S', help='only the first seconds')
-    p.add_argument('--plot', metavar='FILE', help='a picture, .png, .svg or .pdf')
+    p.add_argument('--plot', metavar='FILE', help='a plot, .png, .svg or .pdf')
     add_force(p)
     p.add_argument('--title', default='')
     p.add_argument('--workers', type=int, default=0, metavar='N',

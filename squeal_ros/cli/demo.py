@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The demo: player, node and replay together, from a drive cycle to a picture."""
+"""The demo: player, node and replay together, from a drive cycle to a plot."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -84,13 +84,13 @@ class DemoFiles:
         return self.folder / 'live.csv'
 
     @property
-    def picture(self) -> Path:
+    def plot(self) -> Path:
         """Return the path of the plot of the drive."""
         return self.folder / 'drive.png'
 
     def described(self) -> Iterator[tuple[str, Path]]:
         """Yield the description of each file, and its path."""
-        yield 'plot of the drive', self.picture
+        yield 'plot of the drive', self.plot
         yield 'recorded inputs', self.inputs
         yield 'table of the node', self.live_table
         yield 'replayed outputs', self.outputs

@@ -54,7 +54,7 @@ from squeal_ros.cli.command_parser import (
     CommandParser,
     mode_numbers,
 )
-from squeal_ros.cli.mode_pictures import add_picture_options
+from squeal_ros.cli.mode_plots import add_plot_options
 
 GOOD, BAD_ANSWER, INTERRUPTED = 0, 1, 130
 
@@ -173,7 +173,7 @@ def _modes(p: argparse.ArgumentParser) -> None:
     add_without_rotation(p)
     p.add_argument('--all', action='store_true', help='list stable modes too')
     p.add_argument('--json', action='store_true')
-    add_picture_options(p)
+    add_plot_options(p)
 
 
 def _map(p: argparse.ArgumentParser) -> None:
@@ -193,7 +193,7 @@ def _locus(p: argparse.ArgumentParser) -> None:
     p.add_argument('--modes', type=mode_numbers, default=[], metavar='25,26',
                    help='whose loci to plot: mode numbers, by frequency at mu = 0; default: '
                    'growth rates of all')
-    p.add_argument('--picture', choices=('lines', 'bubbles'), default='lines',
+    p.add_argument('--plot-kind', choices=('lines', 'bubbles'), default='lines',
                    help='of --plot: lines (default), or the frequencies of all modes, unstable '
                    'ones as bubbles by damping ratio, coloured by mechanism')
     p.add_argument('--without-rotation', action='store_true',

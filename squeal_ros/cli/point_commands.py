@@ -43,7 +43,7 @@ from squeal_ros.cli.arguments import check_output, operating_point, positive, sh
 from squeal_ros.cli.console import plain, report_progress, warn
 from squeal_ros.cli.drive_signals import chosen_drive, signals_of
 from squeal_ros.cli.listing import counts_in_words, point_in_words, rank
-from squeal_ros.cli.mode_pictures import check_pictures, draw_pictures
+from squeal_ros.cli.mode_plots import check_plots, draw_plots
 from squeal_ros.cli.model_info import model_lines
 from squeal_ros.cli.point_checks import check_point
 from squeal_ros.cli.table_info import (
@@ -100,7 +100,7 @@ def info(options: argparse.Namespace) -> int:
 def modes(options: argparse.Namespace) -> int:
     """Show the complex modes at an operating point."""
     check_point(options)
-    check_pictures(options)
+    check_plots(options)
     model = BrakeModel.load(options.model)
     if options.without_rotation:
         model = without_rotation(model)
@@ -112,7 +112,7 @@ def modes(options: argparse.Namespace) -> int:
     coupling = FrictionCoupling(model, point, result.modes) if coupled else None
     partners = {mode.index: numbers[other.index - 1] for mode in coupled
                 if coupling and (other := coupling.partner(mode))}
-    draw_pictures(options, model, point, result, numbers)
+    draw_plots(options, model, point, result, numbers)
     if options.json:
         worth = eigenvalue_conditions(model, point, result.modes)
         print(json.dumps(plain({
@@ -199,7 +199,7 @@ def demo(options: argparse.Namespace) -> int:
         console.print(events_table(events))
     else:
         console.print(*report.event_lines(), markup=False)
-    plot_drive(files.replayed_rows, events, files.picture,
+    plot_drive(files.replayed_rows, events, files.plot,
                title=f'{cycle.name}, model {chosen.model}', wheel_radius=vehicle.wheel_radius,
                squeal_band_hz=(chosen.squeal_band_low_hz, chosen.squeal_band_high_hz),
                risk_warning=chosen.risk_warning)

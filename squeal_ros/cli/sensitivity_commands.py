@@ -49,7 +49,7 @@ from squeal_ros.cli.arguments import (
     DEFAULT_SPEED,
     is_description,
     is_there,
-    PICTURES,
+    PLOT_SUFFIXES,
     point_options,
     positive,
     shipped,
@@ -129,7 +129,7 @@ def _split(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> None:
     check_workers(options.workers)
     check_point(options)
-    check_output('--plot', options.plot, PICTURES, force=options.force)
+    check_output('--plot', options.plot, PLOT_SUFFIXES, force=options.force)
     positive('--braking', options.braking)
     for name in ('split', 'grams'):
         if getattr(options, name) is not None:

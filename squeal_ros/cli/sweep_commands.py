@@ -44,7 +44,7 @@ from squeal_ros.cli.arguments import (
     check_workers,
     DEFAULT_SPEED,
     operating_point,
-    PICTURES,
+    PLOT_SUFFIXES,
 )
 from squeal_ros.cli.axis_conflicts import refuse_without_rotation
 from squeal_ros.cli.console import plain, ProgressBar, report_progress
@@ -89,8 +89,8 @@ def locus(options: argparse.Namespace) -> int:
         check_output('--output', _beside(options.output), force=options.force)
     source, axes, law = _start(options, 'friction')
     if is_study(options, axes, most=1):
-        if options.picture == 'bubbles':
-            raise SquealError('--picture bubbles: it shows one parameter of the operation')
+        if options.plot_kind == 'bubbles':
+            raise SquealError('--plot-kind bubbles: it shows one parameter of the operation')
         return study(options, source, axes, _locus_task(options, axes), law)
     model = source.model
     check_numbers(options.modes, model.size)
@@ -99,7 +99,7 @@ def locus(options: argparse.Namespace) -> int:
         from squeal_core.view.locus_plot import plot_growth_rates, plot_loci
         kept: dict[str, Any] = {'path': options.plot, 'title': options.title,
                                 'overwrite': options.force}
-        draw = (partial(_bubbles, model, options.workers, **kept) if options.picture == 'bubbles'
+        draw = (partial(_bubbles, model, options.workers, **kept) if options.plot_kind == 'bubbles'
                 else partial(plot_loci, numbers=options.modes, **kept) if options.modes
                 else partial(plot_growth_rates, **kept))
     record, without = _run(model, axes, options, law, tracked=True), None
@@ -107,7 +107,7 @@ def locus(options: argparse.Namespace) -> int:
         without = _run(model, axes, options, law, tracked=True, rotation=False)
         if options.output:
             save_sweep(without, _beside(options.output), overwrite=options.force)
-    if draw and options.modes and options.picture == 'lines':
+    if draw and options.modes and options.plot_kind == 'lines':
         draw = partial(draw, without=without)
     return _report(record, options, draw, options.modes, without)
 
@@ -224,7 +224,7 @@ def _check(options: argparse.Namespace) -> None:
     check_workers(options.workers)
     model = resources.find('models', options.model, '.npz')
     check_output('--output', options.output, RECORDS, force=options.force, inputs=(model,))
-    check_output('--plot', options.plot, PICTURES, force=options.force)
+    check_output('--plot', options.plot, PLOT_SUFFIXES, force=options.force)
 
 
 def _start(options: argparse.Namespace,

@@ -93,10 +93,10 @@ class ConfiguredMonitor:
             lambda: self.monitor.evaluator.figures(),
             lambda: self.monitor.cross_checks.summary, self.alarms,
             lambda: self.monitor.evaluator.risk.unknown, self.advice)
-        self.pictures: ModeShapes | None = None
+        self.mode_shapes: ModeShapes | None = None
         if settings.mode_shapes:
-            self.pictures = ModeShapes(library, model, settings, self.outputs.publish_markers)
-            self.reporter.mode_shapes = self.pictures.status
+            self.mode_shapes = ModeShapes(library, model, settings, self.outputs.publish_markers)
+            self.reporter.mode_shapes = self.mode_shapes.status
 
     def _advice(self, settings: MonitorSettings) -> VehicleAdvice:
         evaluator = self.monitor.evaluator
@@ -121,8 +121,8 @@ class ConfiguredMonitor:
         self.alarms.update_settings(settings)
         self.advice.update_settings(settings, self._advice(settings))
         self.reporter.update_settings(settings)
-        if self.pictures:
-            self.pictures.update_settings(settings)
+        if self.mode_shapes:
+            self.mode_shapes.update_settings(settings)
 
     def assess(self, tick: Tick) -> None:
         """Assess all brakes at a tick and publish the results."""
@@ -131,8 +131,8 @@ class ConfiguredMonitor:
         self._tell(tick.time, self.alarms.update(assessments))
         self.advice.take(assessments)
         self.reporter.report(assessments)
-        if self.pictures:
-            self.pictures.update(assessments, time.monotonic_ns())
+        if self.mode_shapes:
+            self.mode_shapes.update(assessments, time.monotonic_ns())
 
     def say_unknown(self, reason: str) -> None:
         """Publish that nothing is known of any brake, with the reason."""
@@ -145,8 +145,8 @@ class ConfiguredMonitor:
         self._tell(now, self.alarms.end(assessments))
         self.advice.forget(tuple(self.monitor.brakes))
         self.reporter.report_unknown(assessments, reason)
-        if self.pictures:
-            self.pictures.wipe()
+        if self.mode_shapes:
+            self.mode_shapes.wipe()
 
     def _receive(self, topic: str, message: Any, received: int, number: int) -> None:
         problems, known = self.router.problems, len(self.router.problems)

@@ -27,7 +27,7 @@ from squeal_core.stability.eigensolution import Mode
 from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_ros.node.messages import MARKERS_TYPE, MessageLibrary
 
-_PERIOD = 1_000_000_000  # ns of steady time between two pictures of a brake, at least
+_PERIOD = 1_000_000_000  # ns of steady time between two sets of markers of a brake, at least
 _ADD, _DELETE_ALL, _TRIANGLES = 0, 3, 11  # visualization_msgs/Marker
 _COLOURS = 32
 
@@ -60,21 +60,21 @@ class ModeShapes:
         return 'published' if self._model.surface else 'no shapes in this model: build it again'
 
     def update_settings(self, settings: MonitorSettings) -> None:
-        """Apply other settings from the next picture on."""
+        """Apply other settings from the next markers on."""
         self._settings = settings
 
     def update(self, assessments: Sequence[Assessment], steady: int) -> None:
-        """Publish the picture that has waited longest, if it may be drawn [ns of steady time]."""
+        """Publish the markers that have waited longest, if due by the steady time [ns]."""
         if self._model.surface is None:
             return
         waiting = [a for a in assessments if self._may_draw(a, steady)]
         if waiting:
             longest = min(waiting, key=lambda a: self._drawn.get(a.brake, 0))
             self._drawn[longest.brake] = steady
-            self._publish(longest.brake, self._picture(longest, self._model.surface))
+            self._publish(longest.brake, self._markers(longest, self._model.surface))
 
     def wipe(self) -> None:
-        """Publish empty pictures where there are others: the monitor stops."""
+        """Publish empty markers where there are others: the monitor stops."""
         for brake in set(self._drawn) - self._blank:
             self._publish(brake, self._painter.blank())
         self._blank.update(self._drawn)
@@ -84,7 +84,7 @@ class ModeShapes:
             return False
         return steady - self._drawn.get(assessment.brake, steady - _PERIOD) >= _PERIOD
 
-    def _picture(self, assessment: Assessment, surface: SurfaceShapes) -> Any:
+    def _markers(self, assessment: Assessment, surface: SurfaceShapes) -> Any:
         if not assessment.flutter or assessment.point is None:
             self._blank.add(assessment.brake)
             return self._painter.blank()
@@ -95,7 +95,7 @@ class ModeShapes:
         frame = self._settings.mode_shape_frame
         for word in ('<brake>', '{brake}'):  # the latter in settings of earlier versions
             frame = frame.replace(word, assessment.brake)
-        return self._painter.picture(assessment, mode, frame, surface.patches, points, amplitude)
+        return self._painter.markers(assessment, mode, frame, surface.patches, points, amplitude)
 
 
 class _Painter:
@@ -111,7 +111,7 @@ class _Painter:
         return self._array([self._library.type('visualization_msgs/msg/Marker')(
             action=_DELETE_ALL)])
 
-    def picture(self, assessment: Assessment, mode: Mode, frame: str, patches: Sequence[Patch],
+    def markers(self, assessment: Assessment, mode: Mode, frame: str, patches: Sequence[Patch],
                 points: FloatArray, amplitude: FloatArray) -> Any:
         seconds, nanoseconds = divmod(assessment.time, 1_000_000_000)
         header = self._library.type('std_msgs/msg/Header')(

@@ -184,7 +184,7 @@ def test_modes_say_the_brake_pressure_beside_that_of_the_contact(
     at = ('--rotor-speed', '20', '--friction', '0.42')
     plot = str(tmp_path / 'bars.png')
     lines = squeal(capsys, 'modes', 'kang2009', *at, '--pressure', '10e5', '--plot', plot,
-                   '--picture', 'damping')[1].splitlines()
+                   '--plot-kind', 'damping')[1].splitlines()
     contact = kang.contact_pressure(10e5) / 1e5
     assert f', brake pressure 10 bar (contact {contact:.3f} bar), ' in lines[0]
     assert lines[-1] == f'written: {plot}'

@@ -27,7 +27,7 @@ from squeal_core.stability.eigensolution import eigenvalues
 from squeal_core.verification import Case, Parts, sweeps, Verification
 from squeal_core.verification.parts import rebuild
 from squeal_core.view.verification_figures import write_figures
-from squeal_core.view.verification_shapes import Picture
+from squeal_core.view.verification_shapes import ShapePlot
 
 pytestmark = pytest.mark.timeout(900)  # for a machine that others use
 
@@ -62,10 +62,10 @@ def test_sums_over_nodes_are_too_large(parts: Parts, brake: Brake) -> None:
     ('disc (0,0)c', 0), ('disc (1,1)c', 1), ('disc (2,2)c', 2), ('disc (3,1)c', 3),
     ('disc (4,1)c', 4)])
 def test_drawn_shapes_have_their_diameters(name: str, diameters: int, parts: Parts) -> None:
-    picture = Picture.of(parts)
+    plot = ShapePlot.of(parts)
     vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index(name)]
-    seen = picture.in_phase(1j * vector, 'normal')
-    shown = [patch.motion(seen, 'normal').real for patch in (*picture.disc, *picture.pads)]
+    seen = plot.in_phase(1j * vector, 'normal')
+    shown = [patch.motion(seen, 'normal').real for patch in (*plot.disc, *plot.pads)]
     assert max(part.max() for part in shown) == pytest.approx(1.0)
     assert np.abs(shown[2]).max() == np.abs(shown[3]).max() == 0.0
     rim = np.abs(np.fft.rfft(shown[1][-1, :-1]))
@@ -74,17 +74,17 @@ def test_drawn_shapes_have_their_diameters(name: str, diameters: int, parts: Par
 
 
 def test_drawn_pad_lifts_as_one(parts: Parts, brake: Brake) -> None:
-    picture = Picture.of(parts)
+    plot = ShapePlot.of(parts)
     vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index('pad 2 lift')]
     mass = brake.pad.material.density * brake.pad.thickness * brake.contact.area
-    assert np.abs(picture.pads[1].motion(vector, 'normal')) == pytest.approx(mass**-0.5, rel=1e-3)
-    assert np.abs(picture.pads[0].motion(vector, 'normal')).max() == 0.0
+    assert np.abs(plot.pads[1].motion(vector, 'normal')) == pytest.approx(mass**-0.5, rel=1e-3)
+    assert np.abs(plot.pads[0].motion(vector, 'normal')).max() == 0.0
 
 
 def test_torsion_stays_in_plane(parts: Parts) -> None:
-    picture = Picture.of(parts)
+    plot = ShapePlot.of(parts)
     vector = np.eye(parts.model.size, dtype=complex)[parts.model.names.index('disc (0,0)s')]
-    normal, along = (np.abs(picture.disc[1].motion(vector, way)).max()
+    normal, along = (np.abs(plot.disc[1].motion(vector, way)).max()
                      for way in ('normal', 'tangential'))
     assert normal < 1e-9 * along
 

@@ -41,7 +41,7 @@ _OF_GUARDS = ('bar_suspected_below', 'reference_check', 'publisher_tolerance',
               'wheel_acceleration_peak', 'wheel_acceleration_mean', 'stuck_changes')
 
 
-class _Judged(NamedTuple):
+class _CheckedSample(NamedTuple):
     """A sample, and its status by the history of its input."""
 
     stamp: int
@@ -100,7 +100,7 @@ class InputChannel:
 
     def forget(self) -> None:
         """Discard all samples, as if they had never come."""
-        self._samples: list[_Judged] = []
+        self._samples: list[_CheckedSample] = []
         self._went_back = False
         self._refusal: tuple[int, Reading] | None = None
         self._unstamped: Sample | None = None  # the last sample, if it had no stamp
@@ -129,11 +129,11 @@ class InputChannel:
         self._unstamped = None
         samples = self._samples
         status, detail = self._history(sample, sliding, others)
-        judged = _Judged(sample.stamp, sample.value, status, detail)
+        checked = _CheckedSample(sample.stamp, sample.value, status, detail)
         if not samples or sample.stamp >= samples[-1].stamp:
-            samples.append(judged)
+            samples.append(checked)
         else:
-            samples.insert(bisect.bisect_right(samples, sample.stamp, key=_stamp), judged)
+            samples.insert(bisect.bisect_right(samples, sample.stamp, key=_stamp), checked)
         if len(samples) > _KEPT:
             self._drop_one()
 
@@ -200,7 +200,7 @@ class InputChannel:
         self._refusal = time, Reading('invalid', sample.value, -ahead,
                                       f'stamped ahead of time by {ahead:.2f} s')
 
-    def _missing(self, newest: _Judged | None, time: int) -> Reading:
+    def _missing(self, newest: _CheckedSample | None, time: int) -> Reading:
         """Return the reading where there is no fresh sample, with the reason."""
         if self._refusal is not None and 0 <= time - self._refusal[0] <= self._max_age:
             return self._refusal[1]
@@ -217,7 +217,7 @@ class InputChannel:
             return Reading('time went backwards', newest.value, age, 'and time went backwards')
         return Reading('stale', newest.value, age, without)
 
-    def _reading(self, sample: _Judged, age: float) -> Reading:
+    def _reading(self, sample: _CheckedSample, age: float) -> Reading:
         """Return the reading of a fresh sample: checks of its value, then of its history."""
         value, limits = sample.value, self._limits
         if sample.status == 'contradicted':
@@ -238,5 +238,5 @@ def _no_stamp(sample: Sample) -> str:
         f'with a stamp before all time ({sample.stamp * 1e-9:.2f} s)')
 
 
-def _stamp(sample: _Judged) -> int:
+def _stamp(sample: _CheckedSample) -> int:
     return sample.stamp

@@ -37,7 +37,7 @@ _CODES = {'byte': 'B', 'char': 'B', 'int8': 'b', 'uint8': 'B', 'int16': 'h', 'ui
           'float64': 'd'}
 _MOST_PARTS = 1000  # numbers, texts and lists of a message; one with more is decoded
 
-Key = tuple[str | int, ...]  # 'header', 'stamp', 'sec'
+FieldKey = tuple[str | int, ...]  # 'header', 'stamp', 'sec'
 
 
 class LayoutError(ValueError):
@@ -51,10 +51,11 @@ class _Walk:
         self._store, self._data = store, data
         self._order = '<' if data[1] else '>'
         self.end = _HEADER
-        self.numbers: dict[Key, tuple[int, str, int]] = {}  # place, code, entries (0: no list)
+        # place, code, entries (0: no list)
+        self.numbers: dict[FieldKey, tuple[int, str, int]] = {}
         self.fixed = [(0, _HEADER)]  # ranges of lengths and texts
 
-    def message(self, name: str, key: Key) -> None:
+    def message(self, name: str, key: FieldKey) -> None:
         for field, (kind, detail) in self._store.fielddefs[name][1]:
             if kind == Nodetype.ARRAY:
                 self._items(detail[0], detail[1], (*key, field))
@@ -63,7 +64,7 @@ class _Walk:
             else:
                 self._item((kind, detail), (*key, field))
 
-    def _items(self, item: Any, count: int, key: Key) -> None:
+    def _items(self, item: Any, count: int, key: FieldKey) -> None:
         if item[0] == Nodetype.BASE and item[1][0] != 'string':
             if count:
                 self._number(item[1][0], key, count)
@@ -73,7 +74,7 @@ class _Walk:
         for number in range(count):
             self._item(item, (*key, number))
 
-    def _item(self, item: Any, key: Key) -> None:
+    def _item(self, item: Any, key: FieldKey) -> None:
         kind, detail = item
         if kind == Nodetype.NAME:
             self.message(detail, key)
@@ -82,7 +83,7 @@ class _Walk:
         else:
             self._number(detail[0], key, 0)
 
-    def _number(self, name: str, key: Key, count: int) -> None:
+    def _number(self, name: str, key: FieldKey, count: int) -> None:
         code = _CODES.get(name)
         if code is None or len(self.numbers) >= _MOST_PARTS:
             raise LayoutError(f'{name} at {key}')
@@ -133,7 +134,7 @@ class MessageLayout:
     """
 
     def __init__(self, store: Typestore, type_name: str, data: bytes, length: int,
-                 keys: Sequence[Key]) -> None:
+                 keys: Sequence[FieldKey]) -> None:
         walk = _Walk(store, data)
         try:
             walk.message(type_name, ())
@@ -165,7 +166,7 @@ class MessageLayout:
                       for place, kind in self._numbers]
 
 
-def _place(numbers: Mapping[Key, tuple[int, str, int]], key: Key) -> tuple[int, str]:
+def _place(numbers: Mapping[FieldKey, tuple[int, str, int]], key: FieldKey) -> tuple[int, str]:
     """Return place and code of a number: one of its own, or of a list."""
     if key in numbers and not numbers[key][2]:
         return numbers[key][:2]

@@ -24,12 +24,12 @@ from squeal_core.monitor.settings import MonitorSettings
 from squeal_core.monitor.vehicle_monitor import Sample
 from squeal_ros.node.field_paths import Router, Source
 from squeal_ros.recordings.bags.bag_reader import Bag, Record
-from squeal_ros.recordings.bags.message_layout import Key, LayoutError, MessageLayout
+from squeal_ros.recordings.bags.message_layout import FieldKey, LayoutError, MessageLayout
 from squeal_ros.recordings.findings import absolute, identity_of, InputFindings
 from squeal_ros.recordings.recording import Samples
 
 _MOST_LAYOUTS = 4  # of a topic and type; messages of others are decoded
-_STAMP: tuple[Key, ...] = (('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec'))
+_STAMP: tuple[FieldKey, ...] = (('header', 'stamp', 'sec'), ('header', 'stamp', 'nanosec'))
 
 
 class _KnownLayout(NamedTuple):

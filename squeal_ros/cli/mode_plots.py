@@ -27,22 +27,22 @@ from squeal_core.stability.eigensolution import ComplexModes, Mode, SQUEAL_BAND
 from squeal_core.stability.eigenvectors import mode_vectors
 from squeal_core.stability.mechanism import Mechanism, mechanisms
 from squeal_core.studies.point_options import brake_pressure
-from squeal_ros.cli.arguments import check_output, PICTURES
+from squeal_ros.cli.arguments import check_output, PLOT_SUFFIXES
 from squeal_ros.cli.command_parser import add_force
 
 _KINDS = ('shape', 'damping', 'mechanism')
 _THRESHOLD = 0.5  # %, of the damping ratio
 
 
-def add_picture_options(p: argparse.ArgumentParser) -> None:
+def add_plot_options(p: argparse.ArgumentParser) -> None:
     """Add the options for plots of modes."""
-    p.add_argument('--plot', metavar='FILE', help=f'a picture, {", ".join(PICTURES)}; of a shape '
-                   '.html too, which turns')
-    p.add_argument('--picture', choices=_KINDS, default='shape',
+    p.add_argument('--plot', metavar='FILE', help=f'a plot, {", ".join(PLOT_SUFFIXES)}; of a '
+                   'shape .html too, which turns')
+    p.add_argument('--plot-kind', choices=_KINDS, default='shape',
                    help='of --plot: shape of a mode (default), damping ratios of all modes in the '
                    'squeal band, or what adds up to the growth rate of a mode')
     p.add_argument('--animate', metavar='FILE', help='one cycle of the shape, .gif or .html')
-    p.add_argument('--mode', metavar='NUMBER', help='whose picture, as the column `mode` has it; '
+    p.add_argument('--mode', metavar='NUMBER', help='whose plot, as the column `mode` has it; '
                    'default: the least stable one in the squeal band')
     p.add_argument('--threshold', type=float, default=_THRESHOLD, metavar='PERCENT',
                    help='of the damping ratio, below which a mode counts as squeal (default '
@@ -51,10 +51,10 @@ def add_picture_options(p: argparse.ArgumentParser) -> None:
     add_force(p)
 
 
-def check_pictures(options: argparse.Namespace) -> None:
+def check_plots(options: argparse.Namespace) -> None:
     """Refuse before any work plots that could not be drawn or written."""
     model = resources.find('models', options.model, '.npz')
-    suffixes = (*PICTURES, '.html') if options.picture == 'shape' else PICTURES
+    suffixes = (*PLOT_SUFFIXES, '.html') if options.plot_kind == 'shape' else PLOT_SUFFIXES
     for option, path, kinds in (('--plot', options.plot, suffixes),
                                 ('--animate', options.animate, ('.gif', '.html'))):
         check_output(option, path, kinds, force=options.force, inputs=(model,))
@@ -65,17 +65,17 @@ def check_pictures(options: argparse.Namespace) -> None:
                           'per cent, as 0.5')
 
 
-def draw_pictures(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
-                  result: ComplexModes, numbers: Sequence[str]) -> None:
+def draw_plots(options: argparse.Namespace, model: BrakeModel, point: OperatingPoint,
+               result: ComplexModes, numbers: Sequence[str]) -> None:
     """Draw the requested plots."""
-    if options.plot and options.picture == 'damping':
+    if options.plot and options.plot_kind == 'damping':
         _draw_damping(options, model, point, result, numbers)
-    elif options.plot and options.picture == 'mechanism':
+    elif options.plot and options.plot_kind == 'mechanism':
         from squeal_core.view.mode_bars import plot_mechanism
         why = _mechanism(options.mode, model, point, result, numbers)
         plot_mechanism(why, options.plot, overwrite=options.force, **_words(
             options, model, point, why, numbers))
-    if options.animate or options.plot and options.picture == 'shape':
+    if options.animate or options.plot and options.plot_kind == 'shape':
         _draw_shapes(options, model, point, result, numbers)
 
 
@@ -85,7 +85,7 @@ def _draw_damping(options: argparse.Namespace, model: BrakeModel, point: Operati
     from squeal_core.view.slide import point_words
     bars = damping_bars(result.modes, numbers, options.threshold, SQUEAL_BAND)
     if not bars:
-        raise SquealError('--picture damping: no mode oscillates in {:g} to {:g} Hz at this '
+        raise SquealError('--plot-kind damping: no mode oscillates in {:g} to {:g} Hz at this '
                           'point'.format(*SQUEAL_BAND))
     plot_damping(bars, options.plot, threshold=options.threshold, overwrite=options.force,
                  title=options.title or 'Damping ratio of modes, below zero: unstable',
@@ -99,7 +99,7 @@ def _draw_shapes(options: argparse.Namespace, model: BrakeModel, point: Operatin
     why = _mechanism(options.mode, model, point, result, numbers)
     view = shape_view(model, mode_vectors(model, point, why.mode.eigenvalue).right,
                       **_words(options, model, point, why, numbers))
-    for path, moving in ((options.plot if options.picture == 'shape' else None, False),
+    for path, moving in ((options.plot if options.plot_kind == 'shape' else None, False),
                          (options.animate, True)):
         if path and Path(path).suffix == '.html':
             from squeal_core.view.mode_shape_page import write_shape_page

@@ -102,7 +102,7 @@ def test_numbers_beside_bars_of_a_mechanism_have_room(
 def test_damping_bars_say_what_the_threshold_is_for(saved: str, tmp_path: Path,
                                                     capsys: pytest.CaptureFixture[str]) -> None:
     with rc_context({'svg.fonttype': 'none'}):
-        assert squeal(capsys, 'modes', saved, *AT, '--picture', 'damping', '--threshold', '0.4',
+        assert squeal(capsys, 'modes', saved, *AT, '--plot-kind', 'damping', '--threshold', '0.4',
                       '--plot', str(tmp_path / 'a.svg'))[0] == 0
     text = (tmp_path / 'a.svg').read_text(encoding='utf-8')
     for words in ('threshold −0.4 %: unstable modes below it count as squeal',
@@ -199,8 +199,8 @@ def test_pictures_of_a_slides_size_are_written(
         monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mode_shape, 'FRAMES', 2)
     plot, moving = str(tmp_path / 'a.png'), str(tmp_path / 'a.gif')
-    for options in (('--animate', moving), ('--picture', 'damping'),
-                    ('--picture', 'mechanism', '--mode', '1')):
+    for options in (('--animate', moving), ('--plot-kind', 'damping'),
+                    ('--plot-kind', 'mechanism', '--mode', '1')):
         code, _, err = squeal(capsys, 'modes', saved, *AT, '--plot', plot, *options, '--force')
         assert (code, err) == (0, '')
         with Image.open(plot) as picture:
@@ -208,7 +208,7 @@ def test_pictures_of_a_slides_size_are_written(
     with Image.open(moving) as animation:
         assert (animation.n_frames, animation.size) == (2, (1466, 825))
     assert squeal(capsys, 'locus', saved, '--friction', '0.5', '--contact-stiffness', '1e9',
-                  '--over', 'friction=0.3:0.5:2', '--plot', plot, '--picture', 'bubbles',
+                  '--over', 'friction=0.3:0.5:2', '--plot', plot, '--plot-kind', 'bubbles',
                   '--force')[0] == 0
     assert squeal(capsys, 'compare', saved, saved, *AT, '--plot', plot, '--force')[0] == 0
 
@@ -216,8 +216,8 @@ def test_pictures_of_a_slides_size_are_written(
 @pytest.mark.parametrize(('options', 'words'), [
     (('--plot', 'a.png'), 'carries no shapes'),
     (('--animate', 'a.mp4'), '.gif, .html'),
-    (('--plot', 'a.html', '--picture', 'damping'), '.png, .svg, .pdf'),
-    (('--plot', 'a.png', '--picture', 'mechanism', '--mode', '93'), 'column `mode`'),
+    (('--plot', 'a.html', '--plot-kind', 'damping'), '.png, .svg, .pdf'),
+    (('--plot', 'a.png', '--plot-kind', 'mechanism', '--mode', '93'), 'column `mode`'),
     (('--threshold', '0'), 'positive number of per cent')])
 def test_what_cannot_be_drawn_is_refused_in_one_line(
         options: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
