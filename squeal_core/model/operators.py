@@ -101,7 +101,7 @@ def follower(faces: Iterable[ContactFace]) -> FloatArray:
 
 def support(back: SampledShapes, radial: float, tangential: float, normal: float) -> FloatArray:
     """
-    Sum over directions of s int phi^T phi dA, symmetric: what holds a pad at its back face.
+    Sum over directions of s int phi^T phi dA, symmetric: the support of a pad's back face.
 
     Parameters
     ----------

@@ -179,7 +179,7 @@ def _check_bearing(nodal: NodalModes, results: ModalResults, is_disc: bool) -> N
 
 
 def _node_masses(nodal: NodalModes, density: float) -> Any:
-    """Mass matrix of the nodes: by the elements; without them the same mass at each."""
+    """Return the mass matrix of the nodes: by the elements; without them the same mass at each."""
     from squeal_core.modes.fe.mass import mass_matrix
     if nodal.elements:
         return mass_matrix(nodal, density)
@@ -228,7 +228,7 @@ def _check_axes(basis: ModalBasis, results: ModalResults, contact: Contact, face
 
 
 def _check_masses(basis: ModalBasis, results: ModalResults, *, volume: bool) -> None:
-    """Refuse shapes in planar layers whose modal masses are not what they are stated to be."""
+    """Refuse shapes in planar layers whose modal masses differ from the stated ones."""
     from squeal_core.modes.readers import ReaderError
     masses, size = np.zeros(len(basis.names)), 0.0
     for part in basis.volume_layers():

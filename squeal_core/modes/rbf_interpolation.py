@@ -80,7 +80,7 @@ def local_weights(radius: FloatArray, angle: FloatArray, at_radius: FloatArray,
 
 def _stencils(s: FloatArray, q: FloatArray, degree: int) -> FloatArray:
     """
-    Weights (P, k, 2) for value and d/dq at the origin of nodes at (s, q), each (P, k).
+    Return weights (P, k, 2) for value and d/dq at the origin of nodes at (s, q), each (P, k).
 
     Nodes may lie in few rows of constant r, as across a thin wall: then the degree across is
     lowered until they tell the monomials apart, before the total degree is.

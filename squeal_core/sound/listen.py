@@ -61,7 +61,7 @@ class SoundRecord:
 
     @property
     def heard(self) -> list[ChannelRecord]:
-        """Channels of which something is known."""
+        """Return the channels with known results."""
         return [record for i, record in self.channels.items() if i not in self.unknown]
 
     @property

@@ -54,7 +54,7 @@ class LevelScale:
 
     @property
     def unit(self) -> str:
-        """Of levels, in words."""
+        """Return the unit of levels, in words."""
         return {'full scale': 'dB(A) re a sine at full scale', 'pressure': 'dB(A) re 20 uPa',
                 'acceleration': 'dB re 1 um/s^2'}[self.quantity]
 

@@ -122,7 +122,7 @@ class ParameterEffect:
 @dataclass(frozen=True)
 class SensitivityStudy:
     """
-    Targets, and how to vary what.
+    Target modes, and the models and points in which parameters vary.
 
     Parameters
     ----------

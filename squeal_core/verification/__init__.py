@@ -128,5 +128,5 @@ def sweeps(model: BrakeModel, parts: Parts | None, workers: int,
 
 
 def as_text(result: Verification) -> str:
-    """Return the table as text, 99 columns wide, and what is not reproduced with its reason."""
+    """Return the table as text, 99 columns wide, and claims not reproduced with the reason."""
     return table(result.rows, result.skipped, passed=result.passed)

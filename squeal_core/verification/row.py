@@ -54,7 +54,7 @@ def row(claim: str, source: str, paper: str, project: str, holds: bool, *, known
 
 
 def table(rows: Sequence[ClaimResult], skipped: Sequence[str], *, passed: bool) -> str:
-    """Return rows as text, 99 columns wide, and what is not reproduced with its reason."""
+    """Return rows as text, 99 columns wide, and claims not reproduced with the reason."""
     lines = [*_cells(_HEAD), '-' * 99]
     for row in rows:
         lines += _cells((row.claim, row.source, row.paper, row.project, row.tolerance,

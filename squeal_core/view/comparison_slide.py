@@ -155,7 +155,7 @@ def _rows(axes: Any, rows: Sequence[_Row], values: Callable[[_Row], list[float]]
 
 
 def _risks(axes: Any, names: Sequence[str], risks: Sequence[DriveRisk], drive: str) -> None:
-    """Draw mean risks as bars, with the largest; what is not known is said to be."""
+    """Draw mean risks as bars, with the largest; unknown ones are labelled."""
     for place, risk in enumerate(risks):
         look: Look = SEVERAL[place % len(SEVERAL)]
         if risk.unknown:

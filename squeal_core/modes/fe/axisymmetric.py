@@ -250,7 +250,7 @@ def _stresses(strains: FloatArray, material: Material) -> FloatArray:
 
 
 def _products(basis: skfem.CellBasis, first: FloatArray, second: FloatArray) -> FloatArray:
-    """Integrals (E, functions, functions) over r dr dz of fields (components, functions, E, Q)."""
+    """Return integrals (E, functions, functions) over r dr dz of (components, functions, E, Q)."""
     weight = basis.dx * basis.global_coordinates().value[0]
     one, other = (np.moveaxis(field, (2, 1), (0, 1)).reshape(*field.shape[2:0:-1], -1)
                   for field in (first * weight, second))

@@ -43,7 +43,7 @@ def scalar_basis(basis: skfem.CellBasis) -> skfem.CellBasis:
 
 
 def tables(plain: skfem.CellBasis) -> tuple[FloatArray, FloatArray]:
-    """Values (n, E, Q) and gradients (n, 3, E, Q) of the element's functions."""
+    """Return values (n, E, Q) and gradients (n, 3, E, Q) of the element's functions."""
     fields = [row[0] for row in plain.basis]
     shape = plain.dx.shape
     return (np.array([np.broadcast_to(f.value, shape) for f in fields]),
@@ -86,7 +86,7 @@ def gathered(basis: skfem.CellBasis, blocks: FloatArray) -> Any:
 
 def rigid_shapes(basis: skfem.CellBasis, mass: Any) -> FloatArray:
     """
-    Mass-normalised translations and rotations about the mass centre, in `RIGID_NAMES` order.
+    Return mass-normalised translations and rotations about the mass centre, as `RIGID_NAMES`.
 
     They are linear in the coordinates, so their values at the nodes hold them exactly.
     """

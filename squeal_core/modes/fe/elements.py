@@ -116,7 +116,7 @@ def _linear(mesh_type: Any) -> Any:
 
 
 def shapes_at(element: Any, places: FloatArray) -> FloatArray:
-    """Values (n, P) of an element's functions at local places (P, 3)."""
+    """Return values (n, P) of an element's functions at local places (P, 3)."""
     return np.array([element().lbasis(places.T.copy(), i)[0] * np.ones(len(places))
                      for i in range(len(element.doflocs))])
 

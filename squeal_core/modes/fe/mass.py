@@ -117,7 +117,7 @@ def reference_nodes(kind: str) -> FloatArray:
 
 
 def _mass_matrix(modes: NodalModes, block: ElementBlock) -> coo_matrix:
-    """Sparse (M, M): the integrals of products of shape functions [m^3]."""
+    """Return the integrals of products of shape functions [m^3], sparse (M, M)."""
     points, weights = rule(block.kind)
     values, gradients = shape_functions(block.kind, points)
     where = modes.coordinates[block.nodes]

@@ -137,7 +137,7 @@ def _free_to_move(section: skfem.MeshQuad) -> Any:
 
 
 def _spacing(section: skfem.MeshQuad, row: int) -> FloatArray:
-    """Least distance of each node of the section to a neighbour along r or z."""
+    """Return the least distance of each node of the section to a neighbour along r or z."""
     ends = section.facets
     along = np.abs(np.diff(section.p[:, ends], axis=1))[:, 0]
     least = np.full(section.p.shape[1], np.inf)

@@ -77,7 +77,7 @@ def read(path: Path) -> RawModes:
 
 
 def _tables(path: Path, target: Path) -> Tables:
-    """Tables by name and field, read by a process that a damaged file may end."""
+    """Return tables by name and field, read by a process that a damaged file may end."""
     script = str(Path(__file__).with_name('hdf5_tables.py'))
     patience = math.ceil(_PATIENCE_S + path.stat().st_size / _BYTES_PER_S)
     try:
@@ -143,7 +143,7 @@ def _table(path: Path, tables: Tables, name: str) -> Mapping[str, Any]:
 
 
 def _modes(path: Path, tables: Tables) -> tuple[list[tuple[int, int]], FloatArray, Any]:
-    """Mode numbers with the domains that hold their shapes; frequencies; generalised masses."""
+    """Return mode numbers with the domains of their shapes; frequencies; generalised masses."""
     domains, result = _table(path, tables, DOMAINS), _table(path, tables, VALUES)
     held = np.isin(domains['ID'], _table(path, tables, VECTORS)['DOMAIN_ID'])
     order = np.argsort(domains['MODE'][held], kind='stable')

@@ -101,7 +101,7 @@ def _fields(vectors: Any, ids: IntArray) -> list[NodeField]:
 
 
 def _frequencies(path: Path, model: Any, vectors: Any) -> tuple[FloatArray, Any]:
-    """From the eigenvalues [rad^2/s^2]; a negative one gives a negative frequency."""
+    """Return frequencies from eigenvalues [rad^2/s^2], negative for negative ones, and masses."""
     squares = np.array(vectors.eigns, float)
     masses = None
     for table in model.eigenvalues.values():

@@ -72,7 +72,7 @@ def read_text(text: Text) -> RawModes:
 
 
 def _rows(text: Text) -> list[tuple[int, list[str]]]:
-    """Line numbers and columns of the lines that are not comments."""
+    """Return line numbers and columns of the lines that are not comments."""
     rows: list[tuple[int, list[str]]] = []
     separator: str | None = None
     for i, line in enumerate(text.lines):
@@ -110,7 +110,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _check_names(text: Text, i: int, cells: list[str], modes: int) -> None:
-    """Names may carry the number of the mode: ux, ux1, ux_1."""
+    """Refuse other names of columns; they may carry the number of the mode: ux, ux1, ux_1."""
     names = [re.sub(r'[ _]?\d+$', '', cell.lower()) for cell in cells]
     wanted = ['node', 'x', 'y', 'z', *['ux', 'uy', 'uz'] * modes]
     if names != wanted:

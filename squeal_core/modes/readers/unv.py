@@ -122,7 +122,7 @@ def _global_nodes(path: Path, result: _Found) -> NodeField:
 
 
 def _systems_2420(text: Text, start: int, stop: int, result: _Found) -> None:
-    """Six records each: label and type; name; three axes and an origin."""
+    """Read coordinate systems of six records: label and type; name; three axes, an origin."""
     for i in range(start + 2, stop - 5, 6):
         label, kind = (text.number(i, 10 * k, 10 * k + 10, int) for k in range(2))
         matrix = text.fixed(range(i + 2, i + 6), 0, 25, 3)
@@ -130,7 +130,7 @@ def _systems_2420(text: Text, start: int, stop: int, result: _Found) -> None:
 
 
 def _systems_18(text: Text, start: int, stop: int, result: _Found) -> None:
-    """Four records each: label and type; name; origin, a point on x, a point in the xz plane."""
+    """Read systems of four records: label and type; name; origin, a point on x, one in xz."""
     for i in range(start, stop - 3, 4):
         label, kind = (text.number(i, 10 * k, 10 * k + 10, int) for k in range(2))
         origin_x, on_xz = text.fixed(range(i + 2, i + 3), 0, 13, 6), text.fixed(
@@ -197,7 +197,7 @@ def _shape_2414(text: Text, start: int, stop: int, result: _Found) -> None:
 
 def _mode_layout(text: Text, i: int) -> tuple[int, bool] | None:
     """
-    Values a node and whether they are complex, from the record that says what the data are.
+    Return the number of values a node and whether they are complex, by the record of the data.
 
     None for what is no mode shape.
     """

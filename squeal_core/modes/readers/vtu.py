@@ -148,7 +148,7 @@ def _read(file: _File, root: ElementTree.Element) -> RawModes:
 
 def _modes(file: _File, piece: ElementTree.Element,
            size: int) -> tuple[list[int], list[str], list[FloatArray]]:
-    """Vectors at the points that are named as modes, in the order of their numbers."""
+    """Return numbers, names and vectors of the arrays that are named as modes, in order."""
     arrays = {element.get('Name', ''): element for element in piece.findall('PointData/DataArray')
               if element.get('NumberOfComponents') == '3'}
     result = sorted((int(number[1]), name) for name in arrays
@@ -215,7 +215,7 @@ def _array(file: _File, element: ElementTree.Element | None, size: int | None) -
 
 
 def _block(file: _File, data: bytes, encoded: bool) -> bytes:
-    """One block of data: its size, or a table of sizes, and then the bytes."""
+    """Return one block of data, which begins with its size or a table of sizes."""
     dtype = np.dtype(file.order + file.header)
     if file.unpack is None:
         size = int(np.frombuffer(_take(data, 0, dtype.itemsize, encoded), dtype)[0])

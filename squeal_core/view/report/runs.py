@@ -164,7 +164,7 @@ def load_runs(paths: Sequence[str | Path]) -> list[Run]:
 
 
 def loaded(path: Path) -> ReplayResult:
-    """Return a result whose summary has what the page takes from it."""
+    """Return a result whose summary has all keys that the page uses."""
     result = ReplayResult.load(path)
     kinds: dict[str, Any] = {'report': dict, 'settings': dict, 'software': dict,
                              'rate_hz': (int, float)}

@@ -27,7 +27,7 @@ TICK = 0.25  # s, between looks at whether to go on
 
 def answers(address: str, timeout: float, going_on: Callable[[], bool]) -> bool:
     """
-    Shake hands with a scheduler; return whether it answered before the work was stopped.
+    Connect to a scheduler; return whether it answered before the work was stopped.
 
     A client has no limit of its own where something takes its connection and never speaks.
 
